@@ -35,7 +35,8 @@ template <int Count, class Scalar> [[gnu::always_inline]] inline Scalar sum_by_h
 }
 
 // The same of products a0 b0 + a1 b1 + ...
-template <int Count, class Scalar> [[gnu::always_inline]] inline Scalar sum_of_products(const Scalar* a, const Scalar* b) {
+template <int Count, class Scalar>
+[[gnu::always_inline]] inline Scalar sum_of_products(const Scalar* a, const Scalar* b) {
     constexpr int half = Count / 2;
     if constexpr (Count == 1)
         return a[0] * b[0];

@@ -102,9 +102,7 @@ inline Dual floor(const Dual& x) { return std::floor(x.value); }
 inline Dual ceil(const Dual& x) { return std::ceil(x.value); }
 inline Dual nearbyint(const Dual& x) { return std::nearbyint(x.value); }
 inline Dual remainder(const Dual& x, double period) { return {std::remainder(x.value, period), x.tangent}; }
-inline Dual wrapped(const Dual& x, double most, double period) {
-    return {wrapped(x.value, most, period), x.tangent};
-}
+inline Dual wrapped(const Dual& x, double most, double period) { return {wrapped(x.value, most, period), x.tangent}; }
 
 inline bool isnan(const Dual& x) { return std::isnan(x.value); }
 inline bool isfinite(const Dual& x) {

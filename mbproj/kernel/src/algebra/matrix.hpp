@@ -88,8 +88,8 @@ private:
         (void((*this)[I] -= other[I]), ...);
         return own();
     }
-    template <class Other, int... I>
-    [[gnu::always_inline]] Derived& add_multiple(const Scalar& s, const Other& other, std::integer_sequence<int, I...>) {
+    template <class Other, int... I> [[gnu::always_inline]] Derived& add_multiple(const Scalar& s, const Other& other,
+                                                                                  std::integer_sequence<int, I...>) {
         (void((*this)[I] = multiply_add(s, other[I], static_cast<const Writable&>(*this)[I])), ...);
         return own();
     }

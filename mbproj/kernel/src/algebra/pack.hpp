@@ -126,9 +126,7 @@ struct Pack {
 inline const Pack& value_of(const Pack& x) { return x; }
 
 // a in the lanes of the mask, b in the others.
-inline Pack where(const Mask& mask, const Pack& a, const Pack& b) {
-    return mask.lanes ? a.lanes : b.lanes;
-}
+inline Pack where(const Mask& mask, const Pack& a, const Pack& b) { return mask.lanes ? a.lanes : b.lanes; }
 
 inline bool any(const Mask& mask) { return mask.any(); }
 
@@ -151,18 +149,19 @@ inline Pack sqrt(const Pack& x) {
 #endif
 }
 // Of the standard library, whose bits are those of each lane.
-inline Pack tan(const Pack& x) { return lane_by_lane(x, [](double own) { return std::tan(own); }); }
-inline Pack asin(const Pack& x) { return lane_by_lane(x, [](double own) { return std::asin(own); }); }
-inline Pack acos(const Pack& x) { return lane_by_lane(x, [](double own) { return std::acos(own); }); }
-inline Pack atan(const Pack& x) { return lane_by_lane(x, [](double own) { return std::atan(own); }); }
-inline Pack sinh(const Pack& x) { return lane_by_lane(x, [](double own) { return std::sinh(own); }); }
-inline Pack cosh(const Pack& x) { return lane_by_lane(x, [](double own) { return std::cosh(own); }); }
-inline Pack tanh(const Pack& x) { return lane_by_lane(x, [](double own) { return std::tanh(own); }); }
-inline Pack exp(const Pack& x) { return lane_by_lane(x, [](double own) { return std::exp(own); }); }
-inline Pack log(const Pack& x) { return lane_by_lane(x, [](double own) { return std::log(own); }); }
-inline Pack floor(const Pack& x) { return lane_by_lane(x, [](double own) { return std::floor(own); }); }
-inline Pack ceil(const Pack& x) { return lane_by_lane(x, [](double own) { return std::ceil(own); }); }
-inline Pack nearbyint(const Pack& x) { return lane_by_lane(x, [](double own) { return std::nearbyint(own); }); }
+template <double (*function)(double)> Pack lane_by_lane(const Pack& x) { return lane_by_lane(x, *function); }
+inline Pack tan(const Pack& x) { return lane_by_lane<std::tan>(x); }
+inline Pack asin(const Pack& x) { return lane_by_lane<std::asin>(x); }
+inline Pack acos(const Pack& x) { return lane_by_lane<std::acos>(x); }
+inline Pack atan(const Pack& x) { return lane_by_lane<std::atan>(x); }
+inline Pack sinh(const Pack& x) { return lane_by_lane<std::sinh>(x); }
+inline Pack cosh(const Pack& x) { return lane_by_lane<std::cosh>(x); }
+inline Pack tanh(const Pack& x) { return lane_by_lane<std::tanh>(x); }
+inline Pack exp(const Pack& x) { return lane_by_lane<std::exp>(x); }
+inline Pack log(const Pack& x) { return lane_by_lane<std::log>(x); }
+inline Pack floor(const Pack& x) { return lane_by_lane<std::floor>(x); }
+inline Pack ceil(const Pack& x) { return lane_by_lane<std::ceil>(x); }
+inline Pack nearbyint(const Pack& x) { return lane_by_lane<std::nearbyint>(x); }
 inline Pack remainder(const Pack& x, double period) {
     return lane_by_lane(x, [=](double own) { return std::remainder(own, period); });
 }
@@ -186,9 +185,7 @@ inline Pack abs(const Pack& x) {
                                            ~reinterpret_cast<LaneBits>(Pack(-0.0).lanes));
 }
 // The larger of two; not a number where one of them is none.
-inline Pack larger(const Pack& most, const Pack& value) {
-    return where((most >= value) | (most != most), most, value);
-}
+inline Pack larger(const Pack& most, const Pack& value) { return where((most >= value) | (most != most), most, value); }
 inline Mask isnan(const Pack& x) { return x != x; }
 inline Mask isfinite(const Pack& x) { return 0.0 * x == 0.0; }
 

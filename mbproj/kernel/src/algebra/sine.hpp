@@ -57,12 +57,11 @@ template <class S> [[gnu::always_inline]] inline S sine_near_zero(const S& high,
 }
 template <class S> [[gnu::always_inline]] inline S cosine_near_zero(const S& high, const S& low) {
     const S z = high * high, half = 0.5 * z, most = 1.0 - half;
-    const S r =
-        z * (4.16666666666666019037e-02 +
-             z * (-1.38888888888741095749e-03 +
-                  z * (2.48015872894767294178e-05 +
-                       z * (-2.75573143513906633035e-07 +
-                            z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
+    const S r = z * (4.16666666666666019037e-02 +
+                     z * (-1.38888888888741095749e-03 +
+                          z * (2.48015872894767294178e-05 +
+                               z * (-2.75573143513906633035e-07 +
+                                    z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)))));
     return most + (((1.0 - most) - half) + (z * r - high * low));
 }
 

@@ -51,7 +51,8 @@ inline Programs programs(const Integers1& start, const Integers1& op, const Numb
         built.constant.push_back(is_constant ? operand.data()[i] : 0.0);
     }
     built.table_start = indices(table_start, knot.size() + 1, "table_start");
-    built.knot.assign(knot.data(), knot.data() + knot.size());  // the first knot of each table that does not repeat is -infinity
+    built.knot.assign(knot.data(),
+                      knot.data() + knot.size());  // the first knot of each table that does not repeat is -infinity
     built.origin = numbers(origin, "origin");
     require(piece, {knot.size(), 4}, "piece");
     if (origin.size() != knot.size()) refuse("origin", "has a wrong shape");

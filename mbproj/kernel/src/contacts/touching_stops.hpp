@@ -156,7 +156,8 @@ private:
         const double given = 0.5 * z.dot(border_.operator_of_rows() * z) + z.dot(before);
         if (-given < -thresholds_.creates_energy * kinetic_energy(equations_, y)) return false;
         next.lost -= given;
-        if (!model_.driven.empty()) next.work += kinetic_energy(equations_, after_) - kinetic_energy(equations_, y) - given;
+        if (!model_.driven.empty())
+            next.work += kinetic_energy(equations_, after_) - kinetic_energy(equations_, y) - given;
         return true;
     }
 

@@ -66,7 +66,8 @@ public:
     }
     // A stage is off the constraints, by C and C'. A row at a distance s from the span of the others, and off what they say of it
     // by c, errs the accelerations by c / s² where it is held, and by s where it is left out: it is held where s³ > c.
-    bool look_near(const Pose<D>& pose, const std::vector<double>& C, const std::vector<double>& C_dot, double seconds) {
+    bool look_near(const Pose<D>& pose, const std::vector<double>& C, const std::vector<double>& C_dot,
+                   double seconds) {
         const double first = held_above(model_.thresholds, largest(model_, C) + largest(model_, C_dot) * seconds);
         if (solver_.nearness() > first || solver_.is_clear(pose, first)) return true;
         if (!solver_.factor(pose, Metric::mass, first)) return false;

@@ -109,11 +109,11 @@ template <class D> struct HingeFactor {
     [[gnu::always_inline]] void downward(const Hinge<D>& hinge, const Scalar<D>* h, Column<F, Scalar<D>>& u) const {
         int last = hinge.free_translations() + hinge.free_rotations() - 1;
         for (int k = hinge.free_rotations() - 1; k >= 0; --k, --last)
-            u.template tail<S::turns>().add_multiple(
-                h[last] - motions[last].reciprocal * motions[last].U.dot(u), frame.N_r.col(k));
+            u.template tail<S::turns>().add_multiple(h[last] - motions[last].reciprocal * motions[last].U.dot(u),
+                                                     frame.N_r.col(k));
         for (int k = hinge.free_translations() - 1; k >= 0; --k, --last)
-            u.template head<D::axes>().add_multiple(
-                h[last] - motions[last].reciprocal * motions[last].U.dot(u), frame.N_t.col(k));
+            u.template head<D::axes>().add_multiple(h[last] - motions[last].reciprocal * motions[last].U.dot(u),
+                                                    frame.N_t.col(k));
     }
 
 private:

@@ -27,7 +27,7 @@ protected:
 };
 
 // Of these cases, which stay where they are; null where packs do not compute the first.
-template <class D> std::unique_ptr<Ensemble<D>>
-ensemble_of(std::vector<Case<D>> cases, const Tableau& tableau, const ProjectionSettings& projection);
+template <class D> std::unique_ptr<Ensemble<D>> ensemble_of(std::vector<Case<D>> cases, const Tableau& tableau,
+                                                            const ProjectionSettings& projection);
 
 }  // namespace mbproj

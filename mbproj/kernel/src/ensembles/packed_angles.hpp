@@ -50,8 +50,8 @@ public:
         for (std::size_t c = 0; c < counting_.size(); ++c) {
             const Angle &before = before_[c], now = look(c);
             const bool led = counting_[c].motion >= 0;
-            const Pack most = led ? 2.0 * abs(now.prescribed - before.prescribed)
-                                  : h * (abs(before.at.speed) + abs(now.at.speed));
+            const Pack most =
+                led ? 2.0 * abs(now.prescribed - before.prescribed) : h * (abs(before.at.speed) + abs(now.at.speed));
             const Mask stays = Mask(most < 2.0) & ((Mask(before.at.cosine > 0.0) & (now.at.cosine > 0.0)) |
                                                    Mask(before.at.sine * now.at.sine > 0.0));
             now_[c] = chosen(now, before);

@@ -183,8 +183,8 @@ private:
     Channels<P> channels_;
     StateRates<P> states_;
     TimeWindowOf<Pack> window_;
-    std::vector<Pack> expected_;  // the joints' coordinates as they are followed
-    std::vector<Pack> teeth_;     // what couplings of the other lanes count from
+    std::vector<Pack> expected_;                            // the joints' coordinates as they are followed
+    std::vector<Pack> teeth_;                               // what couplings of the other lanes count from
     std::vector<Pack> gamma_, C_, C_dot_, lambda_, usual_;  // `usual_`: pivots
     Pack t_ = 0.0;
     Mask factored_ = false;

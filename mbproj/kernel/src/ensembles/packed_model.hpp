@@ -43,7 +43,8 @@ template <class D> std::vector<double> decisions_of(const Model<D>& model) {
     for (const LoopHinge<D>& hinge : order.loop_hinges) found.add(hinge.joint(), hinge.child(), hinge.parent());
     found.add(model.rows.redundant);
     found.add_all(model.rows.left_out);
-    for (const Coupling& coupling : model.couplings) found.add_all(coupling.coordinates), found.add_all(coupling.weights);
+    for (const Coupling& coupling : model.couplings)
+        found.add_all(coupling.coordinates), found.add_all(coupling.weights);
     return found.take();
 }
 

@@ -108,7 +108,8 @@ protected:
     void choose_steps(double part) {
         const Mask in = Lanes::in();
         if (in.none()) return;
-        const Pack longest = of_lanes([&](int k) { return in[k] ? part * lanes_[k].schedule->left(lanes_[k].t) : 1.0; });
+        const Pack longest =
+            of_lanes([&](int k) { return in[k] ? part * lanes_[k].schedule->left(lanes_[k].t) : 1.0; });
         const Pack found = stages_.first_step(times(), y_, tolerance(), longest);
         each_lane(Lanes::in(), [&](int k, Lane& lane) {
             ++lane.counters.evaluations;
@@ -143,9 +144,8 @@ protected:
     void record(int k, double t, const Vector& y, const Vector& slope, const Vector& lambda, double h,
                 const std::vector<double>& angles) {
         lanes_[k].counters.factorisations = equations_.factorisations.of[k];
-        lanes_[k].samples.template add<D>(t, vector_of(y, k), vector_of(slope, k), model_.size(),
-                                          numbers_of(lambda, k), model_.constraints.rows, h, angles,
-                                          lanes_[k].counters);
+        lanes_[k].samples.template add<D>(t, vector_of(y, k), vector_of(slope, k), model_.size(), numbers_of(lambda, k),
+                                          model_.constraints.rows, h, angles, lanes_[k].counters);
     }
 
     const std::vector<Case<D>> cases_;

@@ -96,8 +96,7 @@ private:
             WritablePart<P> part(y, b);
             std::copy_n(part.at, S::pose, &before_[S::pose * b]);
             part.position() += equations_.solver().shift(b);
-            part.orientation() =
-                turned(Orientation<P>(part.orientation()), Turn<P>(equations_.solver().turn(b)));
+            part.orientation() = turned(Orientation<P>(part.orientation()), Turn<P>(equations_.solver().turn(b)));
         }
         keep_others(y, tried);
         equations_.set_pose(y);

@@ -224,15 +224,15 @@ private:
         running_ &= Lanes::in() | ~those;
     }
 
-    using Parts::model_, Parts::equations_, Parts::projection_, Parts::angles_, Parts::stages_, Parts::settings_;
     using Parts::fixed_, Parts::lanes_, Parts::running_, Parts::cases_, Parts::y_, Parts::y_new_, Parts::slope_;
     using Parts::lambda_, Parts::here_, Parts::found_, Parts::each_lane, Parts::keep_finite;
+    using Parts::model_, Parts::equations_, Parts::projection_, Parts::angles_, Parts::stages_, Parts::settings_;
     Mask crossing_ = false;                   // breaks at which the steps that were just made end
     Vector copy_, copy_slope_, copy_lambda_;  // of samples inside steps
 };
 
-template <class D> std::unique_ptr<Ensemble<D>>
-ensemble_of(std::vector<Case<D>> cases, const Tableau& tableau, const ProjectionSettings& projection) {
+template <class D> std::unique_ptr<Ensemble<D>> ensemble_of(std::vector<Case<D>> cases, const Tableau& tableau,
+                                                            const ProjectionSettings& projection) {
     if (cases.empty() || !fits_packs(tableau) || !fits_packs(projection) || !fits_packs(cases.front().model))
         return nullptr;
     Lanes::set(true);  // what is decided of all lanes alike, by the first case

@@ -4,6 +4,6 @@
 namespace mbproj {
 
 template std::unique_ptr<Ensemble<Plane<double>>> ensemble_of(std::vector<Case<Plane<double>>>, const Tableau&,
-                                               const ProjectionSettings&);
+                                                              const ProjectionSettings&);
 
 }  // namespace mbproj

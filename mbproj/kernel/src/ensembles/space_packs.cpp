@@ -4,6 +4,6 @@
 namespace mbproj {
 
 template std::unique_ptr<Ensemble<Space<double>>> ensemble_of(std::vector<Case<Space<double>>>, const Tableau&,
-                                               const ProjectionSettings&);
+                                                              const ProjectionSettings&);
 
 }  // namespace mbproj

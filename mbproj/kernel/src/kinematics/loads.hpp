@@ -75,8 +75,7 @@ template <class D> struct Applied {
     // ∂F/∂channel of a component of a force on a body.
     void slopes(const BodyForce<D>& given, int component, Channels<D>& channels, Scalar<D>* by_channels) const {
         channels.variables();
-        channels.slopes(given.programs[component], held, law_variables, law_variables + channels.size(),
-                        by_channels);
+        channels.slopes(given.programs[component], held, law_variables, law_variables + channels.size(), by_channels);
     }
 
     // Replaces the loads by single forces along coordinates: starts from zero.

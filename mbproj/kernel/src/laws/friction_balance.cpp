@@ -104,7 +104,8 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
                                Vector& y) const {
     Flags rest;
     for (Index k = 0; k < count(); ++k) rest.push_back(rests(k) && moves(stops + k));
-    const bool by_loads = std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; });  // of frictions at joints
+    const bool by_loads =
+        std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; });  // of frictions at joints
     y = Vector::Zero(b.size());
     Vector load, before;
     for (int pass = 0; pass < thresholds.most_passes; ++pass) {
@@ -175,7 +176,8 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
     std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return used[i] < used[j]; });
     stuck.assign(of(count()), false);
     Flags seen(of(count()));
-    for (const Index k : order) {  // of two tangents the one more independent of the rows before comes first, beyond round-off
+    for (const Index k :
+         order) {  // of two tangents the one more independent of the rows before comes first, beyond round-off
         const Index other = in_plane(k) ? partner[of(k)] : k;
         const Index first = span.part_beyond(stops + other) > span.part_beyond(stops + k) ? other : k;
         for (const Index each : {first, first == k ? other : k}) {

@@ -38,9 +38,10 @@ struct FrictionBalance {
     // For each friction: its static and its sliding force per load, the direction in which it slides, 0 at rest, and an
     // acceleration that counts as round-off.
     Vector fixed, sliding, direction, still;
-    std::vector<int> stop, partner;  // for each friction, the stop whose push multiplies it, and the other tangent, or -1
-    Flags able;                      // for each row, whether something can move along it
-    Flags up, down;                  // for each friction, whether a wall can push that way along its row
+    std::vector<int> stop,
+        partner;     // for each friction, the stop whose push multiplies it, and the other tangent, or -1
+    Flags able;      // for each row, whether something can move along it
+    Flags up, down;  // for each friction, whether a wall can push that way along its row
 
     // False where there are no such forces.
     bool decide(const Loads& loads, const Thresholds& thresholds, Balanced& found);

@@ -65,7 +65,7 @@ public:
 
     std::vector<std::vector<int>> independent_rows(double smallest, double tied, int most);
     ValueOf<Scalar> largest_left() const { return largest_left_; }  // the largest pivot that was left out
-    void keep() { kept_ = values_; }                       // `restore` brings them back
+    void keep() { kept_ = values_; }                                // `restore` brings them back
     void restore() { values_ = kept_; }
 
     // Rows that `factor` leaves out from now on: their λ is 0 for any right-hand side.
@@ -75,7 +75,9 @@ public:
     std::size_t filled() const { return fill_; }  // the part of these in blocks that are 0 in the matrix
     int row(int block) const { return begin_[block]; }
     const ValueOf<Scalar>& smallest_pivot() const { return smallest_pivot_; }
-    const ValueOf<Scalar>& nearness() const { return nearness_; }  // the smallest pivot, in parts of its usual value or of 1
+    const ValueOf<Scalar>& nearness() const {
+        return nearness_;
+    }                                                         // the smallest pivot, in parts of its usual value or of 1
     void expect(const std::vector<ValueOf<Scalar>>& usual) {  // empty where they belong to other rows: a penalty
         const std::size_t n = per_usual_.size();
         for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : ValueOf<Scalar>(1.0);
@@ -127,7 +129,7 @@ private:
     std::vector<Scalar> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
     std::vector<Scalar> transposed_, kept_;                        // of the blocks of a column; values
-    std::vector<ValueOf<Scalar>> per_usual_;                               // 1 / usual pivots
+    std::vector<ValueOf<Scalar>> per_usual_;                       // 1 / usual pivots
     ValueOf<Scalar> smallest_pivot_ = 1.0, nearness_ = 1.0, largest_left_ = 0.0;
     std::size_t fill_ = 0;
 };

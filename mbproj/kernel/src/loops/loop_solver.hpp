@@ -284,7 +284,8 @@ private:
     const Model<D>& model_;
     const EliminationOrder<D>& order_;
     const Compliance<D>& compliance_;
-    std::unique_ptr<DelassusMatrix<D>> rows_, before_;  // of the rows held, and of those held before, which often return
+    std::unique_ptr<DelassusMatrix<D>> rows_,
+        before_;  // of the rows held, and of those held before, which often return
     std::unique_ptr<DelassusMatrix<D>> all_, even_;
     HingedBodies<D> hinged_;
     std::vector<int> left_out_, left_out_before_;

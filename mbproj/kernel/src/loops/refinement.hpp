@@ -35,9 +35,9 @@ template <class Scalar, class Improve> void refine(const Thresholds& from, const
 }
 
 // The same in the lanes that are `open`, each as long as its steps decrease; `work` changes with λ.
-template <class Twist, class Improve> void refine_lanes(Mask open, const Thresholds& from, const std::vector<Pack>& step,
-                                                        std::vector<Pack>& lambda, std::vector<Twist>& work,
-                                                        Improve&& improve) {
+template <class Twist, class Improve> void refine_lanes(Mask open, const Thresholds& from,
+                                                        const std::vector<Pack>& step, std::vector<Pack>& lambda,
+                                                        std::vector<Twist>& work, Improve&& improve) {
     Pack before = std::numeric_limits<double>::infinity();
     for (int pass = 0; pass < from.most_passes && (open & Lanes::in()).any(); ++pass) {
         const auto old_lambda = lambda;

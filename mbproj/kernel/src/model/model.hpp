@@ -52,8 +52,8 @@ template <class D> struct Instance {
     std::shared_ptr<const PlaneCurve> other;  // the second of two curves that touch
     std::shared_ptr<const SpaceCurve> wire;   // the space curve that it follows
     std::shared_ptr<const RopePath> path;     // the path of a rope
-    int follower = -1;                        // its number among the curves of the model, where its foot is held on a piece
-    int other_follower = -1;                  // the same for the second curve
+    int follower = -1;        // its number among the curves of the model, where its foot is held on a piece
+    int other_follower = -1;  // the same for the second curve
 
     bool on_line() const { return kind >= Kind::profile && kind <= Kind::space_arc; }
 };
@@ -157,9 +157,8 @@ template <class S> inline S near(const S& angle, const S& expected) {
 
 // Properties of the constraint rows that are found before the run. Learned during the run, they would depend on its history.
 template <class Number = double> struct UsualRows {
-    int redundant = 0;  // the number of rows that follow from the others at all poses
-    std::vector<int>
-        left_out;  // rows of joints in loops that most poses leave out, ascending; none: see RowPolicy
+    int redundant = 0;          // the number of rows that follow from the others at all poses
+    std::vector<int> left_out;  // rows of joints in loops that most poses leave out, ascending; none: see RowPolicy
     // The usual pivots of S with the other rows, all 1 where unknown; and the smallest of them where all bodies have the same
     // mass.
     std::vector<Number> pivots;
@@ -174,15 +173,16 @@ template <class D> struct Model {
     PrimitiveSet<D> constraints;
     PrimitiveSet<D> coordinates;
     std::vector<Joint> joints;
-    std::vector<Measure<D>> row_scale;   // the scale of a row's violation; 1 for the row of a flywheel
-    std::vector<bool> counts_turns;  // per coordinate: an angle
-    Measure<D> length;               // the size of the mechanism
+    std::vector<Measure<D>> row_scale;  // the scale of a row's violation; 1 for the row of a flywheel
+    std::vector<bool> counts_turns;     // per coordinate: an angle
+    Measure<D> length;                  // the size of the mechanism
     UsualRows<Measure<D>> rows;
     std::shared_ptr<const Loads<D>> loads;  // the forces other than gravity, or none
     std::vector<DrivenRow<D>> driven;
     std::vector<Coupling> couplings;
     std::vector<Curve> curves;
-    ProgramsOf<Scalar<D>> programs;  // the functions of forces, the rates of states, then those of couplings, of driven rows
+    ProgramsOf<Scalar<D>>
+        programs;        // the functions of forces, the rates of states, then those of couplings, of driven rows
     int first_rate = 0;  // of the programs
     std::vector<Channel> channels;  // the variables of programs from `law_variables` on
     std::vector<Switch> switches;   // program after program, in the order of their instructions

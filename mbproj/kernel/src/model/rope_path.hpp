@@ -9,7 +9,7 @@ struct RopePath {
     std::vector<double> radii;       // of the k centres: positive where the rope bends left, 0 for points
     std::vector<double> directions;  // of the k - 1 lines of centres, at the scene's pose, in rad
     std::vector<double> cosine, sine;
-    double wound = 0.0;  // the length that is subtracted, m
+    double wound = 0.0;                       // the length that is subtracted, m
     std::vector<double> by_length, by_angle;  // a and b of each span, in C = Σ a λ + b θ
     std::vector<double> lifts;                // 1 of circles that the rope may leave, else 0
 

@@ -27,7 +27,7 @@ struct Tableau {
     RowMajor dense;
     double gamma = 0.0;      // of an implicit method: the filter of the error, and the diagonal of `splitting`; else 0
     bool kinematic = false;  // whether each stage closes the bodies, and only the other numbers of y are integrated
-    RowMajor splitting;      // the lower triangle with which stages are solved; a itself where no stage needs a later one
+    RowMajor splitting;  // the lower triangle with which stages are solved; a itself where no stage needs a later one
     bool is_implicit() const { return gamma > 0.0; }
     bool is_coupled() const { return is_implicit() && splitting != a; }
     int stages() const { return static_cast<int>(b.size()); }

@@ -12,19 +12,19 @@ struct Thresholds {
     int most_dense;
     // mbproj/thresholds/contact.py
     double stop_slack, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce, no_push, contact_pulls,
-        slips, springs_give, damped_to, middle_unlike, turned_speed, straight_speed, creates_energy, on_grid,
-        met_soon, slides_in;
+        slips, springs_give, damped_to, middle_unlike, turned_speed, straight_speed, creates_energy, on_grid, met_soon,
+        slides_in;
     int most_halves, most_meetings;
     // mbproj/thresholds/steps.py
-    double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, located,
-        glance, widest_polishing, bracketed, beside, chatter, turns_told, most_turned, newton_part, newton_fixed,
-        newton_floor, first_contraction, least_contraction, softened;
+    double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, located, glance,
+        widest_polishing, bracketed, beside, chatter, turns_told, most_turned, newton_part, newton_fixed, newton_floor,
+        first_contraction, least_contraction, softened;
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
     // mbproj/thresholds/invariants.py
     double row_rests, row_refused, row_tolerated;
     // mbproj/thresholds/closing.py
-    double closed_to, closed_grains, paper_tolerance, round_off_grains, slow, widest_turn, tighter, stiffer,
-        open_limit, lost_limit;
+    double closed_to, closed_grains, paper_tolerance, round_off_grains, slow, widest_turn, tighter, stiffer, open_limit,
+        lost_limit;
     // mbproj/thresholds/passages.py
     double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
         lost_way, at_rest, rest_rate, told_part, told_way, crossed_way;

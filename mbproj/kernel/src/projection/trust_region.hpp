@@ -161,7 +161,7 @@ private:
     const Model<D>& model_;
     const Thresholds& thresholds_;
     double shortest_ = std::ldexp(1.0, -thresholds_.most_halvings);  // the smallest part of a correction
-    std::vector<const Instance<D>*> owner_;  // of each row
+    std::vector<const Instance<D>*> owner_;                          // of each row
     std::vector<double> rhs_, before_, moment_, added_;
 };
 

@@ -73,8 +73,8 @@ protected:
         return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);
     }
 
-    using Parts::counted_, Parts::stops_, Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::events;
     using Parts::begin_balance, Parts::steps_, Parts::equations_, Parts::stepper_, Parts::schedule_, Parts::now_;
+    using Parts::counted_, Parts::stops_, Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::events;
     using Parts::trial_, Parts::go_on, Parts::after_event;
 };
 

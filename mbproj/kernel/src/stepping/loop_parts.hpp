@@ -152,11 +152,11 @@ protected:
     std::optional<StepPath> path;  // where somebody asks for it
     std::optional<Mark<D>> mark_;
     bool started_ = false;
-    bool keeps_marks = false;      // whether somebody asks for them
-    long factorised_before_ = 0;   // by the run that this one goes on with
-    bool shaped_ = false;          // by the run's end
-    bool waits = false;            // at a break, for what is given from outside
-    bool acted_ = true;            // whether all that controllers did had a value
+    bool keeps_marks = false;     // whether somebody asks for them
+    long factorised_before_ = 0;  // by the run that this one goes on with
+    bool shaped_ = false;         // by the run's end
+    bool waits = false;           // at a break, for what is given from outside
+    bool acted_ = true;           // whether all that controllers did had a value
 };
 
 }  // namespace mbproj

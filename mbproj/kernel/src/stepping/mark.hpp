@@ -26,7 +26,7 @@ template <class D> struct Mark {
     SavedEvents events;
     std::optional<ContactState> contacts;  // where they are this loop's
     std::vector<Halved> halved;
-    std::optional<Kept> kept;  // where rows hold what the motion keeps
+    std::optional<Kept> kept;   // where rows hold what the motion keeps
     std::vector<double> other;  // what another formulation has, where one is followed
     Counters counters;
     Peaks peaks;

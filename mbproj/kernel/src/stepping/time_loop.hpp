@@ -76,9 +76,9 @@ public:
         return this->write(mark), mark;
     }
     SampleBlock block;
+    using Parts::as_case, Parts::take, Parts::tableau, Parts::projection, Parts::follow_formulation;
     using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
     using Parts::schedule, Parts::path, Parts::keeps_marks;
-    using Parts::as_case, Parts::take, Parts::tableau, Parts::projection, Parts::follow_formulation;
     bool pauses = false;  // whether `advance` came back because so many steps were tried
     const Model<D>& model() const { return model_; }
     bool carries_slope() const { return stepper_.carries_slope(); }
@@ -248,9 +248,9 @@ private:
     }
 
     using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
-    using Parts::mark_, Parts::started_, Parts::stop, Parts::stop_at;
-    using Parts::make_again, Parts::begin_balance, Parts::meet_stop, Parts::change_contacts, Parts::cross_break;
     using Parts::cross_event;
+    using Parts::make_again, Parts::begin_balance, Parts::meet_stop, Parts::change_contacts, Parts::cross_break;
+    using Parts::mark_, Parts::started_, Parts::stop, Parts::stop_at;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
     using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;

@@ -116,8 +116,8 @@ template <class Number, class D> Loads<With<D, Number>> with(const Loads<D>& fro
 
 template <class Number> ProgramsOf<Number> with(const Programs& from) {
     const auto all = [](const std::vector<double>& own) { return std::vector<Number>(own.begin(), own.end()); };
-    return {from.start, from.op,         from.operand,    all(from.constant), from.table_start,
-            from.knot,  all(from.origin), all(from.piece), from.kinked,        from.period,      from.variables};
+    return {from.start,       from.op,         from.operand, all(from.constant), from.table_start, from.knot,
+            all(from.origin), all(from.piece), from.kinked,  from.period,        from.variables};
 }
 
 // The model with such numbers, which are its own yet: without contacts and bearings.

@@ -67,7 +67,8 @@ private:
         add(wire.end, wire.closed);
     }
     void add_path(const RopePath& path) {
-        add_all(path.radii), add_all(path.directions), add_all(path.by_length), add_all(path.by_angle), add_all(path.lifts);
+        add_all(path.radii), add_all(path.directions), add_all(path.by_length), add_all(path.by_angle),
+            add_all(path.lifts);
         add(path.wound);
     }
 

@@ -11,8 +11,8 @@ template <class D> bool overlaps(const Instance<D>& p, const Point<D>* x, double
     const PlaneCurve &first = *p.line, &second = *p.other;
     const double side = value_of(p.parameters[0]), reach = value_of(p.parameters[2]);
     const bool round = first.runs.size() == 1 && second.runs.size() == 1;
-    if (!first.closed || !second.closed || (round && value_of(p.parameters[0] * first.side) < 0.0 &&
-                                            value_of(p.parameters[1] * second.side) < 0.0))
+    if (!first.closed || !second.closed ||
+        (round && value_of(p.parameters[0] * first.side) < 0.0 && value_of(p.parameters[1] * second.side) < 0.0))
         return false;
     const Point<D> line = x[4] - x[3];
     const double angle = value_of(angle::value<D>(x)), cosine = std::cos(angle), sine = std::sin(angle);
