@@ -20,6 +20,13 @@ class Linear:
     good_step: float = threshold(
         0.1, "1", "numpy", "a step is taken where the forces do so much of the work that was expected", "usual: 0.1"
     )
+    largest_radius: float = threshold(
+        1.0,
+        "length, rad",
+        "numpy",
+        "no step to a balance is longer",
+        "the equilibrium of steered_car.yaml: without it a step that rolls without resistance has 1e8 parts",
+    )
     far_away: float = threshold(
         30.0,
         "length",

@@ -138,7 +138,7 @@ def solve_large(problem: EquilibriumProblem, q: Array, expected: Array) -> Solve
         if fall.is_endless or is_far(there, start):
             raise falls_for_ever(there)
         if size > 0.3 * radius:
-            radius *= 2.0
+            radius = min(2.0 * radius, THRESHOLDS.largest_radius)
         here = there
     if not is_nearly_balanced(here):
         raise falls_for_ever(here)

@@ -108,7 +108,7 @@ def solve(problem: EquilibriumProblem, q: Array, expected: Array) -> Solved:
         if fall.is_endless or is_far(there, start):
             raise falls_for_ever(there)
         if np.linalg.norm(step) > 0.8 * radius:
-            radius *= 2.0
+            radius = min(2.0 * radius, THRESHOLDS.largest_radius)
         here = there
     if not is_nearly_balanced(here):
         here, more = by_residual(here)
@@ -164,7 +164,9 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
         K, sizes = here.stiffness
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
         step = towards_balance(here.residual, K, damping * largest)
-        size, there = _size(here), here.after(step)
+        length = float(np.linalg.norm(step[: here.space.freedom]))
+        size, part = _size(here), THRESHOLDS.largest_radius / max(length, THRESHOLDS.largest_radius)
+        there = here.after(step * part)
         if there is not None and _size(there) < size:
             here = there
         if _size(here) <= (1.0 - THRESHOLDS.stalled) * size:
