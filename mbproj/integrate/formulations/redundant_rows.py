@@ -83,8 +83,8 @@ def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> An
         choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
     found = [[equations.pivots(*pose, list(rows)) for pose in poses] for rows in choices]
     even = numbers([[each[1] for each in of_rows] for of_rows in found])
-    middle = np.median(even, axis=1)
-    best = int(np.argmax(middle >= THRESHOLDS.tied * middle.max()))
+    worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
+    best = int(np.argmax(worst >= THRESHOLDS.serve_alike * worst.max()))
     # A walk may enter a branch on which every pose is singular: these tell nothing.
     regular = [each for each in found[best] if each[1] > 0.0]
     pivots = numbers([each[0] for each in regular])

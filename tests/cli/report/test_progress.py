@@ -104,7 +104,11 @@ def test_the_time_left_falls_between_parts() -> None:
     ("command", "options", "said"),
     [
         ("compare", "--until 0.2 --repeat 1 -o OUT", ["reference, ", "runs: 0 of 4, ", "timing, "]),
-        ("recommend", "--error 1e-3 --until 0.2 --json", ["reference, ", "integrators: 1 of 8, "]),
+        (
+            "recommend",
+            "--error 1e-3 --until 0.2 --json",
+            ["reference, ", "the first integrator, ", "integrators: 1 of 7, "],
+        ),
         ("run", "--duration 2 --step 0.001 --output-step 0.001 --json -o OUT", ["of 2 s simulated, "]),
     ],
 )

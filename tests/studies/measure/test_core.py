@@ -8,6 +8,7 @@ from scipy.special import ellipj, ellipk
 
 from mbproj.scene import read_scene_text
 from mbproj.studies.measure.accuracy import attempt
+from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import error, reference
 from mbproj.studies.measure.setting import Setting
@@ -85,8 +86,15 @@ def test_processes_and_what_is_kept_change_nothing(pendulum):
     settings = [Setting(step=0.1 / k) for k in (10, 20)] + [Setting("none", "dop853", tolerance=1e-6)]
     seen: list[tuple[str, int, int]] = []
     alone = attempt(pendulum, settings, found, processes=1)
-    first = attempt(pendulum, settings[:2], found, ValueCache("test"), processes=2)
-    whole = attempt(pendulum, settings, found, ValueCache("test"), processes=2, tell=lambda *told: seen.append(told))
+    first = attempt(pendulum, settings[:2], found, ValueCache("test", records=MEASUREMENT_RECORDS), processes=2)
+    whole = attempt(
+        pendulum,
+        settings,
+        found,
+        ValueCache("test", records=MEASUREMENT_RECORDS),
+        processes=2,
+        tell=lambda *told: seen.append(told),
+    )
     assert seen == [("runs", 2, 3), ("runs", 3, 3)]
     assert whole[:2] == first  # not run again: the seconds are the same, too
     assert [trial.error for trial in whole] == [trial.error for trial in alone]

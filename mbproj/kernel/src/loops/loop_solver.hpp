@@ -95,7 +95,7 @@ public:
         all().fill_evenly(pose);
         S.keep();
         Scalar<D> left = std::numeric_limits<double>::infinity();
-        for (double smallest = from.tied; smallest > from.no_digits; smallest *= 0.5) {
+        for (double smallest = from.choice_from; smallest > from.no_digits; smallest *= 0.5) {
             if (smallest >= left) continue;  // it leaves out what the last one has
             S.restore();
             if (auto rows = all().dependent_rows(smallest, redundant); static_cast<int>(rows.size()) == redundant)

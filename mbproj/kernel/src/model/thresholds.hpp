@@ -35,7 +35,7 @@ struct Thresholds {
     // mbproj/thresholds/curves.py
     double overlap;
     // mbproj/thresholds/dependence.py
-    double near_branch, decline, tied, no_part;
+    double near_branch, decline, choice_from, tied, no_part;
 };
 
 // Calls visit("name", member) for every threshold.
@@ -127,6 +127,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("overlap", &Thresholds::overlap);
     visit("near_branch", &Thresholds::near_branch);
     visit("decline", &Thresholds::decline);
+    visit("choice_from", &Thresholds::choice_from);
     visit("tied", &Thresholds::tied);
     visit("no_part", &Thresholds::no_part);
 }
