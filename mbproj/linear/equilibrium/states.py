@@ -95,7 +95,7 @@ class BalanceWithStates:
         return matrix, np.block([[sizes / self.torque, np.abs(pushed)], [*map(np.abs, of_states)]])
 
     def after(self, step: Array) -> BalanceWithStates | None:
-        """Return the forces and rates after a step; None where constraints do not close, or a
+        """Return the forces and rates after a step of limited length; None where constraints do not close, or a
         function has no value.
 
         Combinations of residuals that no motion changes, uᵀη with uᵀK = 0, stay as they are: the step has no part along
@@ -105,6 +105,7 @@ class BalanceWithStates:
         none = σ <= THRESHOLDS.rounding * σ.max(initial=0.0)
         conserved, free = U[:, none].T, V[none].T
         step = step - free @ np.linalg.lstsq(conserved @ free, conserved @ step, rcond=None)[0]
+        step = step * (THRESHOLDS.largest_radius / max(float(np.linalg.norm(step[:f])), THRESHOLDS.largest_radius))
         there = self.at.after(step[:f], problem.x + problem.system.states.scale * step[f:])
         return None if there is None else replace(self, at=there)
 

@@ -75,10 +75,8 @@ public:
     std::size_t filled() const { return fill_; }  // the part of these in blocks that are 0 in the matrix
     int row(int block) const { return begin_[block]; }
     const ValueOf<Scalar>& smallest_pivot() const { return smallest_pivot_; }
-    const ValueOf<Scalar>& nearness() const {
-        return nearness_;
-    }                                                         // the smallest pivot, in parts of its usual value or of 1
-    void expect(const std::vector<ValueOf<Scalar>>& usual) {  // empty where they belong to other rows: a penalty
+    const ValueOf<Scalar>& nearness() const { return nearness_; }  // the smallest pivot by its usual value, or by 1
+    void expect(const std::vector<ValueOf<Scalar>>& usual) {       // empty where they belong to other rows: a penalty
         const std::size_t n = per_usual_.size();
         for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : ValueOf<Scalar>(1.0);
     }
