@@ -164,9 +164,7 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
         K, sizes = here.stiffness
         largest: float = np.maximum(sizes.max(initial=0.0), np.finfo(float).tiny)
         step = towards_balance(here.residual, K, damping * largest)
-        length = float(np.linalg.norm(step[: here.space.freedom]))
-        size, part = _size(here), THRESHOLDS.largest_radius / max(length, THRESHOLDS.largest_radius)
-        there = here.after(step * part)
+        size, there = _size(here), here.after(of_limited_length(step, here.space.freedom))
         if there is not None and _size(there) < size:
             here = there
         if _size(here) <= (1.0 - THRESHOLDS.stalled) * size:
@@ -174,6 +172,12 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
         else:
             damping = max(10.0 * damping, THRESHOLDS.half_digits)
     return here, steps
+
+
+def of_limited_length(step: Array, freedom: int) -> Array:
+    """Return the step, shortened where bodies would move by more than a step may. Their part comes first."""
+    most = THRESHOLDS.largest_radius
+    return step * (most / max(float(np.linalg.norm(step[:freedom])), most))
 
 
 def _size(here: ResidualEquations) -> float:

@@ -26,6 +26,7 @@ from mbproj.linear.equilibrium.solve import (
     by_residual,
     falls_for_ever,
     is_nearly_balanced,
+    of_limited_length,
     solve,
 )
 from mbproj.thresholds import THRESHOLDS
@@ -105,7 +106,7 @@ class BalanceWithStates:
         none = σ <= THRESHOLDS.rounding * σ.max(initial=0.0)
         conserved, free = U[:, none].T, V[none].T
         step = step - free @ np.linalg.lstsq(conserved @ free, conserved @ step, rcond=None)[0]
-        step = step * (THRESHOLDS.largest_radius / max(float(np.linalg.norm(step[:f])), THRESHOLDS.largest_radius))
+        step = of_limited_length(step, f)
         there = self.at.after(step[:f], problem.x + problem.system.states.scale * step[f:])
         return None if there is None else replace(self, at=there)
 
