@@ -19,13 +19,19 @@ WIDTH = 80
 
 
 class WholeTable(TableElement):
-    """A table whose first column, the names, stays whole; a word too long for another column is broken, not cut."""
+    """A table whose first column stays whole where it holds names. Words of other columns stay whole where they fit; a
+    longer one is broken, not cut."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         for made in super().__rich_console__(console, options):
             if isinstance(made, Table):
-                made.columns[0].no_wrap = True
-                for column in made.columns:
+                names, *others = made.columns
+                length = max(len(str(cell)) for cell in (names.header, *names.cells))
+                names.no_wrap = length <= options.max_width // 2
+                left = options.max_width - 2 * len(made.columns) - (length if names.no_wrap else 0)
+                for column in others:
+                    cells = " ".join(str(cell) for cell in (column.header, *column.cells))
+                    column.min_width = min(max(map(len, cells.split()), default=1), left // len(made.columns))
                     column.overflow = "fold"
             yield made
 

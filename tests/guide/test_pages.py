@@ -54,6 +54,14 @@ def test_a_page_fits_a_terminal(page):
 
 
 @every_page
+def test_words_in_tables_of_three_columns_stay_whole(page):
+    shown = set(rendered(page).split())
+    for row in re.findall(r"^\|(?:[^|\n]+\|){2,3}$", page.text, re.MULTILINE):
+        words = re.findall(r"(?<= )[a-z]{4,12}(?=[ ,;.])", re.sub(r"\[[^\]]*\]\([^)]*\)|\*[^*]*\*|`[^`]*`", "", row))
+        assert all(any(word in each for each in shown) for word in words), (page.topic, row)
+
+
+@every_page
 def test_code_fits_a_terminal_without_being_broken(page):
     for fence in fences(page):
         for line in fence.text.splitlines():
