@@ -223,6 +223,15 @@ def test_every_package_has_its_place_in_the_order():
     TopologicalSorter(MAY_IMPORT).prepare()
 
 
+def test_the_guide_lists_every_package_after_what_it_imports():
+    page = (PACKAGE / "guide" / "explanation" / "contributing.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| (`.*`) \|", page.split("## The house")[1].split("##")[0], re.MULTILINE)
+    listed = [name for row in rows for name in re.findall(r"`(\w+)`", row)]
+    assert sorted(listed) == sorted(MAY_IMPORT)
+    for package, others in MAY_IMPORT.items():
+        assert {name for name in others if listed.index(name) > listed.index(package)} == set(), package
+
+
 def test_every_folder_has_its_place_in_the_order_of_its_package():
     found = {(path.parent.parent.name, path.parent.name) for path in PACKAGE.glob("*/*/__init__.py")}
     assert found == {(package, folder) for package, folders in FOLDERS.items() for folder in folders}
