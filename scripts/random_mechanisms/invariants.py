@@ -52,8 +52,9 @@ def _closure(system: System, done: Motion, limits: list[RoundOff]) -> Iterator[F
     yield off("closure", done.tally.joint_peak.value, max(CLOSED, ATTAINABLE * grain))
     # A structure is at rest but for what round-off of the accelerations makes of its velocities in a step.
     pushed = np.abs(jacobian(system, pose)) @ limits[-1].acceleration * float(done.samples.t[-1])
+    # Its start is what assembly leaves of given velocities of about 1 m/s.
     grain = (velocity_grain(system, pose, twist) + pushed).max(initial=0.0)
-    yield off("closure of velocities", done.tally.velocity_peak.value, ATTAINABLE * grain)
+    yield off("closure of velocities", done.tally.velocity_peak.value, ATTAINABLE * max(grain, ROUND_OFF))
     for at, limit in zip((0, -1), limits, strict=True):
         a, rows = samples.acceleration[at], np.abs(jacobian(system, pose_of(samples.q[at])))
         allowed = (rows @ (limit.acceleration + ROUND_OFF * np.abs(a))).max()
