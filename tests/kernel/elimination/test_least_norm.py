@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import mbproj
 from mbproj import read_scene_text
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.assemble import coordinate_values
+from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel import core
@@ -37,3 +40,20 @@ def test_smallest_multipliers_are_the_part_in_the_range_of_the_rows(loops):
     assert np.abs(others - smallest).max() > largest  # there is something to spread
     np.testing.assert_allclose(found[0], smallest, atol=1e-11 * largest)
     np.testing.assert_allclose(found[1], smallest, atol=1e-9 * largest)
+
+
+def test_smallest_multipliers_along_a_motion_do_not_depend_on_the_block():
+    """To the bit: samples are observed in blocks, whose bounds depend on the clock."""
+    scene = read_scene_text(shared_four_bars(1))
+    system = compile_system(scene)
+    results = mbproj.run(scene, tolerance=1e-8, duration=0.6, output_step=0.02)
+    bodies = [results[f"bodies/{name}"] for name in ("position", "orientation")]
+    q = np.concatenate(bodies, axis=2).reshape(len(results["time"]), -1)
+    reduced = Reduced(core(), system)
+    assert count_redundant(reduced, assemble(system, initial_guess(scene, system))) == 3
+    equations, y = reduced.equations(), np.stack([reduced.state(each, 0.0 * each) for each in q])
+    t, places = np.zeros(len(y)), np.stack([coordinate_values(system, pose_of(each)) for each in q])
+    together = equations.smallest_multipliers(y, t, places)
+    for k in range(len(y)):
+        (alone,) = equations.smallest_multipliers(y[k : k + 1], t[:1], places[k : k + 1])
+        np.testing.assert_array_equal(together[k], alone)

@@ -100,18 +100,11 @@ public:
         const std::size_t rows = model_.constraints.rows;
         Numbers found(count * rows, std::numeric_limits<double>::quiet_NaN());
         Numbers slope(model_.layout.size()), lambda(model_.all_multipliers());
-        LeftOut first;
-        double least = 0.0;
         for (std::size_t i = 0; i < count; ++i, y += model_.layout.bodies.size, coordinates += beside()) {
             if (forces) equations_.contacts().give(along, Eigen::Map<const Eigen::VectorXd>(forces, contacts));
             if (forces) forces += contacts;
             const Numbers there(coordinates, coordinates + beside());
-            if (!(first && begin(t[i], y, there, first) && nearness() >= least)) {
-                if (!begin(t[i], y, there, {})) continue;
-                first.reset();
-                least = model_.thresholds.decline * nearness();
-                if (least > 0.0) first = equations_.solver().left_out();
-            }
+            if (!begin(t[i], y, there, {})) continue;
             equations_.set_velocities(y, false);
             if (!equations_.slope_at(state_.data(), slope.data(), lambda.data())) continue;
             if (!equations_.solver().spread(equations_.pose(), lambda.data())) continue;
