@@ -19,7 +19,6 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.friction.shared import refuse_shared_loads
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.stops.rubbing import at_rest, friction_rates
-from mbproj.integrate.stops.whole import speed_of
 from mbproj.linear.bordered import along_tangent_space
 from mbproj.model.contacts import Contacts, in_contact, standing_on_stops
 from mbproj.model.frictions import Frictions
@@ -46,7 +45,7 @@ def held_at(system: System, state: State, *, resting: bool = False) -> RestingCo
         return RestingContacts(whole, whole)
     rests, of_joints = np.ones(frictions.size, dtype=bool), frictions.stop < 0
     if not resting:
-        rests = at_rest(system, state, Contacts(), None, speed_of(system, state))
+        rests = at_rest(system, state)
     refuse_shared_loads(system, state)
     _refuse_sliding_by_load(system, frictions, rests)
     value = counted_values(frictions.coordinates, frictions.joint_coordinate, pose_of(state.q), state.turns)

@@ -68,20 +68,6 @@ class Contacts:
         return len(self.held) + len(self.stuck)
 
 
-def walls(system: System, contacts: Contacts) -> dict[int, int]:
-    """Return the held stops at which a friction along the stop's own coordinate sticks, with that friction. The stop's
-    row bears the force of both, so that the friction itself is `bearing` 0."""
-    stops, frictions = system.stops, system.frictions
-    if stops is None or frictions is None:
-        return {}
-    return {
-        k: j
-        for k in contacts.held
-        for j, part in contacts.bearing.items()
-        if part == 0.0 and 0 <= stops.joint_coordinate[k] == frictions.joint_coordinate[j]
-    }
-
-
 def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Contacts:
     """Return the contacts with the stops in `closed` held, where exactly one friction along a stop's coordinate sticks.
     The stop's row then replaces that of the friction."""

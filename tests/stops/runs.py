@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.integrate.reporting.marks import START
-from mbproj.integrate.stops.inside import Inside
 
 DOP853 = "integrator: dop853, tolerance: 1.0e-11, output_step: 0.1"
 FIXED = "integrator: rk4, step: 1.0e-3, output_step: 0.1"
@@ -49,20 +49,19 @@ def run(text, **parameters):
     return report, recorded
 
 
-def by_reference(monkeypatch):
-    """From now on the reference in Python decides all that happens at stops and frictions."""
-    usual = Inside.begin
-
-    def begin(self, run):
-        usual(self, run)
-        run.leave_contacts_over()
-
-    monkeypatch.setattr(Inside, "begin", begin)
-
-
-def by_kernel(monkeypatch):
-    """From now on nothing is left over by the kernel."""
-    monkeypatch.delattr(Inside, "settle")
+def same(own, expected, paths, near):
+    """Checks that two runs record the same events, at the same times, and the same numbers, to `near` of their
+    scale."""
+    told = [[(event.name, event.kind, event.direction) for event in each.happened] for each in (own, expected)]
+    assert told[0] == told[1]
+    assert len(own.happened) > 0
+    for event, other in zip(own.happened, expected.happened, strict=True):
+        assert event.time == pytest.approx(other.time, abs=near)
+        assert (event.impulse, event.energy) == pytest.approx((other.impulse, other.energy), rel=near, abs=near)
+    for path in paths:
+        if path in expected.blocks[0]:
+            scale = max(1.0, np.abs(expected[path]).max(initial=0.0))
+            np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=near * scale, err_msg=path)
 
 
 def simulated(text, mark=START):

@@ -1,4 +1,4 @@
-"""The static and sliding forces of dry frictions: at a state, where they are functions, and at a sliding speed."""
+"""The static and sliding forces of dry frictions at a state, where they are functions."""
 
 from __future__ import annotations
 
@@ -23,13 +23,6 @@ def frictions_at(system: System, state: State) -> Frictions:
     forces, which = _forces(system, frictions, state), list(frictions.varies)
     sliding[which], static[which] = forces[:, 0], forces[:, 1]
     return replace(frictions, sliding=sliding, static=static)
-
-
-def sliding_forces(frictions: Frictions, speed: Array) -> Array:
-    """The forces that resist sliding at these speeds, (..., K), per unit of load: Stribeck's curve."""
-    decay = np.exp(-((speed / np.where(frictions.stribeck > 0.0, frictions.stribeck, 1.0)) ** 2))
-    static_part = np.where(frictions.stribeck > 0.0, decay, 0.0)
-    return np.asarray(frictions.sliding + (frictions.static - frictions.sliding) * static_part)
 
 
 def _forces(system: System, frictions: Frictions, state: State) -> Array:

@@ -12,9 +12,10 @@ import numpy as np
 from mbproj.arrays import Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, block_samples
+from mbproj.errors import SimulationError
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.events.time_events import SHARED, Event
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.integrate.loop.pauses import Pauses, Standing
@@ -61,8 +62,8 @@ class Inside(Protocol):
     def take(self, run: Any) -> list[Event]:
         """Return the events since the last call."""
 
-    def settle(self, run: Any, state: State) -> list[Event]:
-        """Decide what the kernel leaves over where it has halted, and return the events there."""
+    def failure(self, run: Any) -> SimulationError | None:
+        """Return the error of a run that has ended where nothing can be decided; None where it has not."""
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
         """Return a block of samples with the forces of contacts."""
@@ -120,11 +121,10 @@ def march(
         if pauses is not None and run.pauses and pauses.look(_standing(compiled, run, tally)):
             return
         if run.outcome.status == compiled.core.Status.halted:
-            assert inside is not None
-            at = run.standing
-            if inside.halts:
-                raise Halted(at["t"], shaped=run.here()["shaped"])
-            tally.met += inside.settle(run, compiled.standing(at["t"], at["y"], at["turns"]))
+            raise Halted(run.standing["t"], shaped=run.here()["shaped"])
+    undecided = None if inside is None else inside.failure(run)
+    if undecided is not None:
+        raise undecided
     if steps is not None:
         steps.finish(compiled, run, leg, settings)
     failure = compiled.failure(run, settings)
@@ -188,12 +188,12 @@ def _mark(run: Any, tally: Tally) -> Mark:
 
 
 def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
-    """Return the events up to a mark. Events of contacts, of stops and frictions alike, are counted: the time at which
-    a bounce will have come to rest is known before."""
+    """Return the events up to a mark. Events of contacts, of stops and frictions alike and of joints that share their
+    loads, are counted: the time at which a bounce will have come to rest is known before."""
     left, found = mark.get("contacts", {"events": 0})["events"], list[Event]()
     for event in met:
-        of_contact = "contacts" in mark and event.name.startswith(("stop '", "friction '"))
-        if (left > 0) if of_contact else event.time <= mark["t"]:
+        of_contact = event.kind == SHARED or event.name.startswith(("stop '", "friction '"))
+        if (left > 0) if of_contact and "contacts" in mark else event.time <= mark["t"]:
             found.append(event)
         left -= of_contact
     return found

@@ -1,19 +1,42 @@
-"""Why a run ends at a stop: each with the time, the stops, and what to try."""
+"""Why a run ends at a stop or a dry friction: each with the time, whose it is, and what to try."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from mbproj.arrays import Integers
 from mbproj.errors import SimulationError
 from mbproj.integrate.reporting.failures import no_unique_sliding
 from mbproj.model.system import System
+from mbproj.registry import IMPACT_LAWS
 
 
 def named(system: System, which: Sequence[int] | Integers) -> str:
     """The stops by name: "stop 'A'", "stops 'A', 'B'"."""
     names = ", ".join(f"'{system.names.stops[int(k)]}'" for k in which)
     return f"stop{'s' * (len(which) > 1)} {names}"
+
+
+def undecided(
+    t: float, system: System, why: str, which: Sequence[int], energy: float, laws: Sequence[int]
+) -> SimulationError:
+    """What the kernel could not decide, and `why`: whose it is, the energy that an impact would create, and the other
+    `laws` of impact that would create none."""
+    if why == "driven into":
+        return driven_into(t, system, which)
+    if why == "creates energy":
+        assert system.stops is not None
+        return creates_energy(t, system, which, energy, system.stops.impact_law, [IMPACT_LAWS[k] for k in laws])
+    if why == "together":
+        return struck_together(t, system, which)
+    if why == "no balance":
+        return finds_no_balance(t, system, np.array(which))
+    if why == "never ends":
+        return never_ends(t, system, which)
+    cause = "a contact meets a motion without inertia: no force or impulse is finite there"
+    return SimulationError(t, cause, hint="give its bodies mass and inertia")
 
 
 def driven_into(t: float, system: System, which: Sequence[int] | Integers) -> SimulationError:
@@ -55,8 +78,10 @@ def finds_no_balance(t: float, system: System, frictions: Integers) -> Simulatio
     return no_unique_sliding(t, f"friction {names} of joint {of}" if of else f"friction {names}")
 
 
-def never_ends(t: float, which: str) -> SimulationError:
-    """More happens at one time than stops and frictions can explain, to the one called `which`."""
+def never_ends(t: float, system: System, which: Sequence[int]) -> SimulationError:
+    """More happens at one time than stops and frictions can explain; `which` counts stops, then frictions."""
+    stops = len(system.names.stops)
+    own = [named(system, [k]) if k < stops else f"friction '{system.names.frictions[k - stops]}'" for k in which]
     cause = "it is met and released again and again at one time"
     hint = "make it compliant with 'stiffness', or use a smaller step or tolerance"
-    return SimulationError(t, cause, where=which, hint=hint)
+    return SimulationError(t, cause, where=", ".join(own) or None, hint=hint)

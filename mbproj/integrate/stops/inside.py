@@ -1,5 +1,5 @@
-"""Stops and dry friction in the kernel's own loop: it finds when they are met, and does what happens there. What it
-leaves over is decided here, by the reference."""
+"""Stops and dry friction in the kernel's loop, which finds when they are met and decides what happens there: what it
+has to know, what it records, and what its results say of contacts."""
 
 from __future__ import annotations
 
@@ -11,50 +11,36 @@ from typing import Any
 import numpy as np
 
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.contact.impact import LAWS
 from mbproj.dynamics.contact.inside import stop_sizes
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.samples import Samples
+from mbproj.errors import SimulationError
 from mbproj.integrate.events.time_events import SHARED, Event
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.stops.failures import never_ends
-from mbproj.integrate.stops.meeting import meet
-from mbproj.integrate.stops.met import Meaning, Met
+from mbproj.integrate.stops.failures import undecided
 from mbproj.integrate.stops.rubbing import friction_sizes
-from mbproj.integrate.stops.sharing import changed, sharing
+from mbproj.integrate.stops.sharing import loaded_joints
 from mbproj.integrate.stops.whole import speed_of, stored
-from mbproj.model.contacts import Contacts, at_walls, in_contact, walls
+from mbproj.model.contacts import Contacts, at_walls, in_contact
 from mbproj.model.system import System
+from mbproj.registry import IMPACT_LAWS
 from mbproj.thresholds import THRESHOLDS
 
 #: What frictions and stops are marked as.
 MARKED = ("idle", "straight", "starting")
 
 
+def _joints(system: System, compiled: Compiled) -> list[int]:
+    """The system's number of each joint of the kernel."""
+    return [*takewhile(lambda joint: joint < len(system.names.joints), map(compiled.joint, count()))]
+
+
 def _named(system: System, compiled: Compiled) -> list[str]:
     """What shares a load, by the kernel's numbers: stops, frictions, joints."""
-    own = takewhile(lambda joint: joint < len(system.names.joints), map(compiled.joint, count()))
-    joints = [system.names.joints[joint] for joint in own]
+    joints = [system.names.joints[joint] for joint in _joints(system, compiled)]
     parts = {"stop": system.names.stops, "friction": system.names.frictions, "joint": joints}
     return [f"{what} '{name}'" for what, names in parts.items() for name in names]
-
-
-def _known(system: System, contacts: Contacts) -> dict[str, Any]:
-    """Contacts as the kernel has them: what sticks at a wall is stuck there."""
-    at, stuck, bearing = walls(system, contacts), dict(contacts.stuck), dict(contacts.bearing)
-    for stop, k in at.items():
-        assert system.stops is not None
-        stuck[k] = float(system.stops.bound[stop])
-        bearing.pop(k, None)
-    numbered = {"sliding": contacts.sliding, "stuck": stuck, "pushing": contacts.pushing, "bearing": bearing}
-    return {
-        "held": list(contacts.held),
-        **{name: [*each.items()] for name, each in numbered.items()},
-        **{name: sorted(getattr(contacts, name)) for name in MARKED},
-        "shares": [(k, list(parts)) for k, parts in contacts.shares.items()],
-        "decides": contacts.decides,
-    }
 
 
 def _stop_laws(system: System) -> list[tuple[float, ...]]:
@@ -132,11 +118,13 @@ class Inside:
         """Tell the kernel's run, before its first step."""
         stops, frictions = self.system.stops, self.system.frictions
         law = "newton" if stops is None else stops.impact_law
-        state = _known(self.system, Contacts()) | {"push": 0.0, "fastest": self._fastest, "met_at": -np.inf}
-        state |= {"met_often": 0, "lost": 0.0, "work": 0.0, "events": 0, "shared": []}
+        state: dict[str, Any] = {"push": 0.0, "fastest": self._fastest, "met_at": -np.inf, "met_often": 0}
+        state |= {"held": [], "lost": 0.0, "work": 0.0, "events": 0}
         state |= {"rubbed": [0.0] * (0 if frictions is None else frictions.size)}
-        laws = _stop_laws(self.system), _friction_laws(self.system)
-        run.begin_contacts(*laws, state, THRESHOLDS.look_spacing * self._interval, list(LAWS).index(law))
+        laws, spacing = (_stop_laws(self.system), _friction_laws(self.system)), THRESHOLDS.look_spacing * self._interval
+        in_plane, joints = self.compiled.dimension == "Plane", _joints(self.system, self.compiled)
+        loaded = loaded_joints(self.system, self.compiled, joints) if in_plane else None
+        run.begin_contacts(*laws, state, spacing, IMPACT_LAWS.index(law), loaded)
         if self.halts:
             run.halt_at_contacts()
 
@@ -144,33 +132,11 @@ class Inside:
         """What was recorded since the last call."""
         return [Event(t, self._name(k, what[0]), *what) for t, k, *what in run.take_contact_events()]
 
-    def settle(self, run: Any, state: State) -> list[Event]:
-        """What happens where a run has halted, at a state, at what the kernel leaves over; it can go on from there.
-        Raises SimulationError where nothing can."""
-        system, known, t = self.system, run.contacts, state.t
-        (number, released), stops = run.left_over, len(system.names.stops)
-        what = Meaning() if number < 0 else Meaning(stop=number, released=released)
-        if number >= stops:
-            what = Meaning(friction=number - stops, rest=not released)
-        since, often = t - known["met_at"], known["met_often"]
-        known["met_often"] = often + 1 if since <= 16.0 * np.finfo(float).eps * max(t, self._interval) else 1
-        again = what.stop if known["met_often"] > 1 and not what.released else None
-        met = Met(what.let_go, what.friction if what.rest else None, known["fastest"], again)
-        meeting = meet(system, state, contacts_of(system, known), met, begins=what == Meaning())
-        names, shared = _named(system, self.compiled), sharing(system, meeting.state, meeting.contacts, met.fastest)
-        events = (*meeting.events, *changed(t, tuple(names[k] for k in known["shared"]), shared))
-        if not events and since * met.fastest <= THRESHOLDS.met_soon:
-            known["met_often"] = often + 1
-        if known["met_often"] > THRESHOLDS.most_meetings:
-            raise never_ends(t, what.name(system))
-        for k, lost in () if meeting.rubbed is None else zip(*meeting.rubbed, strict=True):
-            known["rubbed"][k] += lost
-        known |= {"push": meeting.push, "met_at": t, "lost": known["lost"] + meeting.lost}
-        known |= {"work": known["work"] + meeting.work, "events": known["events"] + len(events)}
-        known |= {"shared": [names.index(each) for each in shared if each in names]}
-        bodies = self.compiled.state(meeting.state.q, meeting.state.v).ravel().tolist()
-        run.settle(known | _known(system, meeting.contacts), bodies)
-        return list(events)
+    def failure(self, run: Any) -> SimulationError | None:
+        """The error of a run that has ended where nothing can be decided; None where it has not."""
+        if run.outcome.status != self.compiled.core.Status.undecided:
+            return None
+        return undecided(float(run.outcome.time), self.system, *run.undecided)
 
     def _name(self, number: int, what: str) -> str:
         """What an event calls a stop, a friction or a joint: of both tangents at a stop the force that it is."""

@@ -1,5 +1,5 @@
 """What dry frictions do from a state on, before anything runs: which stick, which slide, and what those that stick
-bear."""
+bear. The kernel decides it, as where a run begins."""
 
 from __future__ import annotations
 
@@ -10,13 +10,19 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.contact.freedom import Freedom, counted_coordinates
-from mbproj.integrate.stops.meeting import meet
-from mbproj.integrate.stops.met import Met
-from mbproj.integrate.stops.rubbing import at_rest, friction_rates, rubbed
-from mbproj.integrate.stops.whole import speed_of
-from mbproj.model.contacts import Contacts, in_contact
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.friction.changing import frictions_at
+from mbproj.dynamics.observe.bearings import load, supports
+from mbproj.errors import InputError, Problem
+from mbproj.integrate.formulations.choice import choose
+from mbproj.integrate.stops.inside import Inside, contacts_of
+from mbproj.integrate.stops.rubbing import friction_rates
+from mbproj.model.contacts import Contacts
 from mbproj.model.system import System
+from mbproj.scene.records import Settings
+
+#: A run that is not made: only its start counts, and nothing that motions do later, s.
+SHORT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,15 +50,27 @@ class RubsAtStart(TypedDict):
 
 def resting(system: System, state: State) -> Resting:
     """What sticks at a state at which a run begins. Raises SimulationError where neither sticking nor sliding fulfils
-    Coulomb's law, and where a stop is driven into."""
-    fastest = speed_of(system, state)
-    contacts = meet(system, state, Contacts(), Met(fastest=fastest), begins=True).contacts
-    bare = in_contact(system, Contacts((), contacts.pushing))
-    freedom = Freedom.at(bare, state)
-    rests = at_rest(bare, state, contacts, None, fastest)
-    touches = np.array(contacts.touching, dtype=np.intp)
-    found = rubbed(freedom, freedom.free(counted_coordinates(bare, state)), state, contacts, touches, rests)
-    return Resting(contacts, found.force, found.most)
+    Coulomb's law, and where a stop is driven into; InputError without a kernel."""
+    frictions, settings = system.frictions, Settings(duration=SHORT, step=SHORT, output_step=SHORT)
+    assert frictions is not None
+    choice = choose(system, state, settings)
+    if choice.compiled is None:
+        hint = "install mbproj where a C++ compiler is, as 'mbproj help install it' says"
+        raise InputError(Problem("dry friction and contacts that share a load need the compiled kernel", hint=hint))
+    inside = Inside(choice, system, state, 1.0)
+    run = inside.compiled.run(state, settings)
+    inside.begin(run)
+    block = run.advance(1, 1.0)
+    if not len(block["t"]):
+        raise inside.failure(run) or inside.compiled.failure(run, settings) or AssertionError("a run ends as it begins")
+    samples = inside.samples(inside.compiled.samples(block, {}), block)
+    pushes, force = np.split(block["pushes"][0], [len(system.names.stops)])
+    most, bearings = frictions_at(system, state).static.copy(), system.bearings
+    if bearings is not None:
+        loads = load(bearings, supports(system, bearings, pose_of(state.q), samples.multipliers[0]))
+        most *= np.where(frictions.bearing >= 0, loads[frictions.bearing], 1.0)
+    most *= np.where(frictions.stop >= 0, np.append(pushes, 1.0)[frictions.stop], 1.0)
+    return Resting(contacts_of(system, run.contacts), force, most)
 
 
 def frictions_at_start(system: System, state: State) -> dict[str, RubsAtStart]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.kernel.scenes import needs_kernel
-from tests.stops.runs import by_kernel, by_reference, run, simulated
+from tests.stops.runs import run, same, simulated
 
 pytestmark = needs_kernel
 
@@ -72,30 +72,15 @@ def test_it_rests_until_the_push_away_exceeds_static_friction(steps, formulation
     np.testing.assert_allclose(recorded["stops/force"][rests].sum(axis=1), inward - by_friction, atol=1e-8)
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced"])
-def test_the_kernel_does_it_all(formulation, monkeypatch):
-    """A block that bounces before it rests; and the same by the reference."""
-    text = block(formulation=formulation, restitution=0.6)
-    with monkeypatch.context() as context:
-        by_kernel(context)
-        _, own = run(text)
-    by_reference(monkeypatch)
-    _, expected = run(text)
-    kinds = [[(event.name, event.kind, event.direction) for event in each.happened] for each in (own, expected)]
-    assert kinds[0] == kinds[1]
-    times = [[event.time for event in each.happened] for each in (own, expected)]
-    assert times[0] == pytest.approx(times[1], abs=1e-8)
-    assert len(own.of("impact")) > 6
-    for path in ("bodies/position", "bodies/velocity", "friction/force", "stops/force", "diagnostics/work"):
-        np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=2e-8, err_msg=path)
+def test_a_block_that_bounces_before_it_rests_does_so_in_the_plane_and_in_space():
+    plane, space = (run(block(formulation=own, restitution=0.6))[1] for own in ("planar", "reduced"))
+    same(plane, space, ("bodies/position", "bodies/velocity", "friction/force", "stops/force"), 2e-8)
+    assert len(plane.of("impact")) > 6
 
 
-@pytest.mark.parametrize("where", ["kernel", "reference"])
-def test_recording_has_no_say(where, monkeypatch):
+def test_recording_has_no_say():
     """Neither how often nor how long is recorded decides what happens, and when."""
-    if where == "reference":
-        by_reference(monkeypatch)
-    cases = [(3.3, 0.9), (5.0, 0.9), (3.3, 0.01)] if where == "kernel" else [(3.3, 0.9), (4.2, 0.1)]
+    cases = [(3.3, 0.9), (5.0, 0.9), (3.3, 0.01)]
     found = [run(block(duration=d, output_step=every, restitution=0.6))[1] for d, every in cases]
     expected = [event for event in found[0].happened if event.time < 3.2]
     assert len(expected) > 20

@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.friction import problem
-from mbproj.dynamics.friction.problem import Cone, contact_problem
-from mbproj.errors import InputError
 from tests.kernel.scenes import needs_kernel
+from tests.laws import Cone, contact_problem
 
 pytestmark = needs_kernel
 
@@ -79,11 +77,3 @@ def test_two_joints_of_a_limit_each_and_a_foot_that_slides():
     y = contact_problem(row @ row.T, np.array([-WEIGHT, 26.0, 26.0, 26.0]) / MASS, cones)
     assert y == pytest.approx([WEIGHT, -0.5 * WEIGHT, -4.0, -7.0], abs=1e-9)
     assert contact_problem(row @ row.T, np.array([-WEIGHT, 28.1, 28.1, 28.1]) / MASS, cones) is None
-
-
-def test_without_a_kernel_it_says_what_it_needs(monkeypatch):
-    monkeypatch.setattr(problem, "core", lambda: None)
-    with pytest.raises(
-        InputError, match=r"contacts that share a load need the compiled kernel; install .* C\+\+ compiler"
-    ):
-        contact_problem(*beam([-0.5, 0.3], 1.0, 0.0), feet(2, 0.4))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.friction.balance import FrictionBalance, balanced
 from tests.friction.planes.feet import box
 from tests.kernel.scenes import needs_kernel
+from tests.laws import FrictionBalance
 from tests.stops.runs import run
 
 pytestmark = needs_kernel
@@ -41,7 +41,7 @@ def two_feet(first, second, force):
 def test_the_share_that_holds_has_a_margin(part):
     """Pushed along the line between them two feet hold while the force is below μ m g. In proportion to their pushes
     each uses that part of what it can hold; of the margin that this leaves a tenth is kept at least."""
-    found = balanced(two_feet((0.2, 0.0), (-0.4, 0.0), (part * STATIC * 30.0, 0.0)))
+    found = two_feet((0.2, 0.0), (-0.4, 0.0), (part * STATIC * 30.0, 0.0)).balanced()
     push, along = found.y[:2], found.y[2:].reshape(2, 2)
     assert push == pytest.approx([20.0 + part * 6.25, 10.0 - part * 6.25], abs=1e-8)
     assert along.sum(axis=0) == pytest.approx([-part * 15.0, 0.0], abs=1e-8)
@@ -54,7 +54,7 @@ def test_the_least_share_is_kept_where_it_has_a_margin(part):
     """Of all shares that carry the load it is the one of least norm, which the pseudoinverse gives."""
     problem = two_feet((0.2, 0.0), (-0.4, 0.0), (part * STATIC * 30.0, 0.0))
     least = -np.linalg.pinv(problem.A @ problem.A.T, rcond=1e-12, hermitian=True) @ problem.b
-    assert balanced(problem).y == pytest.approx(least, abs=1e-9)
+    assert problem.balanced().y == pytest.approx(least, abs=1e-9)
 
 
 @pytest.mark.parametrize("angle", [0.3, 1e-2, 2e-3, 1e-4, 1e-6, 0.0])
@@ -62,7 +62,7 @@ def test_two_feet_that_stick_hold_five_rows_of_six(angle):
     """Along the line between them one row is too many, however near to a tangent that line is."""
     x, y = 0.35 * np.cos(angle), 0.35 * np.sin(angle)
     problem = two_feet((0.02 + x, y - 0.05), (0.02 - x, -y - 0.05), (1.0, -3.0))
-    found = balanced(problem)
+    found = problem.balanced()
     assert found.stuck.sum() == 3
     assert np.abs(problem.accelerations(found.y)).max() < 1e-11
 

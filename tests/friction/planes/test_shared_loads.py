@@ -8,9 +8,9 @@ import itertools
 import numpy as np
 import pytest
 
-from mbproj.dynamics.friction.balance import FrictionBalance, forces
 from mbproj.integrate.reporting.marks import START
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box
+from tests.laws import FrictionBalance
 from tests.stops.runs import run, simulated
 
 
@@ -140,7 +140,7 @@ def test_feet_that_want_what_no_forces_give_are_soon_found_out():
         stop=np.zeros(2, dtype=int),
         loads=loads,
     )
-    y = forces(problem)
+    y = problem.forces()
     assert (np.abs(y[1:]) <= 0.4 * y[0] * (1.0 + 1e-12)).all()
     assert (problem.accelerations(y)[:1] >= -1e-25).all()
     assert len(rounds) < 5000

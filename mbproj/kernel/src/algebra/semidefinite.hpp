@@ -36,6 +36,9 @@ public:
     const std::vector<Eigen::Index>& rows() const { return rows_; }
     bool full() const { return static_cast<Eigen::Index>(rows_.size()) == left_.rows(); }
 
+    // L of all rows, with B = L Lᵀ to round-off.
+    auto root() const { return columns_.leftCols(static_cast<Eigen::Index>(rows_.size())); }
+
     // y with (B y + b) = 0 in the independent rows, and 0 in all others.
     void solve(const Eigen::VectorXd& b, Eigen::VectorXd& y) const {
         y = Eigen::VectorXd::Zero(b.size());

@@ -1,8 +1,11 @@
-// The laws of contacts and dry friction at an instant, with NumPy arrays: for the time loop in Python.
+// The laws of contacts and dry friction at an instant, with NumPy arrays: for tests.
 #pragma once
 
+#include <nanobind/stl/pair.h>
+
 #include "bindings/loads_from_numpy.hpp"
-#include "laws/friction_balance.hpp"
+#include "laws/impact.hpp"
+#include "laws/one_sided.hpp"
 
 namespace mbproj {
 
@@ -88,15 +91,35 @@ inline nb::tuple decided(const Thresholds& thresholds, BalanceNumbers& given) {
                           array_of_vector(found.part), shares);
 }
 
-// How stops share, or None, with B of their rows, and of what each push does with the friction that slides by it.
-inline nb::object shares_by(const Thresholds& thresholds, const Numbers2& B, const Numbers2& pulled,
-                            const Numbers1& push) {
-    require(B, {push.size(), push.size()}, "B");
-    require(pulled, {push.size(), push.size()}, "pulled");
-    Shares found;
-    if (!shares_of(matrix(B, "B"), matrix(pulled, "pulled"), vector(push, "push"), thresholds, found))
-        return nb::none();
-    return shares_told(found);
+inline nb::object one_sided_of(const Thresholds& thresholds, const Numbers2& B, const Numbers1& b) {
+    require(B, {b.size(), b.size()}, "B");
+    Eigen::VectorXd z;
+    if (!one_sided(matrix(B, "B"), vector(b, "b"), thresholds.no_push, z)) return nb::none();
+    return array_of_vector(z);
+}
+
+// The impulses of stops and their tangents, the rates afterwards and the energy that each takes; None where the law has no answer.
+// `rubbing`: of each tangent its partner, or -1, and its stop.
+inline nb::object strike_of(const Thresholds& thresholds, int law, const Numbers2& B, const Numbers1& before,
+                            const Numbers1& restitution, const Numbers1& coefficient,
+                            const std::vector<std::pair<int, int>>& rubbing) {
+    const std::size_t size = before.size(), stops = restitution.size();
+    require(B, {size, size}, "B");
+    require(coefficient, {rubbing.size()}, "coefficient");
+    if (stops + rubbing.size() != size) refuse("rubbing", "does not fit the rows");
+    Rubbing own{numbers(coefficient, "coefficient"), {}, {}};
+    for (const auto& [partner, by] : rubbing) {
+        own.partner.push_back(optional_index(partner, rubbing.size(), "rubbing"));
+        own.by.push_back(index_below(by, stops, "rubbing"));
+    }
+    const Eigen::VectorXd slow = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(stops), thresholds.stop_rests);
+    Impact impact;
+    const Strike found = impact.strike(static_cast<ImpactLaw>(index_below(law, std::size(impact_laws), "law")),
+                                       matrix(B, "B"), vector(before, "before"), vector(restitution, "restitution"),
+                                       slow, own, std::vector<bool>(size, true), thresholds);
+    if (found != Strike::done) return nb::none();
+    return nb::make_tuple(array_of_vector(impact.impulse), array_of_vector(impact.after),
+                          array_of_vector(impact.taken));
 }
 
 inline nb::object forces_of(const Thresholds& thresholds, const BalanceNumbers& given) {
@@ -108,8 +131,11 @@ inline nb::object forces_of(const Thresholds& thresholds, const BalanceNumbers& 
 inline void add_laws(nb::module_& m) {
     m.def("contact_problem", &contact_problem_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"), nb::arg("cones"),
           nb::arg("give"), "The forces of contacts and frictions that hold at an instant; None where none hold.");
-    m.def("shares_of", &shares_by, nb::arg("thresholds"), nb::arg("B"), nb::arg("pulled"), nb::arg("push"),
-          "How stops that push share, where their rows depend on each other; None where they do not.");
+    m.def("one_sided", &one_sided_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"),
+          "The pushes of stops that only push; None where none open the gaps.");
+    m.def("strike", &strike_of, nb::arg("thresholds"), nb::arg("law"), nb::arg("B"), nb::arg("before"),
+          nb::arg("restitution"), nb::arg("coefficient"), nb::arg("rubbing"),
+          "The impulses of an impact, the rates afterwards and the energy taken; None where the law has no answer.");
     nb::class_<BalanceNumbers>(m, "FrictionBalance")
         .def(nb::init<const Numbers2&, const Numbers1&, const std::vector<Numbers1>&, std::vector<int>,
                       std::vector<int>, std::vector<bool>, nb::callable>(),

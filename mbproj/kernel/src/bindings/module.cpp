@@ -218,7 +218,8 @@ void add_settings(nb::module_& m) {
         .value("halted", Status::halted)
         .value("jammed", Status::jammed)
         .value("off_rope", Status::off_rope)
-        .value("overlap", Status::overlap);
+        .value("overlap", Status::overlap)
+        .value("undecided", Status::undecided);
     nb::class_<Outcome>(m, "Outcome")
         .def_ro("status", &Outcome::status)
         .def_ro("time", &Outcome::time)

@@ -119,23 +119,11 @@ template <class D> void add_run(nb::module_& m, const char* name) {
                  return mark ? saved_mark<D>(*mark) : nb::dict();
              })
         .def("begin_contacts", &begin_contacts<D>, nb::arg("stops"), nb::arg("frictions"), nb::arg("state"),
-             nb::arg("spacing"), nb::arg("impact_law"))
+             nb::arg("spacing"), nb::arg("impact_law"), nb::arg("joints_in_space").none())
         .def("halt_at_contacts", [](TimeLoop<D>& self) { self.stops().halt(); })
-        .def("leave_contacts_over", [](TimeLoop<D>& self) { self.stops().leave_all(); })
+        .def_prop_ro("undecided", [](const TimeLoop<D>& self) { return as_tuple(self.stops().policy().undecided()); })
         .def("take_contact_events", &take_contact_events<D>)
         .def_prop_ro("contacts", [](const TimeLoop<D>& self) { return saved_contacts(self.stops().policy().state()); })
-        .def("settle",
-             [](TimeLoop<D>& self, const nb::dict& contacts, const std::vector<double>& bodies) {
-                 const Model<D>& model = self.model();
-                 if (bodies.size() != static_cast<std::size_t>(model.layout.bodies.size) ||
-                     !self.settle(contacts_from(contacts, model.stops.bound.size()), bodies))
-                     refuse("contacts", "do not fit");
-                 if (Formulation* other = self.equations().other()) other->rethrow();
-             })
-        .def_prop_ro("left_over",
-                     [](const TimeLoop<D>& self) {
-                         return std::make_pair(self.stops().left_over(), self.stops().is_released());
-                     })
         .def("follow_formulation",
              [](TimeLoop<D>& self, nb::object formulation) {
                  self.follow_formulation(

@@ -8,6 +8,7 @@
 
 #include "bindings/from_numpy.hpp"
 #include "bindings/loads_from_numpy.hpp"
+#include "stepping/flush_to_zero.hpp"
 #include "stepping/time_loop.hpp"
 
 namespace mbproj {
@@ -85,9 +86,21 @@ using StopLaws = std::vector<std::tuple<double, double, double, double, int, dou
 // static force, or -1.
 using FrictionLaws = std::vector<std::tuple<int, int, double, double, double, double, int, int, int>>;
 
+// What Python says of the joints that bear some forces. The loop runs without the interpreter's lock and without small numbers.
+inline LoadedJoints loaded_joints(nb::object joints) {
+    return [joints = std::move(joints)](double t, const Eigen::VectorXd& y, const Eigen::MatrixXd& forces) {
+        const nb::gil_scoped_acquire locked;
+        const KeepDenormals kept;
+        const RowMajor rows = forces;
+        return nb::cast<std::vector<int>>(
+            joints(t, array_of(std::vector<double>(y.begin(), y.end()), y.size()),
+                   array_of(std::vector<double>(rows.data(), rows.data() + rows.size()), rows.rows(), rows.cols())));
+    };
+}
+
 // The loop itself does what happens at stops and frictions with these laws.
 template <class D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops, const FrictionLaws& frictions,
-                                       const nb::dict& state, double spacing, int impact_law) {
+                                       const nb::dict& state, double spacing, int impact_law, nb::object joints) {
     const Model<D>& model = run.model();
     if (stops.size() + frictions.size() != model.stops.bound.size()) refuse("laws", "do not fit the stops");
     std::vector<StopLaw> of_stops;
@@ -103,8 +116,19 @@ template <class D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops, 
     const ContactState begins = contacts_from(state, model.stops.bound.size());
     require_positive(spacing, "spacing");
     const auto impacts = static_cast<ImpactLaw>(index_below(impact_law, 3, "impact_law"));
-    if (!run.stops().begin(std::move(of_stops), std::move(of_frictions), impacts, begins, spacing))
+    LoadedJoints joints_in_space;
+    if (!joints.is_none()) joints_in_space = loaded_joints(std::move(joints));
+    if (!run.stops().begin(std::move(of_stops), std::move(of_frictions), impacts, begins, spacing,
+                           std::move(joints_in_space)))
         refuse("state", "does not fit the laws");
+}
+
+// Why nothing can be decided: the cause, whose it is, the energy, and other laws of impact.
+inline auto as_tuple(const Undecided& undecided) {
+    constexpr const char* names[] = {"",           "driven into", "creates energy", "together",
+                                     "no balance", "never ends",  "no inertia"};
+    return std::make_tuple(std::string(names[static_cast<int>(undecided.cause)]), undecided.which, undecided.energy,
+                           undecided.laws);
 }
 
 // What was recorded of contacts since the last call.

@@ -1,5 +1,4 @@
-// Stops that give way: each is a law of the scene that counts while it pushes. Which push, and what ends that. The reference is
-// mbproj.integrate.stops.meeting.
+// Stops that give way: each is a law of the scene that counts while it pushes. Which push, and what ends that.
 #pragma once
 
 #include "contacts/contact_state.hpp"

@@ -1,5 +1,5 @@
 // Which contacts hold, and what happens where one is met: impacts, contacts that begin and end, bounces that come to rest, sticking
-// and sliding. The reference is mbproj.integrate.stops.meeting.
+// and sliding.
 #pragma once
 
 #include "contacts/compliant_stops.hpp"
@@ -14,11 +14,14 @@ public:
     using Vector = Eigen::VectorXd;
 
     explicit ContactPolicy(EquationsOfMotion<D>& equations)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), touching_(equations),
-          friction_(equations), compliant_(equations), sharing_(equations) {}
+        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
+          touching_(equations, undecided_), friction_(equations, undecided_), compliant_(equations),
+          sharing_(equations) {}
 
     // False where the state does not fit these laws.
-    bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state) {
+    bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state,
+               LoadedJoints joints_in_space) {
+        sharing_.joints_in_space = std::move(joints_in_space);
         laws_ = std::move(laws);
         std::vector<double> sides;
         for (const StopLaw& law : laws_) sides.push_back(law.side);
@@ -42,6 +45,8 @@ public:
     // Whether nothing has happened yet, not even what does where a run begins.
     bool begins() const { return !std::isfinite(state_.met_at); }
     const ContactState& state() const { return state_; }
+    // Why nothing was decided last.
+    const Undecided& undecided() const { return undecided_; }
     std::size_t stops() const { return laws_.size(); }
     std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
     // The force along each coordinate of stops and frictions at y at t, of the multipliers there.
@@ -91,11 +96,13 @@ public:
     // How fast the fastest part moves at a state, in lengths of the mechanism and rad per s.
     void see_speed(const Vector& y) { state_.fastest = std::max(state_.fastest, speed(y)); }
 
-    // At y at t, with whole turns, this stop is met, or `released`, or a friction comes to rest, or is `released`: y is what it is after. False where that is not for this
-    // policy: nothing has changed then. `interval` lies between two samples.
+    // At y at t, with whole turns, this stop is met, or `released`, or a friction comes to rest, or is `released`, or, -1, contacts are
+    // not known: y is what it is after. False where nothing can be decided: nothing has changed then. `interval` lies between two
+    // samples.
     bool meet(double t, Vector& y, const std::vector<long>& turns, int stop, bool released, double interval) {
         ContactState next = state_;
         std::vector<ContactEvent> events;
+        undecided_ = {};
         const bool done = touches(t, y, turns, released ? -1 : stop, next, events) &&
                           settle(t, y, turns, stop, released, interval, next, events);
         if (done) {
@@ -103,6 +110,8 @@ public:
             events_.insert(events_.end(), events.begin(), events.end());
             y = after_;
             state_ = std::move(next);
+        } else if (undecided_.cause == Cause::none) {
+            undecided_.cause = Cause::no_inertia;
         }
         hold();
         return done;
@@ -120,7 +129,7 @@ private:
     double speed(const Vector& y) const { return fastest_part(model_, y); }
 
     // The rigid stops that touch at a state and their border, without contacts; those that give way push from here on, or no more.
-    // False where nothing can move against some.
+    // False where the equations have no unique solution.
     bool touches(double t, const Vector& y, const std::vector<long>& turns, int met, ContactState& next,
                  std::vector<ContactEvent>& events) {
         friction_.acting.release();
@@ -189,7 +198,8 @@ private:
         record(t, next, rests, events);
         if (events.empty() && (t - state_.met_at) * next.fastest <= thresholds_.met_soon)
             next.met_often = state_.met_often + 1;
-        return next.met_often <= thresholds_.most_meetings;
+        if (next.met_often <= thresholds_.most_meetings) return true;
+        return undecided_.is_for(Cause::never_ends, stop < 0 ? std::vector<int>() : std::vector<int>{stop});
     }
 
     static bool any(const Flags& flags) { return std::find(flags.begin(), flags.end(), true) != flags.end(); }
@@ -272,6 +282,7 @@ private:
     EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
+    Undecided undecided_;
     TouchingStops<D> touching_;
     DryFriction<D> friction_;
     CompliantStops<D> compliant_;

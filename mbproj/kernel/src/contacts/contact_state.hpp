@@ -49,6 +49,24 @@ struct ContactEvent {
     double impulse, energy;
 };
 
+// Why nothing can be decided: a stop is driven into; an impact would create energy; more stops take part in it than its law is of;
+// frictions can neither hold nor slide, or slide in two ways; something is met again and again; or what only contacts hold has no
+// inertia.
+enum class Cause : int { none, driven_into, creates_energy, together, no_balance, never_ends, no_inertia };
+
+// Which stops or frictions cause it, these counted from 0; the energy, and the other laws of impact that would create none.
+struct Undecided {
+    Cause cause = Cause::none;
+    std::vector<int> which;
+    double energy = 0.0;
+    std::vector<int> laws;
+
+    bool is_for(Cause found, std::vector<int> of = {}) {  // false, for who decides
+        cause = found, which = std::move(of);
+        return false;
+    }
+};
+
 using Numbered = std::vector<std::pair<int, double>>;
 
 // The number that a friction or a stop has among some; `none` where it has none.

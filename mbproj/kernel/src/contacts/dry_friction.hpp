@@ -1,6 +1,6 @@
 // Dry friction at joints and at stops, where something changes: which sticks and which slides from there on, with the stops that
 // touch. What sticks at a stop along its own coordinate, a wall, is held by both: their one row may push away from the wall as hard
-// as it has to. The reference is mbproj.integrate.stops.rubbing.
+// as it has to.
 #pragma once
 
 #include "contacts/acting_frictions.hpp"
@@ -14,9 +14,9 @@ public:
     using Vector = Eigen::VectorXd;
     using Flags = std::vector<bool>;
 
-    explicit DryFriction(EquationsOfMotion<D>& equations)
+    DryFriction(EquationsOfMotion<D>& equations, Undecided& undecided)
         : acting(equations), equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
-          border_(model_), lambda_(model_.all_multipliers()) {}
+          undecided_(undecided), border_(model_), lambda_(model_.all_multipliers()) {}
 
     // The frictions come after the stops, which have these sides.
     void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
@@ -35,11 +35,12 @@ public:
 
     // At y at t, with whole turns, while these stops touch and stay: what frictions do from here on, how hard the stops push, how
     // they share, by their numbers, and which of them may open. `met` has come to rest, or none, -1; after an impact no friction is
-    // `known` to stick. y is without what moves of frictions at rest. False where that is not for this class.
+    // `known` to stick. y is without what moves of frictions at rest. A wall is its friction's row, unless it is a stop of its `own`.
+    // False where nothing can be decided.
     bool settle(double t, Vector& y, const std::vector<long>& turns, const std::vector<ContactRow>& closed, int met,
-                bool known, ContactState& next, Vector& push, Flags& opens) {
-        std::vector<ContactRow> rows = closed;
-        touching_ = walls().take_from(rows);
+                bool known, ContactState& next, Vector& push, Flags& opens, bool own_walls = false) {
+        std::vector<ContactRow> rows = closed, none;
+        touching_ = walls().take_from(own_walls ? none : rows);
         first_ = static_cast<Eigen::Index>(rows.size());
         std::vector<int> stops;
         for (const ContactRow& row : rows) stops.push_back(row.coordinate);
@@ -58,11 +59,16 @@ public:
         if (!stop_all(y, rests, next.fastest)) return false;
         FrictionBalance problem = balance(stops, rests, next.fastest);
         const Vector speed = rate_.tail(problem.fixed.size());
+        if (problem.depends_at_walls(thresholds_))
+            return settle(t, y, turns, closed, met, known, next, push, opens, true);
         const bool all_slide = std::find(rests.begin(), rests.end(), true) == rests.end();
-        if (!accelerations(y, problem.b) || (first_ == 0 && all_slide && !is_bounded(problem))) return false;
+        if (!accelerations(y, problem.b)) return false;
+        if (first_ == 0 && all_slide)
+            if (const std::vector<int> names = jams(problem); !names.empty())
+                return undecided_.is_for(Cause::no_balance, names);
         Balanced found;
         const auto loads = [&](const Vector& along, Vector& carried) { see_loads(problem, along, carried); };
-        if (!problem.decide(loads, thresholds_, found)) return false;
+        if (!problem.decide(loads, thresholds_, found)) return undecided_.is_for(Cause::no_balance, at_rest(problem));
         Vector load;
         loads(found.y, load);
         const Vector after = problem.b + problem.B * found.y;
@@ -70,16 +76,15 @@ public:
         opens.assign(closed.size(), true);
         Eigen::Index own = 0;
         for (std::size_t i = 0; i < closed.size(); ++i) {
-            const int k = walls().along(closed[i].coordinate);
+            const int k = own_walls ? -1 : walls().along(closed[i].coordinate);
             if (k < 0) opens[i] = border_.opens(own, after[own]);
             const double force = k < 0 ? found.y[own++] : closed[i].sign * found.y[first_ + place(k)];
             push[static_cast<Eigen::Index>(i)] =
                 k < 0 ? force : Walls<D>::push_of(force, fixed_[static_cast<std::size_t>(k)] * load[place(k)]);
         }
-        for (std::size_t i = 0; i < rubs_.size(); ++i)
-            if (laws_[rubs_[i]].bound >= 0 && found.part[static_cast<Eigen::Index>(i)] != 0.0) return false;
         take(found, problem, speed, after.tail(speed.size()), turns, known, next);
-        share(found, stops, next);
+        next.take_shares(found.shared ? &found.shares : nullptr, stops);
+        if (own_walls) hold_at_walls(closed, next);
         return true;
     }
 
@@ -227,17 +232,30 @@ private:
         }
     }
 
-    // Whether no load grows by more than itself where all slide, and no stop touches.
-    bool is_bounded(const FrictionBalance& problem) const {
+    // The frictions whose load grows by more than itself where all slide, and no stop touches.
+    std::vector<int> jams(const FrictionBalance& problem) const {
         const auto count = static_cast<Eigen::Index>(model_.bearings.size());
-        if (count == 0) return true;
+        if (count == 0) return {};
         Eigen::MatrixXd left = Eigen::MatrixXd::Identity(count, count);
         for (std::size_t at = 0; at < rubs_.size(); ++at)
             for (Eigen::Index j = 0; j < count && laws_[rubs_[at]].bearing >= 0; ++j)
                 left(j, laws_[rubs_[at]].bearing) -=
                     problem.sliding[static_cast<Eigen::Index>(at)] * responses_[at][j].load(model_.bearings[j]);
         const Vector x = solved(left, Vector::Ones(count));
-        return x.allFinite() && x.minCoeff() > 0.0;
+        if (x.allFinite() && x.minCoeff() > 0.0) return {};
+        Eigen::Index worst;
+        left.diagonal().minCoeff(&worst);
+        std::vector<int> found;
+        for (const int k : rubs_)
+            if (laws_[k].bearing == worst) found.push_back(k);
+        return found;
+    }
+    // The frictions that are left at rest, or all where none is.
+    std::vector<int> at_rest(const FrictionBalance& problem) const {
+        std::vector<int> found;
+        for (std::size_t i = 0; i < rubs_.size(); ++i)
+            if (problem.rests(static_cast<Eigen::Index>(i))) found.push_back(rubs_[i]);
+        return found.empty() ? rubs_ : found;
     }
 
     // What each friction does, in accelerations of all that rub; where a stop does not push there is none.
@@ -269,14 +287,22 @@ private:
         const bool turned = coordinate >= 0 && is_angle(along.p.kind);
         return among(before, k, along.value() + (turned ? 2.0 * M_PI * static_cast<double>(turns[coordinate]) : 0.0));
     }
-
-    void share(const Balanced& found, const std::vector<int>& stops, ContactState& next) const {
-        next.take_shares(found.shared ? &found.shares : nullptr, stops);
+    // What rests at a wall sticks there.
+    void hold_at_walls(const std::vector<ContactRow>& closed, ContactState& next) const {
+        for (const ContactRow& row : closed) {
+            const int k = walls().along(row.coordinate);
+            if (k < 0 || has(next.sliding, k) || next.parts_of(row.coordinate)) continue;
+            for (Numbered* all : {&next.stuck, &next.bearing})
+                all->erase(std::remove_if(all->begin(), all->end(), [k](const auto& each) { return each.first == k; }),
+                           all->end());
+            next.stuck.emplace_back(k, row.at);
+        }
     }
 
     EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
+    Undecided& undecided_;
     ContactBorder<D> border_;  // of stops that touch, and of the frictions that rub
     std::vector<FrictionLaw> laws_;
     std::vector<double> fixed_;                      // the static force of each, where they were settled last

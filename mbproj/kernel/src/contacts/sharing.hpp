@@ -1,21 +1,28 @@
 // Whose forces the motion does not determine: of stops that touch, of frictions at rest, and of joints. These share a load at will, and
-// a run reports one share of many. The reference is mbproj.integrate.stops.sharing.
+// a run reports one share of many.
 #pragma once
+
+#include <functional>
 
 #include "contacts/acting_frictions.hpp"
 
 namespace mbproj {
 
+// The numbers of the joints that bear some of these forces, at y at t: one row for each coordinate of stops and frictions. In the
+// plane joints may bear what is out of it.
+using LoadedJoints = std::function<std::vector<int>(double t, const Eigen::VectorXd& y, const Eigen::MatrixXd& forces)>;
+
 template <class D> class Sharing final {
 public:
     using Vector = Eigen::VectorXd;
+
+    LoadedJoints joints_in_space;  // for a run in the plane
 
     explicit Sharing(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_) {}
 
     // The numbers of those that share at y at t with these contacts: of stops, then frictions, then joints. `near` are the rigid stops
-    // that touch and rest there, in rows. False where the equations have no unique solution, and in the plane where joints may share
-    // what is out of it.
+    // that touch and rest there, in rows. False where the equations have no unique solution.
     bool see(double t, const Vector& y, const ContactState& state, const std::vector<FrictionLaw>& laws, int stops,
              const std::vector<ContactRow>& near, std::vector<int>& found) {
         found.clear();
@@ -31,7 +38,6 @@ public:
         if (!equations_.factor(Metric::mass) || !border_.factor(equations_.pose(), equations_.solver())) return false;
         const std::vector<Vector> open = balanced_with_themselves(rows, state, first);
         if (open.empty()) return true;
-        if (D::axes == 2 && !are_walls(rows, open)) return false;
         const auto takes_part = [&](Eigen::Index k) {
             return std::any_of(open.begin(), open.end(),
                                [&](const Vector& y) { return std::abs(y[k]) > thresholds_.no_part; });
@@ -53,10 +59,8 @@ public:
         std::sort(stop.begin(), stop.end()), std::sort(friction.begin(), friction.end());
         found = stop;
         found.insert(found.end(), friction.begin(), friction.end());
-        const auto behind = model_.driven.size() + model_.flywheels.size();
-        const int joints = model_.first_stiff() - static_cast<int>(behind);
-        for (int j = 0; j < joints; ++j)
-            if (bears(model_.joints[j], lambda, size)) found.push_back(stops + static_cast<int>(laws.size()) + j);
+        for (const int joint : are_walls(rows, open) ? std::vector<int>() : loaded(t, y, rows, own, lambda, size))
+            found.push_back(stops + static_cast<int>(laws.size()) + joint);
         return true;
     }
 
@@ -145,6 +149,22 @@ private:
             if (carried.load(bearing) > thresholds_.no_part * arm * size) return true;
         }
         return false;
+    }
+    // The joints that bear some of these forces, with these multipliers.
+    std::vector<int> loaded(double t, const Vector& y, const std::vector<ContactRow>& rows, const Eigen::MatrixXd& own,
+                            const Eigen::MatrixXd& lambda, double size) const {
+        if (joints_in_space) {
+            Eigen::MatrixXd forces =
+                Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(model_.stops.bound.size()), own.cols());
+            for (std::size_t k = 0; k < rows.size(); ++k)
+                forces.row(rows[k].coordinate) = rows[k].sign * own.row(static_cast<Eigen::Index>(k));
+            return joints_in_space(t, y, forces);
+        }
+        std::vector<int> found;
+        const auto behind = model_.driven.size() + model_.flywheels.size();
+        for (int j = 0; j < model_.first_stiff() - static_cast<int>(behind); ++j)
+            if (bears(model_.joints[j], lambda, size)) found.push_back(j);
+        return found;
     }
     // Whether a joint bears some of them.
     bool bears(const Joint& joint, const Eigen::MatrixXd& lambda, double size) const {

@@ -1,5 +1,4 @@
-// The rigid stops that touch at a state: their impact, with the friction at them, and how hard they push after. The reference is
-// mbproj.integrate.stops.meeting.
+// The rigid stops that touch at a state: their impact, with the friction at them, and how hard they push after.
 #pragma once
 
 #include "contacts/contact_state.hpp"
@@ -14,9 +13,9 @@ public:
     using Vector = Eigen::VectorXd;
     using Flags = std::vector<bool>;
 
-    explicit TouchingStops(EquationsOfMotion<D>& equations)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_),
-          slope_(model_.layout.size()) {}
+    TouchingStops(EquationsOfMotion<D>& equations, Undecided& undecided)
+        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), undecided_(undecided),
+          border_(model_), slope_(model_.layout.size()) {}
 
     void begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts) {
         laws_ = std::move(laws), frictions_ = std::move(frictions), impacts_ = impacts;
@@ -27,7 +26,7 @@ public:
         return rows;
     }
 
-    // At a state of which the pose is in place and factored, these touch. False where nothing can move against some.
+    // At a state of which the pose is in place and factored, these touch. False where nothing is unique.
     bool touch(std::vector<int> stops) {
         stop_ = std::move(stops);
         std::vector<ContactRow> rows = rows_of(stop_);
@@ -45,16 +44,20 @@ public:
         }
         border_.hold(std::move(rows));
         if (!border_.factor(equations_.pose(), equations_.solver())) return false;
+        B_ = border_.operator_of_rows();
         moves_.clear();
-        for (Eigen::Index k = 0; k < border_.operator_of_rows().rows(); ++k) moves_.push_back(border_.moves(k));
-        return std::find(moves_.begin(), moves_.begin() + count(), false) == moves_.begin() + count();
+        for (Eigen::Index k = 0; k < B_.rows(); ++k) {
+            moves_.push_back(border_.moves(k));
+            if (!moves_.back()) B_.row(k).setZero(), B_.col(k).setZero();
+        }
+        return true;
     }
     const std::vector<int>& stops() const { return stop_; }
     // Whose restitution counts where these are struck: by impulses that of others, too, which have some.
     bool bounces(bool struck) const { return struck || impacts_ != ImpactLaw::newton; }
     // How fast the gaps open, and what slides there.
     void rates(Vector& found) const { border_.rates(equations_.motion(), found); }
-    Eigen::MatrixXd B_of_stops() const { return border_.operator_of_rows().topLeftCorner(count(), count()); }
+    Eigen::MatrixXd B_of_stops() const { return B_.topLeftCorner(count(), count()); }
 
     // Of how hard they push, as they were seen last.
     double round_off() const { return border_.round_off(); }
@@ -68,8 +71,9 @@ public:
         Impact impact;
         Vector fall;
         const auto hit = [&] {
-            if (!impact.strike(impacts_, border_.operator_of_rows(), before, e, slow, rubbing_, moves_, thresholds_))
+            if (!has_answer(impact.strike(impacts_, B_, before, e, slow, rubbing_, moves_, thresholds_), before))
                 return false;
+            if (creates(y, before, impact.impulse)) return refuse_energy(before, e, slow, impact.impulse);
             rate = impact.after;
             return change(y, impact.impulse);
         };
@@ -88,10 +92,10 @@ public:
         Flags staying(struck.size());
         while (rocks(low, rate, slow, fall, staying)) {
             z = impact.impulse + without_lifting(staying, hit_rate);
-            rate = before + border_.operator_of_rows() * z;
+            rate = before + B_ * z;
             if (!change(y, z) || !falls(rate, slow, fall)) return false;
         }
-        if (!account(y, before, z, next)) return false;
+        account(y, before, z, next);
         for (Eigen::Index i = 0; i < count(); ++i)
             if (impact.impulse[i] > 0.0)
                 events.push_back({t, stop_[i], struck[i] ? Happening::impact : Happening::push, -1, impact.impulse[i],
@@ -118,28 +122,18 @@ public:
         }
         if (!any) return true;
         const Vector before = rate, z = without_lifting(lifts, rate);
-        rate = before + border_.operator_of_rows() * z;
-        if (!change(y, z) || !account(y, before, z, next)) return false;
+        rate = before + B_ * z;
+        if (!change(y, z)) return false;
+        account(y, before, z, next);
         y = after_;
         return true;
     }
 
-    // How hard stops push that stay closed, at y at the pose in place. Where their rows depend on each other they share as springs
-    // of one stiffness do.
-    bool pushes(const Vector& y, const Flags& staying, Vector& push) {
-        push = Vector::Zero(count());
-        if (!accelerations(y, free_)) return false;
-        Eigen::MatrixXd B;
-        Vector b, z;
-        const std::vector<Eigen::Index> which = only(staying, free_, B, b);
-        if (!one_sided(B, b, thresholds_.no_push, z)) return false;
-        share(B, b, z);
-        push(which) = z;
-        return true;
-    }
-    // The same, and which gaps open then.
+    // How hard stops push that stay closed, at y at the pose in place, and which gaps open then. Where their rows depend on each
+    // other they share as springs of one stiffness do.
     bool pushes(const Vector& y, const Flags& staying, Vector& push, Flags& opens) {
-        if (!pushes(y, staying, push)) return false;
+        if (!accelerations(y, free_)) return false;
+        if (!hold(staying, push)) return undecided_.is_for(Cause::driven_into, of(staying));
         const Vector after = free_ + B_of_stops() * push;
         for (std::size_t i = 0; i < opens.size(); ++i) {
             const auto k = static_cast<Eigen::Index>(i);
@@ -151,13 +145,53 @@ public:
 private:
     Eigen::Index count() const { return static_cast<Eigen::Index>(stop_.size()); }
 
-    // What impulses z, at rates before, take from a motion y. False where they would create energy.
-    bool account(const Vector& y, const Vector& before, const Vector& z, ContactState& next) const {
-        const double given = 0.5 * z.dot(border_.operator_of_rows() * z) + z.dot(before);
-        if (-given < -thresholds_.creates_energy * kinetic_energy(equations_, y)) return false;
-        next.lost -= given;
+    std::vector<int> of(const Flags& chosen) const {
+        std::vector<int> found;
+        for (std::size_t i = 0; i < stop_.size(); ++i)
+            if (chosen[i]) found.push_back(stop_[i]);
+        return found;
+    }
+    bool has_answer(Strike found, const Vector& before) {
+        if (found == Strike::done) return true;
+        if (found == Strike::together) return undecided_.is_for(Cause::together, stop_);
+        Flags closing(stop_.size());
+        for (Eigen::Index i = 0; i < count(); ++i) closing[static_cast<std::size_t>(i)] = before[i] < 0.0;
+        return undecided_.is_for(Cause::driven_into, of(closing));
+    }
+    // The kinetic energy that impulses z give, at rates before.
+    double given(const Vector& before, const Vector& z) const { return 0.5 * z.dot(B_ * z) + z.dot(before); }
+    bool creates(const Vector& y, const Vector& before, const Vector& z) const {
+        return given(before, z) > thresholds_.creates_energy * kinetic_energy(equations_, y);
+    }
+    bool refuse_energy(const Vector& before, const Vector& e, const Vector& slow, const Vector& z) {
+        Flags pushing(stop_.size());
+        for (Eigen::Index i = 0; i < count(); ++i) pushing[static_cast<std::size_t>(i)] = z[i] > 0.0;
+        undecided_.energy = given(before, z);
+        for (const ImpactLaw law : impact_laws) {
+            Impact other;
+            if (other.strike(law, B_, before, e, slow, rubbing_, moves_, thresholds_) == Strike::done &&
+                given(before, other.impulse) <= 0.0)
+                undecided_.laws.push_back(static_cast<int>(law));
+        }
+        return undecided_.is_for(Cause::creates_energy, of(pushing));
+    }
+
+    // Takes into account what impulses z, at rates before, take from a motion y.
+    void account(const Vector& y, const Vector& before, const Vector& z, ContactState& next) const {
+        next.lost -= given(before, z);
         if (!model_.driven.empty())
-            next.work += kinetic_energy(equations_, after_) - kinetic_energy(equations_, y) - given;
+            next.work += kinetic_energy(equations_, after_) - kinetic_energy(equations_, y) - given(before, z);
+    }
+
+    // Pushes with which these stay closed, of the accelerations that were seen last. False where there are none.
+    bool hold(const Flags& staying, Vector& push) const {
+        push = Vector::Zero(count());
+        Eigen::MatrixXd B;
+        Vector b, z;
+        const std::vector<Eigen::Index> which = only(staying, free_, B, b);
+        if (!one_sided(B, b, thresholds_.no_push, z)) return false;
+        share(B, b, z);
+        push(which) = z;
         return true;
     }
 
@@ -166,7 +200,7 @@ private:
         const Vector left = b + B * z;
         std::vector<Eigen::Index> stay;
         for (Eigen::Index k = 0; k < b.size(); ++k)
-            if (std::abs(left[k]) <= thresholds_.no_push * b.cwiseAbs().maxCoeff()) stay.push_back(k);
+            if (B(k, k) > 0.0 && std::abs(left[k]) <= thresholds_.no_push * b.cwiseAbs().maxCoeff()) stay.push_back(k);
         if (independent(B, stay, thresholds_.no_push).size() == stay.size()) return;
         std::vector<Cone> cones;
         for (int k = 0; k < static_cast<int>(stay.size()); ++k) cones.push_back({k, {}, 0.0, {}});
@@ -196,7 +230,8 @@ private:
         for (std::size_t i = 0; i < rest.size(); ++i)
             rest[i] = std::abs(rate[static_cast<Eigen::Index>(i)]) <= slow[static_cast<Eigen::Index>(i)];
         Vector push;
-        if (!pushes(after_, rest, push)) return false;
+        if (!accelerations(after_, free_)) return false;
+        if (!hold(rest, push)) push.setZero();
         fall = -(free_ + B_of_stops() * push);
         return true;
     }
@@ -235,7 +270,7 @@ private:
         std::vector<Eigen::Index> which;
         for (std::size_t i = 0; i < chosen.size(); ++i)
             if (chosen[i]) which.push_back(static_cast<Eigen::Index>(i));
-        B = border_.operator_of_rows()(which, which);
+        B = B_(which, which);
         b = all(which);
         return which;
     }
@@ -243,7 +278,9 @@ private:
     EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
+    Undecided& undecided_;
     ContactBorder<D> border_;
+    Eigen::MatrixXd B_;  // of its rows, 0 where nothing can move
     std::vector<StopLaw> laws_;
     std::vector<FrictionLaw> frictions_;
     ImpactLaw impacts_ = ImpactLaw::newton;

@@ -41,6 +41,12 @@ bool FrictionBalance::depend(const Thresholds& thresholds) const {
     return independent(B, held, thresholds.no_push).size() < held.size();
 }
 
+bool FrictionBalance::depends_at_walls(const Thresholds& thresholds) const {
+    bool any = false;
+    for (Index k = 0; k < count(); ++k) any = any || at_wall(k);
+    return any && depend(thresholds);
+}
+
 // The cone of each contact. Those at rest get a little less, so that they hold for a while; joints get less by a margin.
 std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, double margin, const Flags& rest,
                                          const Vector& load) const {
@@ -207,8 +213,6 @@ bool FrictionBalance::decide(const Loads& loads, const Thresholds& thresholds, B
     Vector load;
     while (true) {
         const bool dependent = depend(thresholds);
-        for (Index k = 0; k < count() && dependent; ++k)
-            if (at_wall(k)) return false;
         const bool holds = dependent && all_hold(loads, thresholds, found.y);
         const bool gives = dependent && !holds && yields(loads, thresholds, found.y);
         if (!holds && !gives && !forces(loads, thresholds, found.y)) return false;

@@ -1,8 +1,7 @@
 // What holds and what slides from one state on, of stops that touch and of dry frictions: as much sticks as can. A stop pushes,
 // y >= 0, or opens; a friction at rest holds with |y| up to its static force, or slides against it; one that slides has its sliding
 // force. Where rows depend on each other what sticks does so while some share within all cones carries the load. Of a friction at a
-// joint and a stop along its coordinate, a wall, both are the friction's row. The reference is mbproj.dynamics.friction.balance and
-// holding.
+// joint and a stop along its coordinate, a wall, both are the friction's row.
 #pragma once
 
 #include <functional>
@@ -45,6 +44,10 @@ struct FrictionBalance {
 
     // False where there are no such forces.
     bool decide(const Loads& loads, const Thresholds& thresholds, Balanced& found);
+    // Whether rows depend on each other while some are walls, which is none of these laws: a wall is a stop of its own then.
+    bool depends_at_walls(const Thresholds& thresholds) const;
+    // Whether a friction is at rest.
+    bool rests(Index k) const { return with_partner(direction, k) == 0.0; }
     // The forces y that hold frictions at rest, or, where they cannot, are at most static. False where there are none.
     bool forces(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
 
@@ -53,7 +56,6 @@ private:
     bool moves(Index row) const { return able[static_cast<std::size_t>(row)]; }
     bool in_plane(Index k) const;
     double with_partner(const Vector& values, Index k) const;
-    bool rests(Index k) const { return with_partner(direction, k) == 0.0; }
     bool at_wall(Index k) const { return up[static_cast<std::size_t>(k)] || down[static_cast<std::size_t>(k)]; }
     bool is_within(Index k, double force, double bound) const;
     Eigen::MatrixXd pulls() const;

@@ -1,20 +1,19 @@
 // The laws of Newton, Poisson and Stronge.
 #include "laws/impact.hpp"
 
+#include "laws/impulse_path.hpp"
 #include "laws/one_sided.hpp"
 
 namespace mbproj {
 
-bool Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& before, const Vector& restitution,
-                    const Vector& slow, const Rubbing& rubbing, const std::vector<bool>& moves,
-                    const Thresholds& thresholds) {
+Strike Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& before, const Vector& restitution,
+                      const Vector& slow, const Rubbing& rubbing, const std::vector<bool>& moves,
+                      const Thresholds& thresholds) {
     rubbing_ = &rubbing, moves_ = &moves, thresholds_ = &thresholds;
     taken = Vector::Zero(before.size());
-    switch (law) {
-        case ImpactLaw::newton: return newton(B, before, restitution);
-        case ImpactLaw::poisson: return poisson(B, before, restitution);
-        default: return rubbing.size() == 0 && energetic(B, before, restitution, slow);
-    }
+    if (law == ImpactLaw::energetic) return energetic(B, before, restitution, slow);
+    const bool opens = law == ImpactLaw::newton ? newton(B, before, restitution) : poisson(B, before, restitution);
+    return opens ? Strike::done : Strike::driven_into;
 }
 
 // The impulses that change rates b to what the joints allow: those of stops push, or leave the stop, and those of frictions are
@@ -60,14 +59,27 @@ bool Impact::poisson(const Eigen::MatrixXd& B, const Vector& before, const Vecto
 }
 
 // One stop returns e² of the energy that it takes until its gap stops closing; other stops that touch stay passive.
-bool Impact::energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow) {
+Strike Impact::energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow) {
     Eigen::Index first;
-    before.minCoeff(&first);
-    if ((before.array() < -slow.array()).count() > 1 || !(B(first, first) > 0.0)) return false;
+    before.head(e.size()).minCoeff(&first);
+    std::vector<Eigen::Index> rows{first};
+    double coefficient = 0.0;
+    for (std::size_t k = 0; k < rubbing_->by.size(); ++k)
+        if (rubbing_->by[k] == first)
+            rows.push_back(e.size() + static_cast<Eigen::Index>(k)), coefficient = rubbing_->coefficient[k];
+    if (!(B(first, first) > 0.0)) return Strike::driven_into;
+    Vector own, work;
+    if (rows.size() == 1) {
+        own = Vector::Constant(1, -(1.0 + e[first]) * before[first] / B(first, first));
+        work = own * (0.5 * (1.0 - e[first]) * before[first]);
+    } else if (!follow_impulse(B(rows, rows), before(rows), coefficient, e[first], *thresholds_, own, work)) {
+        return Strike::driven_into;
+    }
     impulse = Vector::Zero(before.size());
-    impulse[first] = -(1.0 + e[first]) * before[first] / B(first, first);
-    work(B, before, impulse);
-    return (after.array() >= -slow.array()).all();
+    impulse(rows) = own, taken(rows) = -work;
+    after = before + B * impulse;
+    const auto closing = [&](const Vector& rate) { return (rate.head(e.size()).array() < -slow.array()).count(); };
+    return closing(before) > 1 || closing(after) > 0 ? Strike::together : Strike::done;
 }
 
 // Impulses work at the mean of the rates before and after.

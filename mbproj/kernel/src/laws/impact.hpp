@@ -1,5 +1,5 @@
-// Impacts at stops by one of three laws of restitution, two of them with dry friction: the jumps of the gaps' rates. The
-// reference is mbproj.dynamics.contact.impact.
+// Impacts at stops by one of three laws of restitution, with dry friction: the jumps of the gaps' rates. No stop pulls, and none is
+// passed.
 #pragma once
 
 #include "laws/friction_balance.hpp"
@@ -8,6 +8,10 @@ namespace mbproj {
 
 // The quantity that restitution relates: the speeds, the impulses, or the energy.
 enum class ImpactLaw : int { newton, poisson, energetic };
+constexpr ImpactLaw impact_laws[] = {ImpactLaw::newton, ImpactLaw::poisson, ImpactLaw::energetic};
+
+// Whether a law has an answer; nothing that the joints allow may open the gaps, or more stops may take part than the law is of.
+enum class Strike : int { done, driven_into, together };
 
 // Friction along tangents of stops that touch: each tangent's coefficient, the other tangent of its plane, and its stop.
 struct Rubbing {
@@ -21,18 +25,17 @@ struct Rubbing {
 struct Impact {
     Eigen::VectorXd impulse, after, taken;
 
-    // With B of their rows and the rates before; what is slower than `slow` does not close, and these rows can move. False where
-    // nothing that the joints allow opens the gaps, and where the law has no answer.
-    bool strike(ImpactLaw law, const Eigen::MatrixXd& B, const Eigen::VectorXd& before,
-                const Eigen::VectorXd& restitution, const Eigen::VectorXd& slow, const Rubbing& rubbing,
-                const std::vector<bool>& moves, const Thresholds& thresholds);
+    // With B of their rows and the rates before; what is slower than `slow` does not close, and these rows can move.
+    Strike strike(ImpactLaw law, const Eigen::MatrixXd& B, const Eigen::VectorXd& before,
+                  const Eigen::VectorXd& restitution, const Eigen::VectorXd& slow, const Rubbing& rubbing,
+                  const std::vector<bool>& moves, const Thresholds& thresholds);
 
 private:
     using Vector = Eigen::VectorXd;
 
     bool newton(const Eigen::MatrixXd& B, const Vector& before, const Vector& e);
     bool poisson(const Eigen::MatrixXd& B, const Vector& before, const Vector& e);
-    bool energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow);
+    Strike energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow);
     bool impulses(const Eigen::MatrixXd& B, const Vector& b, const Vector& given, Vector& y) const;
     void work(const Eigen::MatrixXd& B, const Vector& before, const Vector& z);
 

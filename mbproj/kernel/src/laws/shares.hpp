@@ -1,5 +1,5 @@
 // How stops that touch share a load, where their rows depend on each other. Some stops hold rows; each push is a sum of parts of
-// these rows' multipliers. The reference is mbproj.dynamics.friction.shares.
+// these rows' multipliers.
 #pragma once
 
 #include <vector>

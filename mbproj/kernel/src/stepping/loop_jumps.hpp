@@ -13,12 +13,12 @@ protected:
     [[gnu::noinline, gnu::cold]] bool meet_stop() {
         return change_contacts([this] { return stops_.meet(counted_.turns); });
     }
-    // Velocities may jump, and with them branches of forces. False where the run stops, also where what happens is left over.
+    // Velocities may jump, and with them branches of forces. False where the run stops, also where nothing can be decided.
     template <class Change> bool change_contacts(const Change& change) {
         bool met = true;
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
         const bool goes_on = jump([&] { met = change(); });
-        if (!met) stop({Status::halted, now_.t});
+        if (!met) stop({Status::undecided, now_.t});
         if (!met || !goes_on) return false;
         stops_.look(now_.t, now_.y, counted_.turns);
         go_on(1.0);

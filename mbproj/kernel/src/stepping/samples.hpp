@@ -28,7 +28,8 @@ enum class Status : int {
     halted,
     jammed,
     off_rope,
-    overlap
+    overlap,
+    undecided
 };
 
 // In the order of the fields of mbproj.integrate.reporting.tally.Tally.

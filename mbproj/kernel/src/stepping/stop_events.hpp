@@ -22,14 +22,15 @@ public:
     StopWatch<D>& watch() { return watch_; }
     // Stops and frictions with these laws are for this loop, not for who drives it. False where the state does not fit them.
     bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state,
-               double spacing) {
+               double spacing, LoadedJoints joints_in_space) {
         spacing_ = spacing;
-        if (!policy_.begin(std::move(laws), std::move(frictions), impacts, std::move(state))) return false;
+        if (!policy_.begin(std::move(laws), std::move(frictions), impacts, std::move(state),
+                           std::move(joints_in_space)))
+            return false;
         policy_.watch(watch_, spacing_);
         return true;
     }
     void resume(const ContactState& state) {
-        left_over_ = -1;
         policy_.resume(state);
         policy_.watch(watch_, spacing_);
     }
@@ -37,21 +38,13 @@ public:
     // Whether a run ends before a step that meets something, as one ends that tries a method.
     bool halts() const { return halts_; }
     void halt() { halts_ = true; }
-    // All that happens is left over, to the reference in Python.
-    void leave_all() { leaves_all_ = true; }
     ContactPolicy<D>& policy() { return policy_; }
     const ContactPolicy<D>& policy() const { return policy_; }
-    // What was met last, where that is left to who drives the loop; -1 where nothing is.
-    int left_over() const { return left_over_; }
-    bool is_released() const { return released_; }
 
-    // Whether a run cannot go on because rows of contacts have come to depend on each other, or on the joints', or because only
-    // contacts may hold a body without inertia: that is left to who drives the loop, too.
+    // Whether a run cannot go on because rows of contacts have come to depend on each other, or on the joints'.
     bool loses_contacts(const Outcome& outcome) {
         const bool lost = outcome.status == Status::singular || outcome.status == Status::vanished;
-        const auto& bodies = equations_.model().bodies;
-        const bool light = std::any_of(bodies.begin(), bodies.end(), [](const auto& body) { return body.is_light; });
-        return lost && inside() && equations_.contacts().any() && (light || !equations_.contacts().cholesky().full());
+        return lost && inside() && equations_.contacts().any() && !equations_.contacts().cholesky().full();
     }
 
     // Whether the step that was made, with this slope at its end, meets something.
@@ -100,12 +93,11 @@ public:
         return Found::ahead;
     }
 
-    // Whether it is not known yet what happens where the run begins; what does, at the pose in place from then on. False where that
-    // is left to who drives the loop.
+    // Whether it is not known yet what happens where the run begins; what does, at the pose in place from then on. False where nothing
+    // can be decided.
     bool begins() const { return inside() && policy_.begins(); }
     bool start(const std::vector<long>& turns) {
-        if (leaves_all_ || !policy_.meet(now_.t, now_.y, turns, -1, false, steps_.interval())) return false;
-        policy_.watch(watch_, spacing_);
+        if (!meet(turns, -1, false)) return false;
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), true);
         return true;
@@ -119,14 +111,12 @@ public:
     // Whether the step at hand ends where something is met.
     bool meeting() const { return meeting_; }
     void forget() { meeting_ = false; }
-    // What happens there. False where it is left to who drives the loop.
+    // What happens there, or where contacts are not known. False where nothing can be decided.
     bool meet(const std::vector<long>& turns) {
         meeting_ = false;
-        if (leaves_all_ || !policy_.meet(now_.t, now_.y, turns, stop_, released_, steps_.interval()))
-            return left_over_ = stop_, false;
-        policy_.watch(watch_, spacing_);
-        return true;
+        return meet(turns, stop_, released_);
     }
+    bool decide_anew(const std::vector<long>& turns) { return meet(turns, -1, false); }
     // The next step begins at y at t, with these turns.
     void look(double t, const Vector& y, const std::vector<long>& turns) {
         equations_.set_pose(t, y.data());
@@ -149,6 +139,11 @@ public:
     }
 
 private:
+    bool meet(const std::vector<long>& turns, int stop, bool released) {
+        if (!policy_.meet(now_.t, now_.y, turns, stop, released, steps_.interval())) return false;
+        policy_.watch(watch_, spacing_);
+        return true;
+    }
     // The rows that the step began with, at its start.
     bool back(const Counted&) {
         equations_.set_pose(now_.t, now_.y.data());
@@ -213,8 +208,8 @@ private:
     std::vector<double> lambda_;
     MeetingSearch::Margins last_;
     double spacing_ = 1.0;
-    int stop_ = -1, left_over_ = -1, rests_ = -1;
-    bool released_ = false, meeting_ = false, last_known_ = false, halts_ = false, leaves_all_ = false;
+    int stop_ = -1, rests_ = -1;
+    bool released_ = false, meeting_ = false, last_known_ = false, halts_ = false;
 };
 
 }  // namespace mbproj

@@ -49,26 +49,8 @@ public:
             else
                 step();
         }
-        if (stops_.loses_contacts(now_.outcome)) stop({Status::halted, now_.t});
+        if ((began_ || !mark_) && stops_.loses_contacts(now_.outcome)) decide_anew();
         count_factorisations();
-    }
-    // Where the run has halted at what its contacts leave over: these hold from here on, in this state of the bodies. False where
-    // they do not fit.
-    bool settle(const ContactState& contacts, const std::vector<double>& bodies) {
-        if (now_.outcome.status != Status::halted || !stops_.policy().fits(contacts)) return false;
-        const FlushToZero flush;
-        const auto take = [&] {
-            std::copy(bodies.begin(), bodies.end(), now_.y.begin());
-            stops_.resume(contacts);
-            return true;
-        };
-        now_.outcome = {};
-        if (stops_.begins()) {
-            take(), started_ = false, --now_.counters.evaluations;
-        } else if (change_contacts(take) && std::exchange(left_at_end_, false)) {
-            end_step();
-        }
-        return true;
     }
     // The state between two steps, from which a run by another method can go on: the run's end may have shaped it.
     Mark<D> here() {
@@ -98,16 +80,30 @@ private:
         peaks.watch(equations_.constraint(), equations_.C_dot(), model_.constraints.rows, model_.driven.size(), now_.t);
         counted_ = turns_.start(counted_.turns, now_.t, now_.y);
         if (mark_) return go_on_from_mark();
-        if (stops_.begins() && !stops_.start(counted_.turns)) return stop({Status::halted, now_.t});
+        if (stops_.begins() && !stops_.start(counted_.turns)) return stop({Status::undecided, now_.t});
         if (stops_.watch().any()) stops_.look(now_.t, now_.y, counted_.turns);
         if (!equations_.start() || !evaluate(now_.y, true)) return stop_at(now_.t);
-        stepper_.first() = slope_, begin_balance();
+        began_ = true, stepper_.first() = slope_, begin_balance();
         now_.h = steps_.step;
         if (!steps_.fixed() && !choose_step(schedule_.left(now_.t))) return;
         sample(now_.t, now_.y, slope_, lambda_, now_.h, counted_);
         equations_.see(schedule_.window());
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
         if (schedule_.is_after_break() || trial_.locates()) cross_break();
+    }
+
+    // Contacts that the equations cannot hold: which hold is decided anew, where the run stands.
+    [[gnu::noinline, gnu::cold]] void decide_anew() {
+        const Outcome lost = std::exchange(now_.outcome, {});
+        const auto change = [this] { return stops_.decide_anew(counted_.turns); };
+        if (!began_ && change())
+            started_ = false, --now_.counters.evaluations;
+        else if (!began_)
+            stop({Status::undecided, now_.t});
+        else if (this->change_contacts(change) && std::exchange(left_at_end_, false))
+            end_step();
+        if (now_.outcome.status == Status::undecided && stops_.policy().undecided().cause == Cause::no_inertia)
+            stop(lost);
     }
 
     void go_on_from_mark() {
@@ -124,7 +120,7 @@ private:
         const bool anew = mark_->anew, carries = stepper_.carries_slope() && !anew;
         if (!equations_.start() || !(carries || evaluate(now_.y, false))) return stop_at(now_.t);
         if (carries) slope_ = mark_->slope;
-        stepper_.first() = slope_;
+        began_ = true, stepper_.first() = slope_;
         factorised_before_ = now_.counters.factorisations - equations_.solver().factorisations();
         shaped_ = mark_->shaped;
         if (anew) mark_.reset();  // another run with this method cannot go on from it
@@ -258,7 +254,8 @@ private:
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
     bool meets_ = false;        // whether the step at hand meets a stop
-    bool left_at_end_ = false;  // whether a step has ended where contacts were left over
+    bool began_ = false;        // whether the slope at the first state is known
+    bool left_at_end_ = false;  // whether a step has ended where contacts could not be held
 };
 
 }  // namespace mbproj

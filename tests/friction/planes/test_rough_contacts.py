@@ -1,4 +1,4 @@
-"""Stops with friction by the kernel, and by the reference in Python: one motion, the same events and forces."""
+"""Stops with friction: forces within their cones, and one motion in the plane and in space."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tests.friction.known.mechanisms import block
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box
 from tests.friction.planes.pucks import puck
 from tests.kernel.scenes import needs_kernel
-from tests.stops.runs import by_kernel, by_reference, run, simulated
+from tests.stops.runs import run, same, simulated
 
 pytestmark = needs_kernel
 
@@ -53,29 +53,27 @@ CASES = [(name, steps) for k, name in enumerate(scenes("rk4")) for steps in ("do
 
 
 @pytest.mark.parametrize(("name", "steps"), CASES)
-def test_the_kernel_does_what_the_reference_does(name, steps, monkeypatch):
+def test_forces_are_within_their_cones(name, steps):
+    """No stop pulls, what pushes is closed, and friction is at most the largest coefficient times the push."""
+    _, recorded = run(scenes(steps)[name])
+    assert len(recorded.happened) > 0
+    push, rub = recorded["stops/force"], recorded["friction/force"]
+    assert push.min() >= 0.0
+    assert (recorded["stops/gap"] * push).max() < 1e-7 * push.max()
+    assert recorded["stops/gap"].min() > -1e-7
+    across = np.hypot(rub[:, ::2], rub[:, 1::2])
+    assert (across - 0.5 * push).max() < 1e-6 * push.max()  # no scene here has a larger one
+    assert np.diff(recorded["friction/dissipation"], axis=0).min() > -1e-7
+
+
+@pytest.mark.parametrize("steps", ["dop853", "rk4"])
+@pytest.mark.parametrize("name", [name for name in scenes("rk4") if "in the plane" in name or "to and fro" in name])
+def test_it_is_the_same_in_the_plane_and_in_space(name, steps):
+    """With loads that stops share, and joints: what they bear beside the plane is told, too."""
     text = scenes(steps)[name]
-    _, own = run(text)
-    by_reference(monkeypatch)
-    _, expected = run(text)
-    told = [[(event.name, event.kind, event.direction) for event in each.happened] for each in (own, expected)]
-    assert told[0] == told[1]
-    assert len(own.happened) > 0
-    near = 2e-7 if steps == "radau5" else 1e-8  # implicit stages are solved to their tolerance
-    times = [[event.time for event in each.happened] for each in (own, expected)]
-    assert times[0] == pytest.approx(times[1], abs=near)
-    for path in RECORDED:
-        scale = max(1.0, np.abs(expected[path]).max(initial=0.0))
-        np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=near * scale, err_msg=path)
-
-
-def test_the_kernel_does_what_happens_at_one_foot_and_at_four(monkeypatch):
-    """Nothing is left over."""
-    by_kernel(monkeypatch)
-    _, puck_recorded = run(puck(STATIC, [1, 0.5, -1], height=0.2, e=0.5, duration=1.5))
-    _, box_recorded = run(box(CORNERS, STATIC, push=20, duration=0.9))
-    assert len(puck_recorded.of("impact")) > 3
-    assert len(box_recorded.of("slip")) == 4
+    assert "formulation: planar" in text
+    _, space = run(text.replace("formulation: planar", "formulation: reduced"))
+    same(run(text)[1], space, RECORDED, 1e-7)
 
 
 def test_the_least_share_within_the_cones_is_reported():

@@ -1,4 +1,4 @@
-"""Stops by the kernel, and by the reference in Python: one motion, the same events, forces and losses."""
+"""What happens at stops: what each law of contact says, in the plane and in space alike."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tests.stops.inside.scenes import (
     SOFT_BALL,
     THREE_BALLS,
 )
-from tests.stops.runs import DOP853, FIXED, by_kernel, by_reference, run, simulated
+from tests.stops.runs import DOP853, FIXED, run, same, simulated
 
 pytestmark = needs_kernel
 
@@ -74,35 +74,39 @@ RECORDED = (
 )
 
 
+#: How far the energy of a run may be off, J: what steps of these kinds leave.
+UNBALANCED = dict(zip(STEPS, (1e-8, 1e-4, 1e-5, 1e-5), strict=True))
+
+
 def text_of(name, formulation, steps):
     text, _, more = SCENES[name]
     return text.format(steps=steps, formulation=formulation, **more)
 
 
 @pytest.mark.parametrize(("name", "formulation", "steps"), PAIRS)
-def test_the_kernel_does_what_the_reference_does(name, formulation, steps, monkeypatch):
+def test_stops_push_what_touches_and_nothing_passes(name, formulation, steps):
+    """No stop pulls; what pushes is closed, or pressed in; and all energy is where it went."""
     text = text_of(name, formulation, steps)
-    with monkeypatch.context() as context:
-        if text.count("point: {body: beam") < 3:  # else contacts share a load, which is left over
-            by_kernel(context)
-        report, own = run(text)
-    by_reference(monkeypatch)
-    _, expected = run(text)
-    assert [(event.name, event.kind) for event in own.happened] == [
-        (event.name, event.kind) for event in expected.happened
-    ]
-    assert len(own.happened) > 0
+    report, recorded = run(text)
+    gap, force = recorded["stops/gap"], recorded["stops/force"]
     near = 1e-9 if steps in (DOP853, FIXED) else 2e-7  # implicit stages are solved to their tolerance
-    for event, other in zip(own.happened, expected.happened, strict=True):
-        assert event.time == pytest.approx(other.time, abs=near)
-        assert (event.impulse, event.energy) == pytest.approx((other.impulse, other.energy), rel=2e-7, abs=near)
-    for path in RECORDED:
-        if path in expected.blocks[0]:
-            scale = max(1.0, np.abs(expected[path]).max(initial=0.0))
-            if path == "stops/force" and "stiffness" in text:
-                scale *= 1.0e3  # beside a length
-            np.testing.assert_allclose(own[path], expected[path], rtol=0, atol=near * scale, err_msg=path)
+    assert len(recorded.happened) > 0
+    assert force.min() >= 0.0
+    if "stiffness" not in text:
+        assert gap.min() > -near
+        assert (gap * force).max() < near * max(1.0, force.max())
+    assert recorded.unbalanced < UNBALANCED[steps] * max(1.0, np.abs(recorded["diagnostics/work"]).max())
     assert report.position_violation.value < 2e-13
+
+
+@pytest.mark.parametrize(("name", "steps"), [(name, steps) for name, own, steps in PAIRS if own == "planar"])
+def test_it_is_the_same_in_the_plane_and_in_space(name, steps):
+    _, plane = run(text_of(name, "planar", steps))
+    _, space = run(text_of(name, "reduced", steps))
+    if "stiffness" in SCENES[name][0]:  # forces beside a length
+        for block in (*plane.blocks, *space.blocks):
+            block["stops/force"] *= 1e-3
+    same(plane, space, RECORDED, 1e-8 if steps in (DOP853, FIXED) else 2e-6)
 
 
 @pytest.mark.parametrize("steps", STEPS)
@@ -122,10 +126,9 @@ def test_a_rod_without_mass_bears_the_push_of_stops_in_the_plane_as_in_space(ste
 
 @pytest.mark.parametrize("formulation", ["reduced", "planar", "full"])
 @pytest.mark.parametrize("inertia", [0.0, 1.5])
-def test_a_motion_pays_for_what_flywheels_take_in_no_time(formulation, inertia, monkeypatch):
+def test_a_motion_pays_for_what_flywheels_take_in_no_time(formulation, inertia):
     """A block of 2 kg, with a reflected mass, is pushed to 1 m/s at once: the impulse is m v, its work m v²; half of
     it is lost. The pusher's own reflected mass has no say."""
-    by_kernel(monkeypatch)
     text = DRIVEN.format(steps=f"{DOP853}, formulation: {formulation}", wall="rigid: true")
     for joint, reflected in (("    axis: [1, 0, 0]\n", inertia), ("location: [0, 0, 0], axis: [1, 0, 0]}", 0.7)):
         assert joint in text
@@ -166,8 +169,8 @@ def test_what_flies_through_another_body_within_one_step_is_met(integrator, at):
     assert found.happened[0].time == pytest.approx(0.25 + 0.5 * at, abs=1e-9)
 
 
-def test_contacts_that_depend_on_each_other_are_left_over():
-    """Both ends of one range cannot hold: the kernel's loop says so where it stands, and has taken no step."""
+def test_contacts_that_depend_on_each_other_are_decided_anew():
+    """Both ends of one range cannot hold: at the bob's height neither touches, and it swings on."""
     scene = read_scene_text(text_of("between walls", "planar", DOP853))
     system, settings = compile_system(scene), settings_to_run(scene)
     state = assemble(system, initial_guess(scene, system))
@@ -175,14 +178,15 @@ def test_contacts_that_depend_on_each_other_are_left_over():
     run = compiled.run(state, settings)
     known = {"held": [0, 1], "push": 1.0, "fastest": 1.0, "met_at": 0.0, "met_often": 1}
     laws = [(float(side), 0.5, 1e-12, 1.0, -1, 0.0, 0.0) for side in system.stops.side]
-    run.begin_contacts(laws, [], {**known, "lost": 0.0, "work": 0.0, "events": 0}, 0.1, 0)
-    run.advance(10, 1.0)
-    assert run.outcome.status == compiled.core.Status.halted
-    assert run.left_over[0] == -1
-    assert run.standing["t"] == 0.0
+    run.begin_contacts(laws, [], {**known, "lost": 0.0, "work": 0.0, "events": 0}, 0.1, 0, None)
+    run.advance(1, 1.0)
+    block = run.advance(10, 1.0)
+    assert run.outcome.status == compiled.core.Status.running
+    assert run.contacts["held"] == []
+    assert block["t"][0] == 0.0
 
 
-def test_samples_have_no_say_in_the_motion(monkeypatch):
+def test_samples_have_no_say_in_the_motion():
     """Ten times as many: the same impacts and contacts, bit for bit."""
     text = text_of("between walls", "planar", DOP853)
     _, few = run(text)

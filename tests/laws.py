@@ -1,0 +1,111 @@
+"""The kernel's laws of contacts at an instant, of rows A in coordinates in which the kinetic energy is ½|x|²."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from mbproj.kernel import core
+from mbproj.registry import IMPACT_LAWS
+from mbproj.thresholds import THRESHOLDS, of_the_kernel
+
+
+def _numbers(values):
+    return np.ascontiguousarray(values, dtype=float)
+
+
+def _thresholds():
+    return core().Thresholds(of_the_kernel())
+
+
+class Cone(NamedTuple):
+    """The forces that one contact may have: its row `push`, -1 for the friction of a joint, its `tangents`, the `most`
+    with which it sticks, and the parts of the push with which it `slides`."""
+
+    push: int
+    tangents: tuple[int, ...] = ()
+    most: float = 0.0
+    slides: tuple[float, ...] = ()
+
+
+def contact_problem(B, b, cones, give=0.0):
+    """The forces y along all rows with which no row that is held accelerates; None where none are within the cones."""
+    return core().contact_problem(_thresholds(), _numbers(B), _numbers(b), list(cones), give)
+
+
+def one_sided(N, b):
+    """Pushes z >= 0 with N Nᵀz + b >= 0; None where there are none."""
+    return core().one_sided(_thresholds(), _numbers(N @ N.T), _numbers(b))
+
+
+@dataclass
+class Balanced:
+    """The forces, and which frictions are stuck."""
+
+    y: np.ndarray
+    stuck: np.ndarray
+    direction: np.ndarray
+    part: np.ndarray
+
+
+@dataclass
+class FrictionBalance:
+    """S stops that touch and K frictions, as in kernel/src/laws/friction_balance.hpp: their rows A (S+K, f)."""
+
+    A: np.ndarray
+    b: np.ndarray
+    static: np.ndarray
+    sliding: np.ndarray
+    direction: np.ndarray
+    partner: np.ndarray
+    stop: np.ndarray
+    loads: Callable
+    still: float = 0.0
+
+    def _kernel(self):
+        size = np.linalg.norm(self.A, axis=1)
+        each = (self.static, self.sliding, self.direction, np.full(len(self.static), self.still))
+        places = self.stop.tolist(), self.partner.tolist(), (size > THRESHOLDS.no_push * size.max()).tolist()
+        values = [_numbers(array) for array in each]
+        return core().FrictionBalance(
+            _numbers(self.A @ self.A.T), _numbers(self.b), values, *places, lambda y: _numbers(self.loads(y))
+        )
+
+    def accelerations(self, y):
+        """Those along all rows under the forces y."""
+        return self.b + self.A @ (self.A.T @ y)
+
+    def balanced(self):
+        """The balance in which as many frictions stick as can; None where there is none."""
+        y, direction, *more = self._kernel().decide(_thresholds())
+        return None if y is None else Balanced(y, np.array(more[0]), direction, more[1])
+
+    def forces(self):
+        """The forces that hold all frictions at rest, or are at most their static forces; None where there are none."""
+        return self._kernel().forces(_thresholds())
+
+
+@dataclass
+class Struck:
+    """What an impact does: the speeds x' after it, the impulses (k + K,), the energy that each takes and what is lost,
+    J."""
+
+    v: np.ndarray
+    impulse: np.ndarray
+    taken: np.ndarray
+    lost: float
+
+
+def strike(law, A, speeds, restitution, coefficient=(), rubbing=()):
+    """The impact of stops, of which the first rows of A are, then their tangents; None where the law has no answer.
+    `rubbing`: of each tangent its partner, or -1, and its stop."""
+    A, speeds = np.asarray(A), np.asarray(speeds)
+    own = _numbers(A @ A.T), _numbers(A @ speeds), _numbers(restitution), _numbers(coefficient)
+    found = core().strike(_thresholds(), IMPACT_LAWS.index(law), *own, list(rubbing))
+    if found is None:
+        return None
+    v = speeds + A.T @ found[0]
+    return Struck(v, found[0], found[2], 0.5 * float(speeds @ speeds - v @ v))
