@@ -84,7 +84,7 @@ public:
         }
         take(found, problem, speed, after.tail(speed.size()), turns, known, next);
         next.take_shares(found.shared ? &found.shares : nullptr, stops);
-        if (own_walls) hold_at_walls(closed, next);
+        if (own_walls) walls().stick(closed, next);
         return true;
     }
 
@@ -173,18 +173,9 @@ private:
         const auto count = static_cast<Eigen::Index>(rubs_.size());
         for (std::size_t i = 0; i < rubs_.size(); ++i)
             if (rests[i]) rate_[first_ + static_cast<Eigen::Index>(i)] = 0.0;
-        FrictionBalance found{first_,
-                              border_.operator_of_rows(),
-                              {},
-                              Vector(count),
-                              Vector(count),
-                              Vector(count),
-                              Vector(count),
-                              {},
-                              {},
-                              {},
-                              {},
-                              {}};
+        FrictionBalance found;
+        found.stops = first_, found.B = border_.operator_of_rows();
+        found.fixed = found.sliding = found.direction = found.still = Vector(count);
         for (Eigen::Index i = 0; i < first_ + count; ++i) found.able.push_back(border_.moves(i));
         for (Eigen::Index i = 0; i < count; ++i) {
             const int k = rubs_[static_cast<std::size_t>(i)];
@@ -286,17 +277,6 @@ private:
         const Coordinate<D> along(model_.stops.coordinates, stops_ + k, equations_.pose());
         const bool turned = coordinate >= 0 && is_angle(along.p.kind);
         return among(before, k, along.value() + (turned ? 2.0 * M_PI * static_cast<double>(turns[coordinate]) : 0.0));
-    }
-    // What rests at a wall sticks there.
-    void hold_at_walls(const std::vector<ContactRow>& closed, ContactState& next) const {
-        for (const ContactRow& row : closed) {
-            const int k = walls().along(row.coordinate);
-            if (k < 0 || has(next.sliding, k) || next.parts_of(row.coordinate)) continue;
-            for (Numbered* all : {&next.stuck, &next.bearing})
-                all->erase(std::remove_if(all->begin(), all->end(), [k](const auto& each) { return each.first == k; }),
-                           all->end());
-            next.stuck.emplace_back(k, row.at);
-        }
     }
 
     EquationsOfMotion<D>& equations_;

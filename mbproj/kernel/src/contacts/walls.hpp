@@ -50,6 +50,17 @@ public:
         rows = std::move(others);
         return found;
     }
+    // What rests at a wall among these stops sticks there.
+    void stick(const std::vector<ContactRow>& closed, ContactState& next) const {
+        for (const ContactRow& row : closed) {
+            const int k = along(row.coordinate);
+            if (k < 0 || mbproj::has(next.sliding, k) || next.parts_of(row.coordinate)) continue;
+            const auto is_own = [k](const auto& each) { return each.first == k; };
+            for (Numbered* all : {&next.stuck, &next.bearing})
+                all->erase(std::remove_if(all->begin(), all->end(), is_own), all->end());
+            next.stuck.emplace_back(k, row.at);
+        }
+    }
     static bool push(const std::vector<ContactRow>& walls, double side) {
         return std::any_of(walls.begin(), walls.end(), [side](const ContactRow& row) { return row.sign == side; });
     }
