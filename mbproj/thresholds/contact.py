@@ -26,7 +26,7 @@ class Contact:
     rest_acceleration: float = threshold(
         1e-6,
         "fastest²",
-        "both",
+        "kernel",
         "a friction at a joint whose rate is given begins to slide as its acceleration says, if that is larger",
         "100 × what a step of the shortest that tells rest leaves below the slack",
     )
@@ -38,10 +38,10 @@ class Contact:
         "no case: tests/friction/test_at_rest.py holds with 1 too",
     )
     lowest_bounce: float = threshold(
-        1e-10, "length or rad", "both", "a lower bounce is none: it ends in contact", "10 × touching"
+        1e-10, "length or rad", "kernel", "a lower bounce is none: it ends in contact", "10 × touching"
     )
     no_push: float = threshold(
-        1e-11, "1", "both", "beside terms of size 1 in the equations of impacts and contact, this is none", "1e5 ε"
+        1e-11, "1", "kernel", "beside terms of size 1 in the equations of impacts and contact, this is none", "1e5 ε"
     )
     contact_pulls: float = threshold(
         1e-10,
@@ -99,19 +99,19 @@ class Contact:
     turned_speed: float = threshold(
         1e-7,
         "1",
-        "both",
+        "kernel",
         "sliding in a plane that is slower, beside the fastest motion, has come to rest",
         "tests/friction/planes/test_floors.py: with 0.01 a point stops before its time",
     )
     straight_speed: float = threshold(
         1e-5,
         "1",
-        "both",
+        "kernel",
         "sliding in a plane that is slower, beside the fastest motion, and becomes slower still, keeps its direction",
         "the direction of a speed that is round-off is none",
     )
     creates_energy: float = threshold(
-        1e-9, "1", "both", "an impact that adds more of the kinetic energy stops the run", "round-off of the energies"
+        1e-9, "1", "kernel", "an impact that adds more of the kinetic energy stops the run", "round-off of the energies"
     )
     on_grid: float = threshold(
         1e-6,
@@ -123,7 +123,7 @@ class Contact:
     met_soon: float = threshold(
         1e-7,
         "1 / fastest motion",
-        "both",
+        "kernel",
         "a decision on contacts without an event, sooner after the last one, is at the same time as that",
         "feet at the edge of what they bear decided anew each 1e-11 s",
     )
@@ -135,5 +135,5 @@ class Contact:
         "a foot that came to rest within a step of RK4 slid on for 0.2 s",
     )
     most_meetings: int = threshold(
-        100, "-", "both", "so many things may happen to stops at one time", "more than stops of one mechanism"
+        100, "-", "kernel", "so many things may happen to stops at one time", "more than stops of one mechanism"
     )

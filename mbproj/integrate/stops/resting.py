@@ -20,9 +20,7 @@ from mbproj.integrate.stops.rubbing import friction_rates
 from mbproj.model.contacts import Contacts
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
-
-#: A run that is not made: only its start counts, and nothing that motions do later, s.
-SHORT = 1e-9
+from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,8 @@ class RubsAtStart(TypedDict):
 def resting(system: System, state: State) -> Resting:
     """What sticks at a state at which a run begins. Raises SimulationError where neither sticking nor sliding fulfils
     Coulomb's law, and where a stop is driven into; InputError without a kernel."""
-    frictions, settings = system.frictions, Settings(duration=SHORT, step=SHORT, output_step=SHORT)
+    frictions, short = system.frictions, THRESHOLDS.same_written  # the start of a run counts, not what motions do later
+    settings = Settings(duration=short, step=short, output_step=short)
     assert frictions is not None
     choice = choose(system, state, settings)
     if choice.compiled is None:

@@ -91,9 +91,8 @@ private:
 
     // To the goal, or to where sliding comes to rest. False where neither comes.
     bool follow_piece(const Goal& goal, bool slides, Vector& y, bool& arrived) const {
-        constexpr double longest = 1e9;
         double h = 0.1, p = 0.0, error = 0.0;
-        while (p < longest) {
+        while (p < 1.0 / thresholds_.same_written) {
             const Vector next = after(y, h, slides, error);
             if (!(error <= thresholds_.rounding * std::max(1.0, next.cwiseAbs().maxCoeff()))) {
                 if (!((h *= 0.5) > 0.0)) return false;
