@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from mbproj.calls.linear import equilibria, equilibrium, linearize, modes, traces
     from mbproj.calls.loads import loads
     from mbproj.calls.models import Exported, Imported, export_model, import_model, new, schema
-    from mbproj.calls.paper import paper
+    from mbproj.calls.pictures import paper
     from mbproj.calls.run import run, start
     from mbproj.calls.studies import compare, recommend, stability, threshold, tradeoff, verify
     from mbproj.calls.sweep import SweepTable, fit, optimise, sensitivity, sweep

@@ -14,7 +14,7 @@ HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "mbproj.calls.linear": ("equilibria", "equilibrium", "linearize", "modes", "traces"),
         "mbproj.calls.loads": ("loads",),
         "mbproj.calls.models": ("Exported", "Imported", "export_model", "import_model", "new", "schema"),
-        "mbproj.calls.paper": ("paper",),
+        "mbproj.calls.pictures": ("paper",),
         "mbproj.calls.run": ("run", "start"),
         "mbproj.calls.studies": ("compare", "recommend", "stability", "threshold", "tradeoff", "verify"),
         "mbproj.calls.sweep": ("SweepTable", "fit", "optimise", "sensitivity", "sweep"),

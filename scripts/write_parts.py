@@ -9,8 +9,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from mbproj.parts.classes import CLASSES
-from mbproj.parts.part import ScenePart
+from mbproj.parts.classes import CLASSES, ScenePart
 
 STUB = Path(__file__).parent.parent / "mbproj" / "parts" / "__init__.pyi"
 HEAD = '''"""Written by scripts/write_parts.py from the tables that read a scene."""
@@ -20,7 +19,7 @@ from typing import Any, SupportsFloat, TypeAlias
 
 import numpy.typing as npt
 
-from mbproj.parts.part import ScenePart
+from mbproj.parts.classes import ScenePart
 
 #: A number in SI units, or text with a unit or an expression.
 Quantity: TypeAlias = SupportsFloat | str

@@ -13,8 +13,8 @@ from mbproj.scene.fields.rotations import to_matrix, unit
 from mbproj.scene.read import SceneText
 from mbproj.studies.variants.livelier import with_damping
 from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.renumbered import renumbered
 from mbproj.studies.variants.rescaled import rescaled
+from mbproj.studies.verify.invariance import renumbered
 from tests.friction.scenes import SCENE
 
 

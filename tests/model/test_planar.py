@@ -13,8 +13,8 @@ from mbproj.dynamics.equations.equations_of_motion import generalised_force, mas
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.model.euler_parameters import matrix_E
 from mbproj.model.planar import Plane
+from mbproj.model.planar.reduction import PlaneSplit, split
 from mbproj.model.planar.rows import TILTED, see, sides
-from mbproj.model.planar.tilt import PlaneSplit, split
 from mbproj.scene import read_scene
 from tests.model.planar_equations import planar_constraint, planar_gamma, planar_jacobian, planar_value
 from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain, planar

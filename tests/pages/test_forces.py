@@ -10,8 +10,7 @@ from mbproj.model import compile_system, initial_guess
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.pages.appearance.mechanism import look_of
 from mbproj.pages.appearance.motion import PoseHistory, motion_at
-from mbproj.pages.data.pages import load_groups
-from mbproj.pages.data.passages import carried, dips, passages
+from mbproj.pages.data.pages import carried, dips, load_groups, passages
 from mbproj.scene import read_scene_text
 
 FORCES = """\

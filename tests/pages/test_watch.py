@@ -14,8 +14,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from mbproj.cli.watch.build import Superseded, build
-from mbproj.cli.watch.follow import Saves
+from mbproj.cli.watch.follow import Saves, Superseded, build
 from mbproj.cli.watch.server import Board, Server, ShownPage
 from mbproj.pages.page.write import html, waiting
 from tests.pages.browser import MISSING, browser

@@ -15,8 +15,7 @@ from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.kernel import core
 from mbproj.projection import make_method
-from mbproj.projection.solve.damping import damped
-from mbproj.projection.solve.position import correct_position
+from mbproj.projection.solve.position import correct_position, damped
 from mbproj.registry import PROJECTIONS
 from mbproj.thresholds import THRESHOLDS
 from tests.kernel.scenes import needs_kernel

@@ -11,8 +11,8 @@ from mbproj.scene.blocks.oversights import oversights
 from mbproj.scene.fields.rotations import to_matrix, unit
 from mbproj.studies.variants.livelier import with_stiffness
 from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.renumbered import renumbered
 from mbproj.studies.variants.rescaled import rescaled
+from mbproj.studies.verify.invariance import renumbered
 from tests.stops.scenes import SCENE
 
 

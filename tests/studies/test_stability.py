@@ -15,9 +15,8 @@ from mbproj.registry import explicit_integrators
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.stability import stability
 from mbproj.studies.stability.bisection import StateChange, values
-from mbproj.studies.stability.gains import growth
 from mbproj.studies.stability.judge import Limits, Subject, judged, judged_in_blocks
-from mbproj.studies.stability.quantities import QUANTITIES, ValueSpan, quantity_named
+from mbproj.studies.stability.quantities import QUANTITIES, ValueSpan, growth, quantity_named
 from mbproj.studies.variants.livelier import with_speed
 from mbproj.studies.variants.ratios import joints_from_ground, with_inertia_ratio, with_mass_ratio
 from mbproj.studies.variants.rescaled import rescaled

@@ -22,13 +22,13 @@ from mbproj.projection.methods.popm import Popm
 from mbproj.scene.records import BodyForce
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.renumbered import renumbered
 from mbproj.studies.variants.rescaled import rescaled
 from mbproj.studies.verify import accelerations, balance, invariance, runs, verify
 from mbproj.studies.verify import equations as terms
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.checks import CHECKS
 from mbproj.studies.verify.finding import Finding
+from mbproj.studies.verify.invariance import renumbered
 from mbproj.studies.verify.rounded import Rounded, solve
 from tests.kernel.scenes import needs_kernel
 from tests.support import MECHANISMS, ROOT, random_chain

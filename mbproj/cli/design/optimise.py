@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
-from mbproj.cli.design.design_command import Asked, options, search
+import click
+
+from mbproj.cli.design.design_command import OTHER, Asked, options, search
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import QuantityNames
+from mbproj.cli.report.json_text import json_text
+from mbproj.errors import ExitCode, InputError, Place, Problem
+
+if TYPE_CHECKING:
+    from mbproj.studies.synthesis.synthesise import Synthesis
 
 EXAMPLES = (
     ("Find the smallest bearing load that the constraints allow.", "mbproj optimise load.yaml"),
@@ -16,6 +24,7 @@ EXAMPLES = (
         "mbproj optimise carry.yaml --topologies four_bar,slider_crank",
     ),
 )
+ALL = "all"
 
 
 @explained("optimise", EXAMPLES)
@@ -39,7 +48,57 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
     if topologies is not None:
-        from mbproj.cli.design.topologies import synthesise_of
-
         return synthesise_of(topologies, Asked.of(given))
     return search(Asked.of(given), fits=False)
+
+
+def synthesise_of(topologies: tuple[str, ...], asked: Asked) -> int:
+    """Run the command: read, search, write, report."""
+    from mbproj.outputs import DESIGNED, PAGE, check_replaceable, csv, make_folder, write_csv, write_text
+    from mbproj.pages.page.write import designs_page
+    from mbproj.studies.design.written import best_scene
+    from mbproj.studies.synthesis.shown import shown
+    from mbproj.studies.synthesis.synthesise import synthesise, table
+    from mbproj.studies.synthesis.wish import read_wanted
+
+    if asked.engine is not None:
+        raise InputError(Problem("topologies are brought down by least squares", Place("--engine"), "leave it out"))
+    wanted, force = read_wanted(asked.spec), asked.force
+    folder = make_folder(asked.folder("topologies"), OTHER)
+    best, rows, page = (folder / name for name in ("best.yaml", "topologies.csv", "designs.html"))
+    for path, kind in ((best, DESIGNED), (rows, csv(("topology", "rms"))), (page, PAGE)):
+        check_replaceable(path, kind, force=force, hint=OTHER)
+    names = () if topologies == (ALL,) else topologies
+    with asked.telling() as tell:
+        found = synthesise(wanted, names, folder, asked.where, fresh=asked.fresh, force=force, tell=tell)
+    design, listed = found.found[0].design, table(found)
+    assert design is not None
+    written = [
+        write_text(best, best_scene(design), DESIGNED, force=force, hint=OTHER),
+        write_csv(rows, listed.headings, listed.rows, force=force, hint=OTHER),
+        write_text(
+            page, designs_page(f"{wanted.kind} of {asked.spec.name}", shown(found)), PAGE, force=force, hint=OTHER
+        ),
+    ]
+    if asked.as_json:
+        given = [dict(zip(listed.headings, row, strict=True)) for row in listed.rows]
+        click.echo(json_text({"best": found.found[0].topology, "topologies": given, "files": written}))
+    elif not asked.quiet:
+        click.echo("\n".join(report(found)))
+        for path in written:
+            click.echo(path)
+    return int(ExitCode.DONE)
+
+
+def report(found: Synthesis) -> Iterator[str]:
+    """Yield the topologies as a table, and the chosen one."""
+    from mbproj.cli.report.table import columns
+
+    unit = "rad" if found.wanted.kind == "function" else "m"
+    yield f"{found.found[0].topology} does it with the fewest bodies of those that are as good as the best"
+    yield ""
+    rows = [
+        [each.topology, str(each.bodies), "-" if each.design is None else f"{each.rms:.3g}", each.cause]
+        for each in found.found
+    ]
+    yield columns(["topology", "bodies", f"off by ({unit}, rms)", ""], rows)

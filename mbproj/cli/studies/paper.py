@@ -54,7 +54,7 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
     formulation. It takes about a minute. For each mechanism it tells from which time on the paper's step has not
     converged.
     """
-    from mbproj.calls.paper import FIGURES, figures_of
+    from mbproj.calls.pictures import FIGURES, figures_of
     from mbproj.figures.save import save
     from mbproj.studies.paper.examples import run_example
 

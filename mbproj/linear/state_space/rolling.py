@@ -1,7 +1,7 @@
 """The linear model of a mechanism that rolls: displacements a and speeds a' of motions without slip, and further
 displacements b.
 
-With ξ = N (Z a + W b) as in `reduction/slip.py` and forces F u along the bodies,
+With ξ = N (Z a + W b) as in `reduction/projected.py` and forces F u along the bodies,
 
     M a'' + D a' + K (a, b) = (N Z)ᵀ F u,      b' = -E (Z a + W b).
 """

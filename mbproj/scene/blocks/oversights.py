@@ -13,6 +13,8 @@ import math
 from collections.abc import Iterator, Sequence
 
 from mbproj.errors import Place, Problem
+from mbproj.functions.curves.piece import Form
+from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.inertia import principal_moments
 from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce, Scene
@@ -25,6 +27,12 @@ LONG = 3.0
 ALONE = 100.0
 #: The most notes of one kind, and the most names in one note.
 MOST = 5
+#: Numbers are rounded to a digit where they differ from it by less than ROUGHLY of its unit; DIGITS are tried.
+ROUGHLY, DIGITS = 1e-6, 12
+#: Curves with fewer points are drawn by a designer; they are no table of a cam, and give no note.
+FEWEST = 24
+#: The least uncertainty that is reported, relative to half the lift: the acceleration per ω² of a harmonic motion.
+FELT = 0.05
 
 
 def oversights(scene: Scene) -> list[Problem]:
@@ -35,7 +43,6 @@ def oversights(scene: Scene) -> list[Problem]:
 
 def _rough(scene: Scene) -> Iterator[Problem]:
     """A note for each curve whose points were rounded so much that the accelerations of a follower are uncertain."""
-    from mbproj.scene.blocks.curves.rounded import uncertainty
 
     for track in scene.curves:
         found = uncertainty(track)
@@ -166,3 +173,30 @@ def _length(body: Body, arm: float) -> float | None:
         return None
     least, _, largest = principal_moments(body.inertia)
     return math.sqrt(12.0 * largest / body.mass) if largest > LONG * least else None
+
+
+def grain(numbers: Sequence[float]) -> float:
+    """Half of the last decimal digit that numbers are rounded to; 0 where they have more than 12."""
+    largest = max(abs(each) for each in numbers)
+    for digits in range(DIGITS):
+        unit = 10.0 ** (math.ceil(math.log10(largest)) - digits)
+        if all(abs(each / unit - round(each / unit)) < ROUGHLY for each in numbers):
+            return 0.5 * unit
+    return 0.0
+
+
+def uncertainty(track: Track | SpaceTrack) -> tuple[float, float] | None:
+    """The unit in m to which the N points of a closed curve were rounded, and the error of a follower's acceleration,
+    in m per (rad/s)². The error is 12 r (N/2π)² with r half the unit. None where it is small, or the rounding is not
+    known."""
+    if isinstance(track, SpaceTrack):
+        return None
+    polar = track.line.pieces[0].form is Form.POLAR
+    rows = track.rows[:-1] if polar else track.rows
+    if not track.line.closed or len(rows) < FEWEST:
+        return None
+    lengths = [row[1] for row in rows] if polar else [each for row in rows for each in row]
+    radii = [row[1] if polar else math.hypot(*row) for row in rows]
+    half = grain(lengths)
+    error = 12.0 * half * (len(rows) / (2.0 * math.pi)) ** 2
+    return (2.0 * half, error) if error > FELT * 0.5 * (max(radii) - min(radii)) else None

@@ -1,21 +1,34 @@
-"""Values of studies by what they follow from; the code of mbproj and of plug-ins is part of that."""
+"""Values of studies by what they follow from; the code of mbproj and of plug-ins is part of that.
+
+A value is stored as bytes that hold data only: numbers, text, lists, tuples, mappings, arrays, and records of classes
+that the reader names. Bytes that are anything else are refused with a ValueError.
+
+    crc32 of the rest (4 bytes) | length of the text (8 bytes) | JSON | the arrays one after another
+
+In the JSON, what is neither a number, text nor a list is an object of one key that says what it is.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import platform
-from collections.abc import Callable, ItemsView, Sequence
+from collections.abc import Callable, ItemsView, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import fields, is_dataclass
 from functools import cache
+from math import prod
 from pathlib import Path
 from typing import Any, TypeVar
+from zlib import crc32
+
+import numpy as np
 
 import mbproj
+from mbproj.arrays import Array
 from mbproj.kernel import build_info, core
 from mbproj.plugins import marks
 from mbproj.studies.store import database
-from mbproj.studies.store.encoding import decoded, encoded
 
 Value = TypeVar("Value")
 
@@ -85,3 +98,85 @@ def _code() -> str:
 def _plain(number: Any) -> Any:
     """A number of NumPy's as Python's."""
     return number.item()
+
+
+#: Types of the numbers in arrays: floating, whole, yes or no.
+NUMBERS = ("<f8", "<i8", "|b1")
+CHECKSUM, LENGTH = 4, 8
+
+
+def encoded(value: Any) -> bytes:
+    """The bytes of a value. Raises TypeError for what is not data of these kinds."""
+    arrays: list[bytes] = []
+    text = json.dumps(_written(value, arrays)).encode()
+    rest = b"".join([len(text).to_bytes(LENGTH, "little"), text, *arrays])
+    return crc32(rest).to_bytes(CHECKSUM, "little") + rest
+
+
+def decoded(data: bytes, records: Sequence[type] = ()) -> Any:
+    """The value, with records of these classes alone. Raises ValueError where the bytes are not `encoded`'s."""
+    rest = memoryview(data)[CHECKSUM:]
+    if crc32(rest) != int.from_bytes(data[:CHECKSUM], "little"):
+        raise ValueError("its checksum is wrong")
+    end = LENGTH + int.from_bytes(rest[:LENGTH], "little")
+    try:
+        tree = json.loads(bytes(rest[LENGTH:end]))
+        return _read(tree, rest[end:], {each.__name__: each for each in records})
+    except (AttributeError, KeyError, TypeError, RecursionError) as error:
+        raise ValueError(f"it is not as mbproj writes it: {error!r}") from error
+
+
+def _written(value: Any, arrays: list[bytes]) -> Any:
+    """The value as JSON; the numbers of its arrays are added to `arrays`."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.generic):
+        return _written(value.item(), arrays)
+    if isinstance(value, np.ndarray):
+        array = np.ascontiguousarray(value)
+        if array.dtype.str not in NUMBERS:
+            raise TypeError(f"arrays of {array.dtype} are not kept")
+        start = sum(map(len, arrays))
+        arrays.append(array.tobytes())
+        return {"array": [array.dtype.str, list(value.shape), start]}
+    if is_dataclass(value) and not isinstance(value, type):
+        members = {each.name: _written(getattr(value, each.name), arrays) for each in fields(value)}
+        return {"record": [type(value).__name__, members]}
+    if isinstance(value, Mapping):
+        if not all(isinstance(key, str) for key in value):
+            raise TypeError("keys that are not text are not kept")
+        return {"mapping": {key: _written(each, arrays) for key, each in value.items()}}
+    if isinstance(value, tuple):
+        return {"tuple": [_written(each, arrays) for each in value]}
+    if isinstance(value, list):
+        return [_written(each, arrays) for each in value]
+    raise TypeError(f"a {type(value).__name__} is not kept")
+
+
+def _read(tree: Any, arrays: memoryview, records: Mapping[str, type]) -> Any:
+    if isinstance(tree, list):
+        return [_read(each, arrays, records) for each in tree]
+    if not isinstance(tree, dict):
+        return tree
+    ((kind, content),) = tree.items()
+    if kind == "array":
+        number, shape, start = content
+        return _array(number, shape, start, arrays)
+    if kind == "tuple":
+        return tuple(_read(content, arrays, records))
+    if kind not in ("mapping", "record"):
+        raise ValueError(f"'{kind}' is no kind of data")
+    name, members = content if kind == "record" else ("", content)
+    values = {key: _read(each, arrays, records) for key, each in members.items()}
+    if kind == "mapping":
+        return values
+    if values.keys() != {each.name for each in fields(records[name])}:
+        raise ValueError(f"a {name} has other fields")
+    return records[name](**values)
+
+
+def _array(number: str, shape: list[int], start: int, arrays: memoryview) -> Array:
+    """A copy, which can be written to."""
+    if number not in NUMBERS or not all(isinstance(size, int) and size >= 0 for size in (*shape, start)):
+        raise ValueError("an array is not described as such")
+    return np.frombuffer(arrays, np.dtype(number), prod(shape), start).reshape(shape).copy()

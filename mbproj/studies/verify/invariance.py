@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -16,7 +18,6 @@ from mbproj.projection.methods.gpopm import Gpopm
 from mbproj.scene.blocks.control.named import names_channels
 from mbproj.scene.records import Scene
 from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.renumbered import renumbered
 from mbproj.studies.variants.rescaled import rescaled
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.equations import OPERATIONS, RoundedEquations, correction, equations_at, penalised
@@ -158,3 +159,23 @@ def _carriers(system: System, before: System) -> Integers | None:
 
 def _scale(system: System) -> Array:
     return np.tile([system.length] * 3 + [1.0] * 4, system.bodies)
+
+
+Item = TypeVar("Item")
+
+
+def renumbered(scene: Scene, seed: int = 0) -> Scene:
+    """The same scene with its parts in a random order."""
+    random = np.random.default_rng(seed)
+
+    def shuffled(items: Sequence[Item]) -> tuple[Item, ...]:
+        return tuple(items[number] for number in random.permutation(len(items)))
+
+    return replace(
+        scene,
+        bodies=shuffled(scene.bodies),
+        joints=shuffled(scene.joints),
+        markers=shuffled(scene.markers),
+        forces=shuffled(scene.forces),
+        motions=shuffled(scene.motions),
+    )

@@ -18,7 +18,7 @@ import mbproj
 from mbproj.errors import MbprojWarning, warn_once
 from mbproj.studies.parallel.hand_out import in_parallel
 from mbproj.studies.store import ValueCache, cached, database, value_cache
-from mbproj.studies.store.encoding import decoded
+from mbproj.studies.store.value_cache import decoded
 from tests.studies.parallel.drawn import Drawn
 from tests.studies.tasks import keep
 from tests.support import ROOT

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError, MbprojWarning
+from mbproj.studies.sweep.folder import Store
 from mbproj.studies.sweep.row import CaseRow, Status
-from mbproj.studies.sweep.store import Store
 from tests.studies.sweep.specs import swept, write
 
 ROWS = {
