@@ -1,7 +1,8 @@
 """Creates the arrays of a new results file, and appends samples to them.
 
-Dimension scales name the axes of arrays in the way of netCDF-4, so that xarray shows them. Time is a scale of every array; the names of bodies, joints and so on are scales of their arrays. xarray shows scales in
-the group of an array: hard links put time and the components there, too.
+Dimension scales name the axes of arrays in the way of netCDF-4, so that xarray shows them. Time is a scale of every
+array; the names of bodies, joints and so on are scales of their arrays. xarray shows scales in the group of an array:
+hard links put time and the components there, too.
 """
 
 from __future__ import annotations

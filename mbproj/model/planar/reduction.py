@@ -1,8 +1,9 @@
 """Reduces a system to its plane, or gives the reason why it has none.
 
-Some rows are neither inside nor outside on their own, but in combination. A prismatic joint's vectors x and y are normal to its axis, at any angle to the plane's normal n. So none of its rows
-need be inside or outside. Rows of a joint that differ only in their vector (`along`), or have the same two bodies
-(`perpendicular`), form a block. A block locks shifts along, or turns about, the directions that its rows span.
+Some rows are neither inside nor outside on their own, but in combination. A prismatic joint's vectors x and y are
+normal to its axis, at any angle to the plane's normal n. So none of its rows need be inside or outside. Rows of a joint
+that differ only in their vector (`along`), or have the same two bodies (`perpendicular`), form a block. A block locks
+shifts along, or turns about, the directions that its rows span.
 
 Where n is one of these directions, the block splits. As many rows as there is motion in the plane for them to lock are
 inside. The others, less multiples of these, are outside.

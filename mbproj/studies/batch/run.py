@@ -1,5 +1,5 @@
-"""Running the scenes of a batch in parallel processes, with their expectations checked. Scenes are found from paths. A process that hangs or dies is
-replaced, and its scene counts as failed."""
+"""Running the scenes of a batch in parallel processes, with their expectations checked. Scenes are found from paths. A
+process that hangs or dies is replaced, and its scene counts as failed."""
 
 from __future__ import annotations
 

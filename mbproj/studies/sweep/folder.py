@@ -1,7 +1,8 @@
 """The folder of a sweep: its spec and store, the results files that are kept, the summary.
 
-The store has what a sweep has done: one SQLite file, a row a case, written by the sweep's leading process. A row is on the disk when `add` returns, so that a sweep that is killed loses only what was at work. The file is locked
-as long as it is open: two sweeps never share a folder.
+The store has what a sweep has done: one SQLite file, a row a case, written by the sweep's leading process. A row is on
+the disk when `add` returns, so that a sweep that is killed loses only what was at work. The file is locked as long as
+it is open: two sweeps never share a folder.
 """
 
 from __future__ import annotations
