@@ -1,7 +1,7 @@
 """The projection of a position, Eqs. 39, 45, 52, 60, 66, 73, iterated until C = 0.
 
-Smaller corrections are tried in turn where the full one turns a body further than its linearised rows are valid, or
-does not reduce the violation.
+Where the full correction does not reduce the violation, or turns a body too far for its linearised rows, smaller ones
+are tried in turn.
 
 A metric by masses turns bodies of small inertia by large angles where a heavy body would have to move otherwise. The
 smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added to such bodies:
