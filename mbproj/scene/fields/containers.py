@@ -223,3 +223,33 @@ class Named(Field[Mapping[str, T_co]], Generic[T_co]):
         elif not self.names.fullmatch(name):
             article = "an" if self.what[0] in "aeiou" else "a"
             reading.report(f"'{name}' cannot name {article} {self.what}", place, f"a name has {self.rule}")
+
+
+@dataclass(frozen=True)
+class ByPath(Field[Mapping[str, T_co]], Generic[T_co]):
+    """Items of one kind by any text, such as the path of a value of the scene. `meaning` says what stands for what, as
+    in "path of a number: [low, high]". An empty mapping is a fault where `example` says what to give."""
+
+    meaning: str
+    item: Field[T_co]
+    example: str = ""
+    node_type: ClassVar[type] = MappingNode
+
+    @property
+    def expects(self) -> str:
+        return f"a mapping {{{self.meaning}}}"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> Mapping[str, T_co] | None:
+        mapping = as_mapping(node)
+        if mapping is None:
+            self.reject(node, path, reading)
+            return None
+        if self.example and not mapping.values:
+            reading.report(f"{label(path)} is empty", mapping.place, self.example)
+            return None
+        reading.places |= {(*path, name): place for name, place in mapping.keys.items()}
+        read = {name: self.item.read(value, (*path, name), reading) for name, value in mapping.values.items()}
+        return None if None in read.values() else {name: item for name, item in read.items() if item is not None}
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": "object", "additionalProperties": self.item.schema()}

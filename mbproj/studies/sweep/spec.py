@@ -12,17 +12,17 @@ from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.blocks.expectations import Given
 from mbproj.scene.blocks.measures import MEASURES, complaints, items_of, measures_of, untimely
 from mbproj.scene.fields.choices import NameChoice
-from mbproj.scene.fields.containers import Record
-from mbproj.scene.fields.fields import Field, Text
+from mbproj.scene.fields.containers import ByPath, Record
+from mbproj.scene.fields.fields import Text
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
-from mbproj.scene.ranges import RANGE, Listed, Points, Range
+from mbproj.scene.ranges import RANGE, Listed, Points
 from mbproj.scene.ranges.family import column_of, opened, scene_named, units_of
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, KeyPath
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.changes import Change
-from mbproj.scene.text.nodes import MappingNode, Node, as_mapping, from_value
+from mbproj.scene.text.nodes import Node, from_value
 from mbproj.studies.sweep.design import COMBINATIONS, Design, Zip, design_of
 
 FORMAT = "1"
@@ -32,43 +32,14 @@ MOST = 300
 KEEP = ("none", "failed", "all")
 #: Columns of the summary that are neither parameters nor measures.
 COLUMNS = ("case", "status", "message", "time", "joint", "formulation", "seconds", "file")
-
-
-class Varied(Field[Mapping[str, Range]]):
-    """Ranges by the paths of what they are of."""
-
-    node_type = MappingNode
-
-    @property
-    def expects(self) -> str:
-        return "a mapping {path of a value of the scene: a range}"
-
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> Mapping[str, Range] | None:
-        mapping = as_mapping(node)
-        if mapping is None:
-            self.reject(node, path, reading)
-            return None
-        if not mapping.values:
-            reading.report("'vary' is empty", mapping.place, "say what varies, as in  parameters.length: 0.8:1.2:5")
-            return None
-        found = {}
-        for name, value in mapping.values.items():
-            where = (*path, name)
-            reading.places[where] = mapping.keys[name]
-            found[name] = RANGE.read(value, where, reading)
-        whole = {name: each for name, each in found.items() if each is not None}
-        return whole if len(whole) == len(found) else None
-
-    def schema(self) -> dict[str, Any]:
-        return {"description": self.expects, "type": "object", "additionalProperties": RANGE.schema()}
-
-
 SPEC: Record[dict[str, Any]] = Record(
     "a sweep",
     {
         "sweep": NameChoice("format version", lambda: (FORMAT,)),
         "scene": Text(),
-        "vary": Varied(),
+        "vary": ByPath(
+            "path of a value of the scene: a range", RANGE, "say what varies, as in  parameters.length: 0.8:1.2:5"
+        ),
         "combine": NameChoice("combination", lambda: COMBINATIONS),
         "samples": Integer(1),
         "seed": Integer(0),
