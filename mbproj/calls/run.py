@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from mbproj.calls.given import Given, by_arguments, scene_of
+from mbproj.calls.settings import RunSettings, options_of, with_settings
 from mbproj.dynamics import State, unique_components
 from mbproj.errors import InputError, Place, Problem
 from mbproj.integrate import Report, simulate
@@ -28,6 +29,8 @@ from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from mbproj.integrate.outside import Function
     from mbproj.results import Trust
     from mbproj.results.crash_safety.checkpoint import Checkpoint
@@ -40,34 +43,10 @@ _NOTHING: Mapping[str, object] = {}
 COPIED = 10_000
 
 
+@with_settings
 def run(
     scene: Given,
     *,
-    duration: float | str | None = None,
-    step: float | str | None = None,
-    tolerance: float | str | None = None,
-    integrator: str | None = None,
-    projection: str | None = None,
-    formulation: str | None = None,
-    kinematic: bool | None = None,
-    acceleration: str | None = None,
-    impact_law: str | None = None,
-    output_step: float | str | None = None,
-    break_times: Sequence[float] | None = None,
-    start: str | None = None,
-    adjust_joints: float | str | None = None,
-    projection_tolerance: float | None = None,
-    projection_test: str | None = None,
-    project_position: bool | None = None,
-    project_velocity: bool | None = None,
-    projection_fallback: str | None = None,
-    energy_row: bool | None = None,
-    momentum_row: bool | None = None,
-    every: int | None = None,
-    threshold: float | None = None,
-    max_iterations: int | None = None,
-    alpha: float | None = None,
-    gains: Sequence[float] | None = None,
     parameters: Mapping[str, object] = _NOTHING,
     certify: bool = False,
     limits: Sequence[float] = (),
@@ -76,6 +55,7 @@ def run(
     period: float | None = None,
     output: str | Path | None = None,
     progress: Progress | None = None,
+    **settings: Unpack[RunSettings],
 ) -> Results:
     """Simulates a scene, and returns its results.
 
@@ -90,9 +70,8 @@ def run(
     Results go to the file `output`, or to a temporary file that is removed with the object. Raises InputError where the
     scene is wrong, SimulationError where the run cannot go on; `output` then keeps the samples so far.
     """
-    given = locals()
-    options = {name: given[name] for name in OPTIONS if given[name] is not None}
     with by_arguments():
+        options = options_of(settings, "run", "output", "certify", "limits", "controller", "period")
         if limits and not certify:
             raise InputError(Problem("it needs a certificate", Place("limits"), "add certify=True, or leave it out"))
         if controller is None and period is not None:

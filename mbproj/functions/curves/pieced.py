@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from mbproj.arrays import Array, Integers, Numbers
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.functions.table import CubicTable
+from mbproj.thresholds import THRESHOLDS
 
 #: Gauss-Legendre nodes and weights on [-1, 1]. They give the arc length between two places to round-off.
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -20,15 +21,21 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 SETTLED = 1e-9
 #: No piece is held: the foot is sought on all pieces.
 FREE = -1
+#: A function of points (k, axes) and the held piece that returns parameters and pieces near the feet, and one that
+#: returns a step of Newton's method from there.
+Start: TypeAlias = "Callable[[Array, int], tuple[Array, Integers]]"
+Step: TypeAlias = "Callable[[Numbers, Numbers, Integers], Numbers]"
 
 
 class CurvePlaces(Protocol):
-    """Interface of m places along a curve: their parameters, pieces, and arc lengths from the start in m, (m,)."""
+    """Interface of m places along a curve: their parameters, pieces, points (m, axes), and arc lengths in m, (m,)."""
 
     @property
     def s(self) -> Array: ...
     @property
     def piece(self) -> Integers: ...
+    @property
+    def point(self) -> Array: ...
     @property
     def length(self) -> Array: ...
 
@@ -108,6 +115,34 @@ class PiecedCurve(ABC):
         if self.closed:
             s = self.start + np.mod(s - self.start, self.period)
         return s, self.at(s)
+
+    def _settled(self, d: Numbers, near: Start, newton: Step, held: int) -> tuple[Numbers, Integers]:
+        """The parameters at which Newton's method ends for each of d (..., axes), and their pieces."""
+        flat = d.reshape(-1, d.shape[-1])
+        s, piece = near(flat.real, held)
+        active, reach = np.arange(len(flat)), self.reach
+        for _ in range(THRESHOLDS.most_passes):
+            point = flat[active].real
+            step = np.clip(newton(point, s[active], piece[active]), -reach, reach)
+            s[active], piece[active] = self.moved(s[active] + step, piece[active], held)
+            active = active[np.abs(step) > self.settled]  # the next step would be round-off
+            if not len(active):
+                break
+        feet: Numbers = s
+        if np.iscomplexobj(d):
+            for _ in range(2):  # the first step brings the derivative, the second corrects the first's round-off
+                feet = feet + newton(flat, feet, piece)
+        return feet.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
+
+    def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
+        """The parameters and pieces of the places nearest to points (k, axes)."""
+        places = self.places
+        allowed = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
+        nearest = np.empty(len(point), dtype=np.intp)
+        for block in range(0, len(point), 256):
+            line = point[block : block + 256, None, :] - places.point[allowed]
+            nearest[block : block + 256] = np.argmin((line * line).sum(axis=-1), axis=-1)
+        return places.s[allowed[nearest]].copy(), places.piece[allowed[nearest]].copy()
 
     def length_at(self, s: Numbers, piece: Integers) -> Numbers:
         """The arc length from the start to parameters (...), which may be complex, of these pieces. It continues beyond

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
 from math import pi
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,6 @@ from mbproj.functions.curves.piece import NUMBERS, TERMS, Form, Piece, scaled
 from mbproj.functions.curves.pieced import FREE, PiecedCurve
 from mbproj.thresholds import THRESHOLDS
 
-#: A function of points (k, 2) and the held piece that returns parameters and pieces near the feet. `Step` is a function
-#: that returns a step of Newton's method from there.
-Start: TypeAlias = "Callable[[Array, int], tuple[Array, Integers]]"
-Step: TypeAlias = "Callable[[Numbers, Numbers, Integers], Numbers]"
 #: The point with its derivatives, 0 to 3, and the derivatives of f and g that these need, 0 to 4.
 POINT_ORDERS, ORDERS = 4, 5
 
@@ -114,34 +110,6 @@ class PlaneCurve(PiecedCurve):
     def runs(self) -> tuple[TurningRun, ...]:
         """The runs of places along which the tangent turns one way."""
         return runs_of(self.places.angle)
-
-    def _settled(self, d: Numbers, near: Start, newton: Step, held: int) -> tuple[Numbers, Integers]:
-        """The parameters at which Newton's method ends for each of d (..., 2), and their pieces."""
-        flat = d.reshape(-1, 2)
-        s, piece = near(flat.real, held)
-        active, reach = np.arange(len(flat)), self.reach
-        for _ in range(THRESHOLDS.most_passes):
-            point = flat[active].real
-            step = np.clip(newton(point, s[active], piece[active]), -reach, reach)
-            s[active], piece[active] = self.moved(s[active] + step, piece[active], held)
-            active = active[np.abs(step) > self.settled]  # the next step would be round-off
-            if not len(active):
-                break
-        feet: Numbers = s
-        if np.iscomplexobj(d):
-            for _ in range(2):  # the first step brings the derivative, the second corrects the first's round-off
-                feet = feet + newton(flat, feet, piece)
-        return feet.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
-
-    def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
-        """The parameters and pieces of the places nearest to points (k, 2)."""
-        places = self.places
-        allowed = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
-        nearest = np.empty(len(point), dtype=np.intp)
-        for block in range(0, len(point), 256):
-            line = point[block : block + 256, None, :] - places.point[allowed]
-            nearest[block : block + 256] = np.argmin((line * line).sum(axis=-1), axis=-1)
-        return places.s[allowed[nearest]].copy(), places.piece[allowed[nearest]].copy()
 
     def _turned(self, m: Array, held: int) -> tuple[Array, Integers]:
         """The parameters and pieces of the places whose outward normals are nearest to directions (k, 2)."""

@@ -110,27 +110,7 @@ class SpaceCurve(PiecedCurve):
     def foot(self, d: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
         """The parameters of the feet of points d (..., 3), which may be complex, and their pieces. Where a piece is
         `held` the feet are on it, or on its continuation beyond the ends."""
-        flat = d.reshape(-1, 3)
-        s, piece = self._nearest(flat.real, held)
-        active = np.arange(len(flat))
-        for _ in range(THRESHOLDS.most_passes):
-            step = np.clip(self._newton(flat[active].real, s[active], piece[active]), -self.reach, self.reach)
-            s[active], piece[active] = self.moved(s[active] + step, piece[active], held)
-            active = active[np.abs(step) > self.settled]
-            if not len(active):
-                break
-        feet: Numbers = s
-        if np.iscomplexobj(d):
-            for _ in range(2):
-                feet = feet + self._newton(flat, feet, piece)
-        return feet.reshape(d.shape[:-1]), piece.reshape(d.shape[:-1])
-
-    def _nearest(self, point: Array, held: int) -> tuple[Array, Integers]:
-        places = self.places
-        allowed = np.arange(len(places.s)) if held == FREE else np.flatnonzero(places.piece == held)
-        line = point[:, None, :] - places.point[allowed]
-        at = allowed[np.argmin((line * line).sum(axis=-1), axis=-1)]
-        return places.s[at].copy(), places.piece[at].copy()
+        return self._settled(d, self._nearest, self._newton, held)
 
     def _newton(self, d: Numbers, s: Numbers, piece: Integers) -> Numbers:
         """The Newton step to (d - c)·c' = 0; the Gauss-Newton step where Newton's would lead away from the minimum."""
