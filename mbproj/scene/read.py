@@ -97,6 +97,12 @@ class SceneText:
         self.root, self.text, self.path = root, text, path
         self._is_read, self._kept = False, ReadingCache()
 
+    @property
+    def whole(self) -> str:
+        """All that its scenes follow from: the text, and the numbers of the files that it names."""
+        _, from_files, _ = with_matrices(self.root, self.path)
+        return "\n".join([self.text, *(f"{path}: {numbers}" for path, numbers in from_files.items())])
+
     def units(self) -> Mapping[KeyPath, str]:
         """The SI units of the scene's numbers, by their paths, where they are known."""
         reading = Reading(items=_items(self.root), places={(): self.root.place})

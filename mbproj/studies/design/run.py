@@ -226,7 +226,7 @@ def _on_the_front(spec: Spec, wish: Wish, found: Sequence[dict[str, Any]]) -> li
 def _identity(spec: Spec) -> list[Any]:
     """What the searches follow from: the file, the scene, the measurements."""
     data = [[target.abscissa.tolist(), target.values.tolist()] for target in spec.targets]
-    return [spec.text, spec.scene.text, data]
+    return [spec.text, spec.scene.whole, data]
 
 
 def _known(

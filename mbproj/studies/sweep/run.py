@@ -57,7 +57,7 @@ def run_sweep(
         spec.keep,
         None if spec.keep == "none" else folder.cases.absolute(),
     )
-    keys, store = Keys(spec.scene.text, spec.design.paths), folder.store
+    keys, store = Keys(spec.scene.whole, spec.design.paths), folder.store
     known = {key: row.status for key, row in store.rows() if _is_whole(key, row, spec, folder, retry_failed)}
     tasks = _Missing(spec, keys, known)
     progress = Progress(spec.design.count, 0, tasks.reused, tasks.failed)

@@ -35,7 +35,7 @@ class CaseEntry:
 
 def entries(spec: Spec, folder: Folder) -> Iterator[CaseEntry]:
     """All cases in the order of the design."""
-    keys = Keys(spec.scene.text, spec.design.paths)
+    keys = Keys(spec.scene.whole, spec.design.paths)
     for number in range(spec.design.count):
         values = spec.design.case(number)
         key = keys.of(values)

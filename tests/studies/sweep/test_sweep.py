@@ -70,6 +70,22 @@ def test_started_again_it_computes_what_is_missing(tmp_path):
     assert (anew.computed, anew.reused) == (5, 0)
 
 
+def test_numbers_in_a_file_of_the_scene_are_part_of_a_case(tmp_path):
+    """Of a gain in a file: another gain is another mechanism, though the scene's text is the same."""
+    path = write(tmp_path, "  length: [1]\n")
+    scene = tmp_path / "pendulum.yaml"
+    drive = "forces:\n  drive: {type: torsion_spring_damper, joint: pin, torque: -u}\n"
+    signals = "signals:\n  u: {gain: {of: [pin.angle_dot], file: gain.csv}, unit: N*m}\n"
+    scene.write_text(scene.read_text().replace("forces:\n", drive) + signals)
+    (tmp_path / "gain.csv").write_text("0.5\n")
+    _, (soft,) = swept(path, tmp_path / "out")
+    assert swept(path, tmp_path / "out")[0].reused == 1
+    (tmp_path / "gain.csv").write_text("5\n")
+    again, (stiff,) = swept(path, tmp_path / "out")
+    assert (again.computed, again.reused) == (1, 0)
+    assert soft.row.values != stiff.row.values
+
+
 def test_a_case_that_fails_is_a_row_with_its_time_and_keeps_its_results(tmp_path):
     path = write(tmp_path, "  fails: [0, 1]\n  length: [1, -1]\n  bodies.bar.mass: [1]\n", more="keep: failed\n")
     reached, entries = swept(path, tmp_path / "out")
