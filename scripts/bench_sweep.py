@@ -26,13 +26,12 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj.studies.parallel.hand_out import processors
-from mbproj.studies.sweep.arrays import write_arrays
 from mbproj.studies.sweep.case import Task, Work, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
-from mbproj.studies.sweep.summary import write_table
+from mbproj.studies.sweep.summary import write_arrays, write_table
 from mbproj.studies.together.groups import FEWEST
 
 ROOT = Path(__file__).parents[1]

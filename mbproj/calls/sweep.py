@@ -10,7 +10,6 @@ from mbproj.calls.given import Given, by_arguments, names_of, scene_of
 from mbproj.calls.studies import Names
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
-from mbproj.outputs import check_replaceable
 from mbproj.results.views.table import Table
 from mbproj.studies.design.run import Design, find_design
 from mbproj.studies.design.sensitivity import Sensitivities, sensitivities
@@ -18,8 +17,8 @@ from mbproj.studies.design.spec import Spec
 from mbproj.studies.design.spec import read_spec as read_design
 from mbproj.studies.parallel.client import workplace
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.sweep import arrays, summary
-from mbproj.studies.sweep.folder import OTHER, Folder
+from mbproj.studies.sweep import summary
+from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.run import Progress, run_sweep
 from mbproj.studies.sweep.spec import read_spec
 
@@ -62,9 +61,7 @@ def sweep(
         what = read_spec(path)
         folder = Folder(path.with_name(f"{path.stem}-sweep") if output is None else Path(output), what, fresh)
         with folder.store:
-            # raises before the work begins
-            for file, kind in ((folder.table, summary.KIND), (folder.arrays, arrays.KIND)):
-                check_replaceable(file, kind, force=force, hint=OTHER)
+            summary.check_summary(folder, force)  # before the work begins
             reached = run_sweep(
                 what,
                 folder,
@@ -74,8 +71,7 @@ def sweep(
                 retry_failed=retry_failed,
                 tell=progress,
             )
-            summary.write_table(what, folder, force)
-            arrays.write_arrays(what, folder, force)
+            summary.write_summary(what, folder, force)
             rows = tuple(map(tuple, summary.cells(what, folder)))
     return SweepTable(tuple(summary.headings(what)), rows, reached, folder.path)
 

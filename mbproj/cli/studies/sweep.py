@@ -20,7 +20,6 @@ if TYPE_CHECKING:
 
 #: The cases that --dry-run prints, and the number of cases that needs a confirmation.
 SHOWN, MANY = 8, 1_000_000
-OTHER = "choose another folder with -o"
 OTHER_REPORT = "choose another file with --junit"
 EXAMPLES = (
     ("See what would run.", "mbproj sweep lengths.yaml --dry-run"),
@@ -85,14 +84,13 @@ def command(
     """
     from mbproj.cli.report import sweep as report
     from mbproj.errors import ExitCode
-    from mbproj.outputs import JUNIT, check_replaceable, write_text
+    from mbproj.outputs import JUNIT, write_text
     from mbproj.outputs.written_table import check_table
     from mbproj.outputs.written_table import write_table as write_for_paper
-    from mbproj.studies.sweep import arrays, summary
+    from mbproj.studies.sweep import summary
     from mbproj.studies.sweep.folder import Folder as SweepFolder
     from mbproj.studies.sweep.run import run_sweep
     from mbproj.studies.sweep.spec import read_spec
-    from mbproj.studies.sweep.summary import entries
 
     what = read_spec(spec)
     if dry:
@@ -103,8 +101,7 @@ def command(
     folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, fresh)
     interrupted = False
     with folder.store:
-        for path, kind in ((folder.table, summary.KIND), (folder.arrays, arrays.KIND)):  # raises before the work begins
-            check_replaceable(path, kind, force=force, hint=OTHER)
+        summary.check_summary(folder, force)  # before the work begins
         check_table(table_file, ("case",), force=force)
         if xml is not None:
             write_text(xml, report.junit(what, []), JUNIT, force=force, hint=OTHER_REPORT)
@@ -124,13 +121,13 @@ def command(
         reached = tell.reached
         if reached is None:  # the sweep has not begun
             raise KeyboardInterrupt
-        written = [summary.write_table(what, folder, force), arrays.write_arrays(what, folder, force)]
+        written = summary.write_summary(what, folder, force)
         if table_file is not None:
             rows = summary.cells(what, folder)
             written.append(write_for_paper(table_file, summary.headings(what), rows, force=force))
         if xml is not None:
-            write_text(xml, report.junit(what, entries(what, folder)), JUNIT, force=force, hint=OTHER_REPORT)
-        failures = report.failures(entries(what, folder))
+            write_text(xml, report.junit(what, summary.entries(what, folder)), JUNIT, force=force, hint=OTHER_REPORT)
+        failures = report.failures(summary.entries(what, folder))
     numbers = _numbers(reached, written)
     if as_json:
         click.echo(json_text({**numbers, "failures": failures}))

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
 
 from mbproj.dataclass import dataclass
-from mbproj.outputs import FileKind, csv, write_csv
-from mbproj.results.sweep.layout import NOT_RUN
+from mbproj.outputs import FileKind, check_replaceable, csv, hdf5, replacing, write_csv
+from mbproj.outputs.escapes import escaped
+from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
+from mbproj.results.sweep.layout import CASE, ENDINGS, FORMAT, NOT_RUN, SCHEMA_VERSION
 from mbproj.scene.ranges.family import column_of, with_unit
-from mbproj.studies.sweep.design import Case
+from mbproj.studies.sweep.design import Case, Grid, Sampled
 from mbproj.studies.sweep.folder import OTHER, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.spec import COLUMNS, Spec
+from mbproj.version import __version__
+
+if TYPE_CHECKING:
+    import h5py
 
 #: How our table is known, whatever varies in it.
 KIND: FileKind = csv(COLUMNS[:1], COLUMNS[1:])
+ARRAYS = hdf5(FORMAT)
+SECONDS = frozenset({"time", "seconds"})
+#: What stands where nothing is known, and its type: of texts, of seconds.
+MISSING: tuple[tuple[Any, Any], ...] = (("", object), (np.nan, float))
 
 
 @dataclass(frozen=True)
@@ -53,11 +66,20 @@ def headings(spec: Spec) -> list[str]:
     return [first, *varied, *measured, *others]
 
 
+def check_summary(folder: Folder, force: bool) -> None:
+    """Raises InputError where a file of the summary must not be replaced, unless `force`."""
+    for path, kind in ((folder.table, KIND), (folder.arrays, ARRAYS)):
+        check_replaceable(path, kind, force=force, hint=OTHER)
+
+
+def write_summary(spec: Spec, folder: Folder, force: bool = False) -> list[Path]:
+    """Writes summary.csv and summary.h5. Raises InputError as `check_summary`."""
+    return [write_table(spec, folder, force), write_arrays(spec, folder, force)]
+
+
 def write_table(spec: Spec, folder: Folder, force: bool = False) -> Path:
-    """Writes summary.csv, whose checksum the store keeps. Raises InputError where it must not be replaced, unless
-    `force`."""
-    rows = cells(spec, folder)
-    path = write_csv(folder.table, headings(spec), rows, kind=KIND, force=force, hint=OTHER)
+    """Writes summary.csv, whose checksum the store keeps."""
+    path = write_csv(folder.table, headings(spec), cells(spec, folder), kind=KIND, force=force, hint=OTHER)
     folder.store.describe({TABLE: checksum_of(path)})
     return path
 
@@ -70,3 +92,110 @@ def cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:
         known = [None if value is None or value != value else value for value in numbers]
         ended = [entry.status, row.message, row.time, row.joint, row.formulation, row.seconds, entry.file]
         yield [number, *entry.values, *known, *ended]
+
+
+def write_arrays(spec: Spec, folder: Folder, force: bool = False) -> Path:
+    """Writes summary.h5: a grid has a dimension for each quantity that varies, other designs have one for the cases."""
+    import h5py
+
+    path = folder.arrays
+    found = _Columns(spec, folder)
+    with (
+        replacing(path, ARRAYS, force=force, hint=OTHER) as draft,
+        h5py.File(draft, "w", track_order=True) as file,
+    ):
+        file.attrs.update(_about(spec))
+        axes = _axes(file, spec, found)
+        shape = tuple(len(axis) for axis in axes)
+        for measure, values in zip(spec.measures, found.measured, strict=True):
+            words = (measure.of, measure.item, measure.quantity, measure.component, f"at {measure.at}")
+            said = " ".join(word for word in words if word)
+            _variable(file, measure.name, np.reshape(values, shape), axes, measure.unit or "1", said)
+        for name, said in ENDINGS.items():
+            column = np.reshape(found.endings[name], shape)
+            _variable(file, name, column, axes, "s" if name in SECONDS else "", said)
+        stamp_attributes(file)
+    return path
+
+
+class _Columns:
+    """All cases by columns, of which a million take tens of megabytes: what is `measured` (m, N), how each ended, and,
+    but of a grid, what varies."""
+
+    def __init__(self, spec: Spec, folder: Folder) -> None:
+        count = spec.design.count
+        self.measured = np.full((len(spec.measures), count), np.nan)
+        self.endings = {name: np.full(count, *MISSING[name in SECONDS]) for name in ENDINGS}
+        self.varied = [] if isinstance(spec.design, Grid) else [np.empty(count, object) for _ in spec.design.paths]
+        texts: dict[str, str] = {}  # the same text of many cases is kept once
+        for number, entry in enumerate(entries(spec, folder)):
+            for column, item in zip(self.varied, entry.values, strict=bool(self.varied)):
+                column[number] = item
+            self.endings["status"][number] = entry.status
+            row = entry.row
+            if row is None:
+                continue
+            if row.values:
+                self.measured[:, number] = row.values
+            for name, column in self.endings.items():
+                value = None if name == "status" else getattr(row, name)
+                if value is not None:
+                    column[number] = texts.setdefault(value, value) if isinstance(value, str) else value
+
+
+def _about(spec: Spec) -> dict[str, Any]:
+    design = spec.design
+    sampled = {"samples": design.samples, "seed": design.seed} if isinstance(design, Sampled) else {}
+    return {
+        "format": FORMAT,
+        "schema_version": SCHEMA_VERSION,
+        "Conventions": "CF-1.8",
+        "title": f"Sweep of {spec.scene.path.name if spec.scene.path else 'a scene'}",
+        "source": f"mbproj {__version__}",
+        "combine": design.name,
+        "varied": [column_of(path) for path in design.paths],
+        "measured": [each.name for each in spec.measures],
+        "spec": spec.text,
+        "scene": spec.scene.text,
+        **sampled,
+    }
+
+
+def _axes(file: h5py.File, spec: Spec, found: _Columns) -> list[h5py.Dataset]:
+    """The dimensions, and what varies as coordinates on them."""
+    design = spec.design
+    if isinstance(design, Grid):
+        axes = []
+        for path, each in design.ranges.items():
+            axis = _variable(file, column_of(path), _column(each.items), (), spec.units[path] or "1", path)
+            axis.make_scale(column_of(path))
+            axes.append(axis)
+        return axes
+    axis = _variable(file, CASE, np.arange(design.count), (), "", "number of the case")
+    axis.make_scale(CASE)
+    for path, values in zip(design.paths, found.varied, strict=True):
+        _variable(file, column_of(path), _column(values), [axis], spec.units[path] or "1", path)
+    file.attrs["coordinates"] = " ".join(map(column_of, design.paths))
+    return [axis]
+
+
+def _column(values: Iterable[float | str]) -> npt.NDArray[Any]:
+    """Numbers, or else text, as in the table: without ends of lines."""
+    items = list(values)
+    if all(isinstance(value, float) for value in items):
+        return np.array(items, dtype=float)
+    return np.array([escaped(str(value)) for value in items], dtype=object)
+
+
+def _variable(
+    file: h5py.File, name: str, values: npt.NDArray[Any], axes: Sequence[h5py.Dataset], unit: str, said: str
+) -> h5py.Dataset:
+    import h5py
+
+    kind = h5py.string_dtype() if values.dtype == object else None
+    made = file.create_dataset(name, data=values, dtype=kind, track_order=True)
+    stamp(made, crc32(values))
+    describe(made, {"long_name": said, **({"units": unit} if unit else {})})
+    for number, axis in enumerate(axes):
+        made.dims[number].attach_scale(axis)
+    return made

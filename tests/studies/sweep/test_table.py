@@ -8,10 +8,10 @@ import pytest
 
 from mbproj.errors import InputError
 from mbproj.results.sweep.table import read_table
-from mbproj.studies.sweep.arrays import write_arrays
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
+from mbproj.studies.sweep.summary import write_arrays
 from tests.studies.sweep.specs import write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")
