@@ -8,7 +8,7 @@ GitLab shows a testcase's `classname` as its suite, and Jenkins groups by it, so
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,94 +25,80 @@ if TYPE_CHECKING:
 
 #: Characters that XML 1.0 does not allow, even escaped.
 UNPRINTABLE = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+#: The counts of a testsuite, and how the testcases that they count ended.
+COUNTED = {"failures": "failure", "errors": "error", "skipped": "skipped"}
+
+
+@dataclass(frozen=True)
+class TestCase:
+    """A testcase: its name, its duration in s, and how it `ended`: "" (well), "skipped", "error" or "failure". The last
+    two have a `text`, a word for their `kind`, and a `message`, which is the first line of the text by default."""
+
+    __test__ = False  # it is no test of pytest's
+    name: str
+    seconds: float = 0.0
+    ended: str = ""
+    text: str = ""
+    kind: str = ""
+    message: str = ""
 
 
 def junit(results: Sequence[SceneResult], not_run: Sequence[Path] = ()) -> str:
     """The results as XML. The first testcase of each scene, "runs", is an error where the scene could not run, and
     skipped where the batch was interrupted before."""
-    root = Xml.Element("testsuites", name="mbproj batch")
-    for result in results:
-        root.append(_suite(result))
-    for scene in not_run:
-        suite = _new_suite(scene, tests=1, skipped=1)
-        Xml.SubElement(_case(suite, scene, "runs", 0.0), "skipped", message="interrupted")
-        root.append(suite)
-    root.set("time", f"{sum(result.seconds for result in results):.3f}")
-    return _whole_text(root)
+    suites = [_suite(each.scene, list(_cases(each)), each.seconds, each.formulation) for each in results]
+    suites += [_suite(scene, [TestCase("runs", 0.0, "skipped", "interrupted")], 0.0) for scene in not_run]
+    return _as_xml("mbproj batch", suites, sum(each.seconds for each in results))
 
 
-@dataclass(frozen=True)
-class SweepCase:
-    """A case of a sweep: its name, its result, the reason of a failure, and its duration in s."""
-
-    name: str
-    status: str
-    message: str
-    seconds: float
+def cases_as_xml(spec: Path, cases: Sequence[TestCase]) -> str:
+    """The cases of a sweep as XML."""
+    seconds = sum(case.seconds for case in cases)
+    return _as_xml("mbproj sweep", [_suite(spec, cases, seconds)], seconds)
 
 
-def cases_as_xml(spec: Path, cases: Sequence[SweepCase]) -> str:
-    """The cases of a sweep as XML: one that failed is an error, one that did not run is skipped."""
-    root = Xml.Element("testsuites", name="mbproj sweep")
-    skipped = sum(case.status == "not run" for case in cases)
-    errors = sum(case.status not in ("done", "not run") for case in cases)
-    suite = _new_suite(spec, len(cases), 0, errors, skipped, sum(case.seconds for case in cases))
-    for case in cases:
-        made = _case(suite, spec, case.name, case.seconds)
-        if case.status == "not run":
-            Xml.SubElement(made, "skipped", message="not run")
-        elif case.status != "done":
-            first, _, _ = case.message.partition("\n")
-            Xml.SubElement(made, "error", message=_text(first), type=case.status).text = _text(case.message)
-    root.append(suite)
-    root.set("time", suite.get("time", "0"))
-    return _whole_text(root)
+def _cases(result: SceneResult) -> Iterator[TestCase]:
+    """The testcases of a scene: that it runs, and its expectations."""
+    failed = result.code not in (ExitCode.DONE, ExitCode.CHECK_FAILED)
+    yield TestCase("runs", result.seconds, *(("error", result.message, result.word) if failed else ()))
+    for outcome in result.outcomes:
+        short = ("failure", _full_message(outcome), verdict(outcome), error_words(outcome))
+        yield TestCase(outcome.expectation.name, 0.0, *(() if outcome.holds else short))
 
 
-def _whole_text(root: Xml.Element) -> str:
+def _as_xml(name: str, suites: Sequence[Xml.Element], seconds: float) -> str:
+    root = Xml.Element("testsuites", name=name)
+    root.extend(suites)
+    root.set("time", f"{seconds:.3f}")
     for key in ("tests", "failures", "errors"):  # Jenkins' schema has no `skipped` here
         root.set(key, str(sum(int(suite.get(key, "0")) for suite in root)))
     Xml.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{Xml.tostring(root, encoding="unicode")}\n'
 
 
-def _suite(result: SceneResult) -> Xml.Element:
-    failures = sum(not outcome.holds for outcome in result.outcomes)
-    failed = result.code not in (ExitCode.DONE, ExitCode.CHECK_FAILED)
-    suite = _new_suite(result.scene, 1 + len(result.outcomes), failures, int(failed), seconds=result.seconds)
-    if result.formulation is not None:
-        properties = Xml.SubElement(suite, "properties")
-        Xml.SubElement(properties, "property", name="formulation", value=result.formulation)
-    runs = _case(suite, result.scene, "runs", result.seconds)
-    if failed:
-        first, _, _ = result.message.partition("\n")
-        error = Xml.SubElement(runs, "error", message=_text(first), type=result.word)
-        error.text = _text(result.message)
-    for outcome in result.outcomes:
-        case = _case(suite, result.scene, outcome.expectation.name, 0.0)
-        if not outcome.holds:
-            failure = Xml.SubElement(case, "failure", message=_text(error_words(outcome)), type=verdict(outcome))
-            failure.text = _text(_full_message(outcome))
-    return suite
-
-
-def _new_suite(
-    scene: Path, tests: int, failures: int = 0, errors: int = 0, skipped: int = 0, seconds: float = 0.0
-) -> Xml.Element:
-    counts = {"tests": tests, "failures": failures, "errors": errors, "skipped": skipped}
-    return Xml.Element(
+def _suite(of: Path, cases: Sequence[TestCase], seconds: float, formulation: str | None = None) -> Xml.Element:
+    """The testsuite of a scene or a sweep. The classname of its testcases is the path with dots, because Jenkins takes
+    dots for its packages."""
+    ended = [case.ended for case in cases]
+    counts = {"tests": len(cases), **{key: ended.count(word) for key, word in COUNTED.items()}}
+    suite = Xml.Element(
         "testsuite",
-        {"name": _text(str(scene)), **{key: str(count) for key, count in counts.items()}},
+        {"name": _text(str(of)), **{key: str(count) for key, count in counts.items()}},
         time=f"{seconds:.3f}",
         timestamp=datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%S"),
     )
-
-
-def _case(suite: Xml.Element, scene: Path, name: str, seconds: float) -> Xml.Element:
-    """A testcase. Its classname is the path with dots, because Jenkins takes dots for its packages."""
-    where = ".".join(part for part in scene.with_suffix("").parts if part.strip("./"))
-    attributes = {"classname": _text(where), "name": _text(name), "file": _text(scene.as_posix())}
-    return Xml.SubElement(suite, "testcase", attributes, time=f"{seconds:.3f}")
+    if formulation is not None:
+        Xml.SubElement(Xml.SubElement(suite, "properties"), "property", name="formulation", value=formulation)
+    where = ".".join(part for part in of.with_suffix("").parts if part.strip("./"))
+    for case in cases:
+        attributes = {"classname": _text(where), "name": _text(case.name), "file": _text(of.as_posix())}
+        made = Xml.SubElement(suite, "testcase", attributes, time=f"{case.seconds:.3f}")
+        message = _text(case.message or case.text.partition("\n")[0])
+        if case.ended == "skipped":
+            Xml.SubElement(made, "skipped", message=message)
+        elif case.ended:
+            Xml.SubElement(made, case.ended, message=message, type=case.kind).text = _text(case.text)
+    return suite
 
 
 def _full_message(outcome: Outcome) -> str:

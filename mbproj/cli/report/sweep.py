@@ -8,7 +8,7 @@ from itertools import islice
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from mbproj.cli.report.junit import SweepCase, cases_as_xml
+from mbproj.cli.report.junit import TestCase, cases_as_xml
 from mbproj.cli.report.progress import line
 from mbproj.cli.report.table import columns
 
@@ -98,7 +98,9 @@ def junit(spec: Spec, entries: Iterable[CaseEntry]) -> str:
         values = ", ".join(
             f"{path}={_item(value)}" for path, value in zip(spec.design.paths, entry.values, strict=True)
         )
-        message = "" if entry.row is None or entry.status == "done" else entry.row.message
-        seconds = 0.0 if entry.row is None else entry.row.seconds
-        found.append(SweepCase(f"{number}: {values}", entry.status, message, seconds))
+        if entry.row is None:
+            found.append(TestCase(f"{number}: {values}", 0.0, "skipped", entry.status))
+        else:
+            ended = () if entry.status == "done" else ("error", entry.row.message, entry.status)
+            found.append(TestCase(f"{number}: {values}", entry.row.seconds, *ended))
     return cases_as_xml(spec.path, found)
