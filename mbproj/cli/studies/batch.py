@@ -32,6 +32,7 @@ EXAMPLES = (
 )
 @option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
 @option(Part.OUTPUT, "--keep", type=FolderPath(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
+@option(Part.EFFORT, "--resume", is_flag=True, help="Do not run again what is complete in DIR, for the same scene.")
 @study_options.force
 @study_options.write_table
 @study_options.as_json
@@ -40,6 +41,7 @@ def command(
     timeout: str,
     xml: Path | None,
     keep: Path | None,
+    resume: bool,
     force: bool,
     table_file: Path | None,
     as_json: bool,
@@ -83,7 +85,7 @@ def command(
 
     interrupted = False
     # otherwise the table shows the progress
-    with handed_out(scenes, keep) as batch, telling(hidden=not as_json) as tell:
+    with handed_out(scenes, keep, resume) as batch, telling(hidden=not as_json) as tell:
         tell("scenes", 0, len(scenes))
         try:
             run_batch(batch, where, seconds, done)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
@@ -21,13 +21,14 @@ from mbproj.integrate.reporting.report import summary
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.outputs import make_folder
-from mbproj.results import ResultsWriter, open_results
+from mbproj.results import Results, ResultsWriter, check_results, open_results
 from mbproj.results.files import part_path
-from mbproj.scene import settings_to_run
+from mbproj.scene import Scene, settings_to_run
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.read import SceneText
 from mbproj.scene.text.source import read_text
 from mbproj.studies.parallel.hand_out import Where, in_parallel
+from mbproj.version import __version__
 
 #: The current folder.
 HERE = Path()
@@ -44,11 +45,13 @@ WORDS = {
 
 @dataclass(frozen=True)
 class Task:
-    """A scene, the file of its results, and whether that file is kept."""
+    """A scene, the file of its results, and whether that file is kept. With `resume` a complete file of the same scene,
+    by the same version of mbproj, is taken as it is."""
 
     scene: Path
     output: Path
     keep: bool
+    resume: bool = False
 
 
 @dataclass(frozen=True)
@@ -146,6 +149,10 @@ def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...]
     """Run a scene into `output`; return the outcomes of its expectations and the formulation that ran."""
     started = perf_counter()
     scene = SceneText(read_text(path), str(task.scene), task.scene).scene()
+    if task.resume and output.exists():
+        with suppress(InputError), open_results(output) as results:  # what is damaged is run again
+            if _is_of(scene, results) and not check_results(results).faults:
+                return tuple(outcomes(scene.expectations, results)), str(results.attributes["formulation"])
     settings = settings_to_run(scene)
     system = compile_system(scene)
     state = start_state(scene, system)
@@ -190,7 +197,13 @@ def scene_paths(paths: Iterable[Path]) -> list[Path]:
     return [path for path in dict.fromkeys(found) if first[os.path.realpath(path)] == path]
 
 
-def tasks(scenes: Sequence[Path], directory: Path, keep: bool) -> list[Task]:
+def _is_of(scene: Scene, results: Results) -> bool:
+    """Whether these are the complete results of the scene, by this version of mbproj."""
+    is_complete = results.status == "complete" and results.attributes["mbproj_version"] == __version__
+    return is_complete and (results.scene_text, results.overrides) == (scene.text, dict(scene.overrides))
+
+
+def tasks(scenes: Sequence[Path], directory: Path, keep: bool, resume: bool = False) -> list[Task]:
     """A task for each scene, with a results file in `directory`. Scenes in several directories have their results in
     directories of the same names.
 
@@ -206,4 +219,4 @@ def tasks(scenes: Sequence[Path], directory: Path, keep: bool) -> list[Task]:
     ]
     for output in outputs:
         make_folder(output.parent, "choose another directory")
-    return [Task(scene, output, keep) for scene, output in zip(scenes, outputs, strict=True)]
+    return [Task(scene, output, keep, resume) for scene, output in zip(scenes, outputs, strict=True)]

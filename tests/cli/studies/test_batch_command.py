@@ -39,6 +39,31 @@ def test_table_messages_and_exit_code(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.h5*"))
 
 
+def test_what_is_complete_is_not_run_again(tmp_path: Path) -> None:
+    """But checked: against what the scene expects now. A scene that has changed, or a damaged file, runs again."""
+    for name in ("a", "b", "c"):
+        write(tmp_path, name, HOLDS)
+
+    def batch(*more: str) -> dict[str, tuple[str, int]]:
+        done = mbproj("batch", ".", "--keep", "kept", *more, "--json", folder=tmp_path)
+        kept = {path.stem: path.stat().st_mtime_ns for path in (tmp_path / "kept").glob("*.h5")}
+        scenes = json.loads(done.stdout)["scenes"]
+        return {Path(each["scene"]).stem: (each["result"], kept[Path(each["scene"]).stem]) for each in scenes}
+
+    first = batch()
+    assert batch("--resume") == first
+    write(tmp_path, "b", HOLDS + SHORT)
+    damaged = bytearray((tmp_path / "kept" / "c.h5").read_bytes())
+    damaged[len(damaged) // 2] ^= 255
+    (tmp_path / "kept" / "c.h5").write_bytes(damaged)
+    again = batch("--resume")
+    assert again["a"] == first["a"]
+    assert again["b"][0] == "falls short"
+    assert all(again[name][1] > first[name][1] for name in ("b", "c"))
+    alone = mbproj("batch", ".", "--resume", folder=tmp_path)
+    assert (alone.returncode, "--resume: error: there is nothing to resume from" in alone.stderr) == (2, True)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [(wrong, "error: unknown key 'mas'; did you mean 'mass'?"), (failing, "failing.yaml: stopped at t = ")],
