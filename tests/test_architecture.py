@@ -170,7 +170,6 @@ LARGE_FOLDERS = {
 FEWEST_LINES = 25
 #: Files of the package that may be shorter, and why.
 SHORT_FILES = {
-    "cli/report/notes.py": "the notes of all commands on a scene",
     "dynamics/equations/energy.py": "the energies, which runs and studies need without the equations",
     "outputs/escapes.py": "a rule of safety, imported alone",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",

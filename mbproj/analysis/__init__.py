@@ -3,8 +3,7 @@
 from mbproj.analysis.comparison import Difference, common_samples, trajectory_difference
 from mbproj.analysis.energy import EnergyDrift, energy_drift
 from mbproj.analysis.expectations import Outcome, outcomes
-from mbproj.analysis.summary import summary
-from mbproj.analysis.violations import SeriesPeak, peak, worst
+from mbproj.analysis.summary import SeriesPeak, peak, summary, worst
 
 __all__ = [
     "Difference",

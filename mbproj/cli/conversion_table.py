@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 
 if TYPE_CHECKING:
     from mbproj.errors import Place

@@ -4,17 +4,14 @@ nothing else of mbproj."""
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from mbproj.constraints.along import Along
 from mbproj.constraints.angle import Angle
-from mbproj.constraints.coincident import Coincident
+from mbproj.constraints.basic import Along, Coincident, Distance, Perpendicular
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
 from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
-from mbproj.constraints.distance import Distance
 from mbproj.constraints.ellipsoid import EllipsoidHeight, EllipsoidSlip
-from mbproj.constraints.perpendicular import Perpendicular
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.rope import Rope
 from mbproj.constraints.slip import BallSlip, EdgeSlip, WheelSlipAcross, WheelSlipAlong

@@ -11,9 +11,8 @@ from typing import Literal, Protocol, final
 import numpy as np
 
 from mbproj.arrays import Numbers
-from mbproj.constraints.along import Along
 from mbproj.constraints.angle import Angle
-from mbproj.constraints.distance import Distance
+from mbproj.constraints.basic import Along, Distance
 from mbproj.constraints.primitive import Primitive, SlotKind
 from mbproj.dataclass import dataclass
 

@@ -21,8 +21,7 @@ from mbproj.results.crash_safety.checkpoint import Checkpoint
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file import stored_scene
-from mbproj.results.file.contents import Contents
-from mbproj.results.file.kept_arrays import KeptArrays
+from mbproj.results.file.contents import Contents, KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load

@@ -39,8 +39,7 @@ from mbproj.results.datasets import (
 )
 from mbproj.results.events import Happening
 from mbproj.results.faults import OutputError, cannot_write, status_of
-from mbproj.results.file.attributes import put
-from mbproj.results.file.checksums import crc32, stamp, stamp_attributes
+from mbproj.results.file.checksums import crc32, put, stamp, stamp_attributes
 from mbproj.results.file.dataset import CHUNK_CACHE
 from mbproj.results.file.whole import as_text
 from mbproj.results.files import check_output, part_path

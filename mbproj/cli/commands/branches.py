@@ -11,7 +11,7 @@ from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import look
 from mbproj.cli.linear.options import scene_argument
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import ExitCode
 
@@ -161,7 +161,7 @@ def _poses(system: System, each: Assembly) -> dict[str, dict[str, list[float]]]:
 
 def _lines(title: str, system: System, found: Assemblies) -> list[str]:
     """The report on the assemblies, line by line."""
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
 
     names = list(system.names.coordinates)[:SHOWN]
     rows = [

@@ -11,7 +11,7 @@ import click
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import look
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
@@ -47,8 +47,8 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     """
     from mbproj.calls.check import fast_forces
     from mbproj.calls.check.checked import assembled, checked
-    from mbproj.cli.report.notes import show_notes
-    from mbproj.cli.start_picture import draw_start
+    from mbproj.cli.report.text import show_notes
+    from mbproj.cli.start import draw_start
     from mbproj.integrate.stiff.fast_forces import stable_steps
     from mbproj.scene import read_scene
 
@@ -175,7 +175,7 @@ def _expectations(scene: Scene) -> list[str]:
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
     from mbproj.cli.report.summary import step_words
     from mbproj.cli.rows_kept import projection_words
-    from mbproj.cli.start_lines import frictions, ropes, stops
+    from mbproj.cli.start import frictions, ropes, stops
 
     settings = scene.settings
     duration = "no duration" if settings.duration is None else f"{settings.duration:g} s"

@@ -10,8 +10,7 @@ import click
 
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.report.json_text import json_text
-from mbproj.cli.report.table import table
+from mbproj.cli.report.text import json_text, table
 from mbproj.cli.report.trust import as_numbers, lines_on
 from mbproj.cli.report.verification import as_json as verification_as_json
 from mbproj.cli.report.verification import lines as verification_lines

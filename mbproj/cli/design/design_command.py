@@ -14,7 +14,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, Place, Problem
 from mbproj.scene.ranges.family import column_of
@@ -161,7 +161,7 @@ def rms(found: Design) -> float:
 
 def report(found: Design) -> Iterator[str]:
     """Yield the design in words and a table."""
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
 
     spec, known = found.spec, found.knowledge
     yield f"{found.engine}, because {found.why}"

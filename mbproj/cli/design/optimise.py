@@ -10,7 +10,7 @@ import click
 from mbproj.cli.design.design_command import OTHER, Asked, options, search
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import QuantityNames
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def synthesise_of(topologies: tuple[str, ...], asked: Asked) -> int:
 
 def report(found: Synthesis) -> Iterator[str]:
     """Yield the topologies as a table, and the chosen one."""
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
 
     unit = "rad" if found.wanted.kind == "function" else "m"
     yield f"{found.found[0].topology} does it with the fewest bodies of those that are as good as the best"

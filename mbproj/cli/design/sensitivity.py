@@ -13,7 +13,7 @@ from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.quantity import QuantityNames
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 
 if TYPE_CHECKING:
     from mbproj.results.views.table import Table
@@ -68,7 +68,7 @@ def command(
     elasticity: by how many percent the measure changes where the number changes by one. Dual numbers that follow one
     run give the slopes; where they cannot, differences of runs do, and the output says why.
     """
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
     from mbproj.cli.scene_options import parameters
     from mbproj.outputs.written_table import check_table, write_table
     from mbproj.scene import read_scene

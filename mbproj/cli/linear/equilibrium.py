@@ -11,7 +11,7 @@ from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.options import scene_argument
 from mbproj.cli.quantity import NotNegative
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import InputError, Place, Problem, placed_at
 
@@ -148,8 +148,8 @@ def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str
 
 def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
     """The report on the equilibrium."""
-    from mbproj.cli.report.table import table
-    from mbproj.cli.start_lines import frictions
+    from mbproj.cli.report.text import table
+    from mbproj.cli.start import frictions
     from mbproj.linear.equilibrium.recorded import observed
 
     system, off = found.whole, found.reference.imbalance

@@ -10,7 +10,7 @@ import click
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.linear.options import at_options, scene_argument
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.cli.study_options import write_table as write_table_option
@@ -181,7 +181,7 @@ def _trace_numbers(trace: RootLocus) -> dict[str, Any]:
 
 def report(found: Modes, title: str, trace: RootLocus | None) -> str:
     """The table of the modes, with notes."""
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
     from mbproj.linear.mode_notes import notes_on
 
     shown = range(min(len(found.eigenvalues), SHOWN_MODES))

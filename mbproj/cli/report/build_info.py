@@ -6,7 +6,7 @@ import platform
 from collections.abc import Iterator
 from typing import Any
 
-from mbproj.cli.report.table import table
+from mbproj.cli.report.text import table
 from mbproj.kernel import build_info, left_out
 from mbproj.kernel.absence import advice
 from mbproj.plugins import installed

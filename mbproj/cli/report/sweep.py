@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbproj.cli.report.junit import TestCase, cases_as_xml
 from mbproj.cli.report.progress import line
-from mbproj.cli.report.table import columns
+from mbproj.cli.report.text import columns
 
 if TYPE_CHECKING:
     from mbproj.scene.ranges import Item

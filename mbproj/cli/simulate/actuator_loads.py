@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbproj.cli.report.table import columns
+from mbproj.cli.report.text import columns
 from mbproj.cli.simulate.largest_loads import cells
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from mbproj.calls.again import stored_scene
-from mbproj.cli.report.table import table
+from mbproj.cli.report.text import table
 from mbproj.errors import InputError, Problem
 from mbproj.registry import AUTOMATIC
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
@@ -36,9 +36,9 @@ def execute(
     that this one continues."""
     from mbproj.calls.run import record
     from mbproj.cli.report import expectations
-    from mbproj.cli.report.notes import show_notes
     from mbproj.cli.report.progress import progress_bar, telling
     from mbproj.cli.report.summary import print_summary
+    from mbproj.cli.report.text import show_notes
     from mbproj.cli.report.trust import as_numbers
     from mbproj.dynamics import unique_components
     from mbproj.dynamics.assembly.adjust import adjustment_notes

@@ -8,7 +8,7 @@ from typing import Any
 
 from mbproj.analysis.loads.duty import duration_above, samples_of, swings
 from mbproj.analysis.loads.largest import cycle_of, loads_of, recorded_in
-from mbproj.cli.report.table import columns
+from mbproj.cli.report.text import columns
 from mbproj.results import Results
 from mbproj.results.loads.largest import Load
 

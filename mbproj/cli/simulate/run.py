@@ -68,7 +68,7 @@ def command(
     **options: Any,
 ) -> None:
     """Simulates SCENE and writes a results file."""
-    from mbproj.cli.report.notes import show_notes
+    from mbproj.cli.report.text import show_notes
     from mbproj.cli.simulate.execute import execute
     from mbproj.scene import read_scene
     from mbproj.scene.blocks.oversights import notes_on

@@ -99,7 +99,7 @@ def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
 
 
 def _table(found: Comparison) -> str:
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
     from mbproj.cli.studies.many_runs import milliseconds, number
 
     headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]

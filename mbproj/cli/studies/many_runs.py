@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from mbproj import outputs
-from mbproj.cli.report.json_text import json_text
 from mbproj.cli.report.progress import telling
+from mbproj.cli.report.text import json_text
 from mbproj.cli.study_options import where_of
 from mbproj.outputs import check_replaceable, make_folder
 from mbproj.outputs.written_table import check_table, write_table

@@ -13,7 +13,7 @@ from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.quantity import Positive
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
@@ -163,7 +163,7 @@ def _measured(best: Measurement) -> dict[str, Any]:
 
 
 def _lines(found: Recommendation) -> list[str]:
-    from mbproj.cli.report.table import table
+    from mbproj.cli.report.text import table
 
     best, point = found.best, found.best.worst()
     rows: dict[str, str] = {

@@ -137,7 +137,7 @@ def _numbers(found: StabilityMap) -> dict[str, Any]:
 
 
 def _report(found: StabilityMap) -> str:
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
 
     lines = [line for track in found.tracks for line in _intervals(track)]
     table = columns(["method", "from", "to", "state", "first bad"], [line[:-1] for line in lines]).splitlines()

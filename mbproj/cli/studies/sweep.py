@@ -12,7 +12,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 
 if TYPE_CHECKING:
     from mbproj.studies.sweep.run import Progress

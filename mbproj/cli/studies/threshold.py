@@ -66,7 +66,7 @@ def command(
 
 
 def _report(found: ThresholdStudy) -> str:
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
     from mbproj.cli.studies.many_runs import milliseconds, number
 
     lines = []

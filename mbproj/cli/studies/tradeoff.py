@@ -94,7 +94,7 @@ def _report(found: Tradeoff) -> Iterator[str]:
     """Yield the tables."""
     import numpy as np
 
-    from mbproj.cli.report.table import columns
+    from mbproj.cli.report.text import columns
     from mbproj.studies.tradeoff.fronts import CLOSED
 
     yield found.line

@@ -10,7 +10,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.report.json_text import json_text
+from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, Place, placed_at
 

@@ -24,8 +24,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.integrate.stops.resting import RubsAtStart
 from mbproj.linear.equilibrium.balance import REST, EquilibriumProblem, SteadyTurn
 from mbproj.linear.equilibrium.direction_names import direction_words
-from mbproj.linear.equilibrium.holding import holding
-from mbproj.linear.equilibrium.sampled import settled
+from mbproj.linear.equilibrium.holding import holding, settled
 from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
 from mbproj.linear.mode_notes import states_in
 from mbproj.linear.modes import modes

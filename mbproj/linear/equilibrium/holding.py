@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from mbproj.arrays import Array
@@ -9,8 +11,11 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.friction.changing import frictions_at
 from mbproj.dynamics.observe.bearings import load, supports
 from mbproj.errors import InputError, Problem, SimulationError
+from mbproj.functions.program import CHANNELS, Op, apply, variable
+from mbproj.functions.program_set import flatten
 from mbproj.integrate.stops.resting import RubsAtStart, resting, rubs_of
 from mbproj.linear.reference import LinearReference
+from mbproj.model.channels import ChannelKind, Channels
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -53,3 +58,19 @@ def _slips(system: System, reference: LinearReference, state: State, name: str) 
             return None
         said += f": {needed:.6g} {'N m' if unit == 'rad' else 'N'} are needed, and it bears {most:.6g} at most"
     return Problem(said, frictions.places[k], HINT)
+
+
+def settled(system: System) -> System:
+    """Return the system in which a held state x follows x' = (value set by its controller) - x. At rest both are
+    equal."""
+    actions, states, channels = system.actions, system.states, system.channels
+    if not actions.size:
+        return system
+    known = zip(channels.kind.tolist(), channels.index.tolist(), strict=True)
+    found = {(ChannelKind(kind), index): at for at, (kind, index) in enumerate(known)}
+    rates = [states.programs.program(k) for k in range(states.size)]
+    for entry, state in enumerate(actions.state.tolist()):
+        own = variable(CHANNELS + found.setdefault((ChannelKind.STATE, state), len(found)))
+        to = actions.programs.program(entry)
+        rates[state] = replace(to, code=apply(Op.SUBTRACT, to.code, own))
+    return replace(system, channels=Channels.of(list(found)), states=replace(states, programs=flatten(rates)))

@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program import RATE, Code, Instruction, Op, Program, apply, number, variable
-from mbproj.functions.sums import reading
+from mbproj.functions.standard import reading
 from mbproj.joints import JOINTS
 from mbproj.model.bearings import Bearings
 from mbproj.model.frictions import Frictions

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.constraints.along import Along
+from mbproj.constraints.basic import Along
 from mbproj.constraints.slip import BallSlip, WheelSlipAcross, WheelSlipAlong
 from mbproj.model.compile.frames import Pose
 from mbproj.model.compile.rigid_groups import Seat

@@ -5,11 +5,11 @@ A damaged file may declare any size: sizes are compared with the bytes of the fi
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, final
+from typing import Any, TypeAlias, final
 
 import h5py
 import numpy as np
@@ -268,3 +268,27 @@ def _attributes(place: h5py.Group | h5py.Dataset) -> Iterator[tuple[str, Any]]:
                 if isinstance(text, str):
                     text.encode()  # raises for bytes that are no UTF-8, which were read as surrogates
             yield name, value
+
+
+Values: TypeAlias = npt.NDArray[Any]
+#: The most bytes of all arrays together; one alone may take more.
+KEPT_BYTES = 2**25
+
+
+@final
+class KeptArrays:
+    """The arrays by path, those used last at the end; the times always stay."""
+
+    def __init__(self) -> None:
+        self._arrays: dict[str, Values] = {}
+
+    def get(self, path: str, read: Callable[[], Values]) -> Values:
+        """The array of a path, which is read where it is not here. Those that were not used for longest may be
+        dropped."""
+        array = self._arrays.pop(path, None)
+        self._arrays[path] = array = read() if array is None else array
+        size = sum(values.nbytes for values in self._arrays.values())
+        for other in [other for other in list(self._arrays)[:-1] if other != "time"]:
+            if size > KEPT_BYTES:
+                size -= self._arrays.pop(other).nbytes
+        return array

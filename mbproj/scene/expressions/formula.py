@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mbproj.functions.program import CHANNELS, Program, number, replaced
-from mbproj.functions.sums import joined
+from mbproj.functions.standard import joined
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
 

@@ -10,7 +10,7 @@ from typing import Literal
 
 from mbproj.elements import Element, Force, State
 from mbproj.functions.program import Program
-from mbproj.functions.sums import reading, within
+from mbproj.functions.standard import reading, within
 from mbproj.scene.blocks.elements.element_type import ElementType
 from mbproj.scene.expressions.formula import formula
 from mbproj.scene.fields.containers import OneOf

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from mbproj.elements import Element, Force, State
 from mbproj.functions.program import RATE, TIME, Program, replaced
-from mbproj.functions.sums import joined, reading
+from mbproj.functions.standard import joined, reading
 from mbproj.scene.blocks.elements.element_type import ElementType
 from mbproj.scene.expressions.formula import formula
 from mbproj.scene.fields.functions import Function

@@ -12,7 +12,7 @@ from typing import Literal
 
 from mbproj.elements import Element, Force, State
 from mbproj.functions.program import Program
-from mbproj.functions.sums import reading
+from mbproj.functions.standard import reading
 from mbproj.scene.blocks.elements.element_type import ElementType
 from mbproj.scene.expressions.formula import formula
 from mbproj.scene.fields.functions import Function

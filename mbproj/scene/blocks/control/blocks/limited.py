@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, Held, ScalarState, Signal
-from mbproj.functions.sums import reading, weighted, within
+from mbproj.functions.standard import reading, weighted, within
 from mbproj.scene.blocks.control.blocks.block import ControlBlock, Expanded, Given, number_of, unit_like
 from mbproj.scene.blocks.control.expression import VALUE
 from mbproj.scene.blocks.expectations import MEASURE

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import ScalarState, Signal
-from mbproj.functions.sums import reading, weighted
+from mbproj.functions.standard import reading, weighted
 from mbproj.scene.blocks.control.blocks.block import ControlBlock, Expanded, Given, number_of, unit_like
 from mbproj.scene.blocks.control.expression import VALUE
 from mbproj.scene.blocks.expectations import MEASURE

@@ -1,15 +1,52 @@
-"""The lines of `check` on the stops, dry frictions and ropes at the start."""
+"""The start of a scene: its picture, and the lines on its stops, frictions and ropes."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from math import degrees
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from mbproj.errors import InputError, Problem
+from mbproj.scene.meshes import meshes_of
 
 if TYPE_CHECKING:
     from mbproj.calls.check.ropes import RopeAtStart
+    from mbproj.dynamics import State
     from mbproj.integrate.stops.resting import RubsAtStart
     from mbproj.integrate.stops.start import AtStart
+    from mbproj.model import System
+    from mbproj.scene import Scene
+
+FORMATS = ("png", "svg", "pdf", "html")
+
+
+def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
+    """Write the picture or the page. Raises InputError where the name is of neither, or the file may not be
+    replaced."""
+    from mbproj.outputs import PAGE, write_text
+    from mbproj.pages.appearance.motion import motion_at
+
+    ending = path.suffix[1:].lower()
+    if ending not in FORMATS:
+        message = f"--picture: '{path}' is not the name of a picture"
+        raise InputError(Problem(message, hint=f"end it in one of .{', .'.join(FORMATS)}"))
+    motion = motion_at(system, state.q)
+    if ending == "html":
+        from mbproj.pages.data.pages import start_of
+        from mbproj.pages.page.write import html
+
+        page = start_of(scene, motion, scene.title or path.stem)
+        write_text(path, html(page.title, page.data, page.packer), PAGE)
+        return
+    from mbproj.figures.kinds.mechanism import draw_start as drawn
+    from mbproj.figures.save import save
+    from mbproj.pages.appearance.mechanism import look_of
+    from mbproj.pages.appearance.view import view_of
+
+    look = look_of(scene, motion, meshes_of(scene))
+    save(drawn(look, view_of(scene, motion, look), motion), path)
+
 
 #: The most frictions that are named, and the part of its largest force below which a friction bears only round-off.
 NAMED, NOTHING = 8, 1e-12
