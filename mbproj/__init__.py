@@ -15,244 +15,60 @@ Names are imported when they are first used, so that `import mbproj` is cheap.
 from __future__ import annotations
 
 import gc
+from collections.abc import Mapping
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import Any
 
-from mbproj.homes import HOMES
 from mbproj.version import __version__
 
-if TYPE_CHECKING:
-    from mbproj.calls.again import continue_run, rerun
-    from mbproj.calls.batch import Batch, batch
-    from mbproj.calls.check.assemblies import branches
-    from mbproj.calls.check.checked import SceneCheck, check
-    from mbproj.calls.files import compare_results, export, largest_loads
-    from mbproj.calls.linear import equilibria, equilibrium, linearize, modes, traces
-    from mbproj.calls.loads import loads
-    from mbproj.calls.models import Exported, Imported, export_model, import_model, new, schema
-    from mbproj.calls.pictures import paper
-    from mbproj.calls.run import run, start
-    from mbproj.calls.studies import compare, recommend, stability, threshold, tradeoff, verify
-    from mbproj.calls.sweep import SweepTable, fit, optimise, sensitivity, sweep
-    from mbproj.dynamics import State, assemble, mobility, unique_components
-    from mbproj.errors import InputError, SimulationError
-    from mbproj.figures.style import figure_style
-    from mbproj.integrate import Report, simulate
-    from mbproj.integrate.steppers.plugin import register_integrator
-    from mbproj.model import System, compile_system, initial_guess
-    from mbproj.parts import (
-        Belt,
-        Body,
-        Bushing,
-        Cam,
-        CamContact,
-        Coupler,
-        Curve,
-        CurveContact,
-        CurveOnCurve,
-        Cylindrical,
-        DcMotor,
-        Differential,
-        Distance,
-        Expectation,
-        Fixed,
-        FlatContact,
-        FlatFollower,
-        Force,
-        Friction,
-        Gear,
-        Geneva,
-        HydraulicCylinder,
-        KnifeEdge,
-        LinearServo,
-        LinearSpringDamper,
-        Marker,
-        Maxwell,
-        Motion,
-        Planar,
-        PneumaticSpring,
-        PointInPlane,
-        PointOnLine,
-        Prismatic,
-        Rack,
-        Revolute,
-        RevoluteSpherical,
-        RollingBall,
-        RollingEllipsoid,
-        RollingOnCurve,
-        RollingOnLine,
-        RollingWheel,
-        Rope,
-        Screw,
-        Servo,
-        Simulation,
-        Slot,
-        SpaceSlot,
-        SpeedTorque,
-        Spherical,
-        SpringDamper,
-        Stop,
-        Telescope,
-        Torque,
-        TorsionMaxwell,
-        TorsionSpringDamper,
-        Universal,
-    )
-    from mbproj.projection import Projection
-    from mbproj.projection.plugin import register_projection
-    from mbproj.results import Results, ResultsWriter, Trust, Verification, open_results
-    from mbproj.results.views.table import Table
-    from mbproj.scene import Scene, read_scene, read_scene_text, settings_to_run
-    from mbproj.scene.blocks.forces.plugin import register_element, register_force
-    from mbproj.studies.certify.certified import simulate_certified
-    from mbproj.studies.compare.comparison import Comparison
-    from mbproj.studies.measure.mechanism import Mechanism
-    from mbproj.studies.measure.reference import Reference, reference
-    from mbproj.studies.measure.setting import Setting
-    from mbproj.studies.measure.solve import Solution, sample_times, solve
-    from mbproj.studies.recommend.recommendation import Recommendation
-    from mbproj.studies.stability import StabilityMap
-    from mbproj.studies.threshold.violation import ThresholdStudy, threshold_study
-    from mbproj.studies.tradeoff.front import Tradeoff
-
-__all__ = [
-    "Batch",
-    "Belt",
-    "Body",
-    "Bushing",
-    "Cam",
-    "CamContact",
-    "Comparison",
-    "Coupler",
-    "Curve",
-    "CurveContact",
-    "CurveOnCurve",
-    "Cylindrical",
-    "DcMotor",
-    "Differential",
-    "Distance",
-    "Expectation",
-    "Exported",
-    "Fixed",
-    "FlatContact",
-    "FlatFollower",
-    "Force",
-    "Friction",
-    "Gear",
-    "Geneva",
-    "HydraulicCylinder",
-    "Imported",
-    "InputError",
-    "KnifeEdge",
-    "LinearServo",
-    "LinearSpringDamper",
-    "Marker",
-    "Maxwell",
-    "Mechanism",
-    "Motion",
-    "Planar",
-    "PneumaticSpring",
-    "PointInPlane",
-    "PointOnLine",
-    "Prismatic",
-    "Projection",
-    "Rack",
-    "Recommendation",
-    "Reference",
-    "Report",
-    "Results",
-    "ResultsWriter",
-    "Revolute",
-    "RevoluteSpherical",
-    "RollingBall",
-    "RollingEllipsoid",
-    "RollingOnCurve",
-    "RollingOnLine",
-    "RollingWheel",
-    "Rope",
-    "Scene",
-    "SceneCheck",
-    "Screw",
-    "Servo",
-    "Setting",
-    "Simulation",
-    "SimulationError",
-    "Slot",
-    "Solution",
-    "SpaceSlot",
-    "SpeedTorque",
-    "Spherical",
-    "SpringDamper",
-    "StabilityMap",
-    "State",
-    "Stop",
-    "SweepTable",
-    "System",
-    "Table",
-    "Telescope",
-    "ThresholdStudy",
-    "Torque",
-    "TorsionMaxwell",
-    "TorsionSpringDamper",
-    "Tradeoff",
-    "Trust",
-    "Universal",
-    "Verification",
-    "__version__",
-    "assemble",
-    "batch",
-    "branches",
-    "check",
-    "compare",
-    "compare_results",
-    "compile_system",
-    "continue_run",
-    "equilibria",
-    "equilibrium",
-    "export",
-    "export_model",
-    "figure_style",
-    "fit",
-    "import_model",
-    "initial_guess",
-    "largest_loads",
-    "linearize",
-    "loads",
-    "mobility",
-    "modes",
-    "new",
-    "open_results",
-    "optimise",
-    "paper",
-    "read_scene",
-    "read_scene_text",
-    "recommend",
-    "reference",
-    "register_element",
-    "register_force",
-    "register_integrator",
-    "register_projection",
-    "rerun",
-    "run",
-    "sample_times",
-    "schema",
-    "sensitivity",
-    "settings_to_run",
-    "simulate",
-    "simulate_certified",
-    "solve",
-    "stability",
-    "start",
-    "sweep",
-    "threshold",
-    "threshold_study",
-    "traces",
-    "tradeoff",
-    "unique_components",
-    "verify",
-]
-#: The module of each public name. A name that `HOMES` does not list is a part of a scene.
-_HOME_OF = dict.fromkeys(__all__, "mbproj.parts") | {name: home for home, names in HOMES.items() for name in names}
+#: The public names by the module that defines them; `__init__.pyi` says the same to editors and type checkers.
+HOMES: Mapping[str, str] = MappingProxyType(
+    {
+        "mbproj.calls.again": "continue_run rerun",
+        "mbproj.calls.batch": "Batch batch",
+        "mbproj.calls.check.assemblies": "branches",
+        "mbproj.calls.check.checked": "SceneCheck check",
+        "mbproj.calls.files": "compare_results export largest_loads",
+        "mbproj.calls.linear": "equilibria equilibrium linearize modes traces",
+        "mbproj.calls.loads": "loads",
+        "mbproj.calls.models": "Exported Imported export_model import_model new schema",
+        "mbproj.calls.pictures": "paper",
+        "mbproj.calls.run": "run start",
+        "mbproj.calls.studies": "compare recommend stability threshold tradeoff verify",
+        "mbproj.calls.sweep": "SweepTable fit optimise sensitivity sweep",
+        "mbproj.dynamics": "State assemble mobility unique_components",
+        "mbproj.errors": "InputError SimulationError",
+        "mbproj.figures.style": "figure_style",
+        "mbproj.integrate": "Report simulate",
+        "mbproj.integrate.steppers.plugin": "register_integrator",
+        "mbproj.model": "System compile_system initial_guess",
+        "mbproj.parts": "Belt Body Bushing Cam CamContact Coupler Curve CurveContact CurveOnCurve Cylindrical DcMotor "
+        "Differential Distance Expectation Fixed FlatContact FlatFollower Force Friction Gear Geneva "
+        "HydraulicCylinder KnifeEdge LinearServo LinearSpringDamper Marker Maxwell Motion Planar PneumaticSpring "
+        "PointInPlane PointOnLine Prismatic Rack Revolute RevoluteSpherical RollingBall RollingEllipsoid "
+        "RollingOnCurve RollingOnLine RollingWheel Rope Screw Servo Simulation Slot SpaceSlot SpeedTorque "
+        "Spherical SpringDamper Stop Telescope Torque TorsionMaxwell TorsionSpringDamper Universal",
+        "mbproj.projection": "Projection",
+        "mbproj.projection.plugin": "register_projection",
+        "mbproj.results": "Results ResultsWriter Trust Verification open_results",
+        "mbproj.results.views.table": "Table",
+        "mbproj.scene": "Scene read_scene read_scene_text settings_to_run",
+        "mbproj.scene.blocks.forces.plugin": "register_element register_force",
+        "mbproj.studies.certify.certified": "simulate_certified",
+        "mbproj.studies.compare.comparison": "Comparison",
+        "mbproj.studies.measure.mechanism": "Mechanism",
+        "mbproj.studies.measure.reference": "Reference reference",
+        "mbproj.studies.measure.setting": "Setting",
+        "mbproj.studies.measure.solve": "Solution sample_times solve",
+        "mbproj.studies.recommend.recommendation": "Recommendation",
+        "mbproj.studies.stability": "StabilityMap",
+        "mbproj.studies.threshold.violation": "ThresholdStudy threshold_study",
+        "mbproj.studies.tradeoff.front": "Tradeoff",
+    }
+)
+_HOME_OF = {name: home for home, names in HOMES.items() for name in names.split()}
+__all__ = ["__version__", *sorted(_HOME_OF)]
 
 
 def __getattr__(name: str) -> Any:

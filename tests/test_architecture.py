@@ -344,3 +344,18 @@ def test_public_names_exist():
         assert getattr(mbproj, name) is not None
     with pytest.raises(AttributeError, match="module 'mbproj' has no attribute 'simulat'"):
         _ = mbproj.simulat
+
+
+def test_the_stub_has_the_public_names_in_their_modules():
+    import mbproj
+    import mbproj.parts
+
+    stub = ast.parse((PACKAGE / "__init__.pyi").read_text(encoding="utf-8"))
+    found = {
+        node.module: {alias.name for alias in node.names} for node in stub.body if isinstance(node, ast.ImportFrom)
+    }
+    assert found.pop("mbproj.version") == {"__version__"}
+    assert found.pop("mbproj.parts") == {"*"}
+    homes = {module: set(names.split()) for module, names in mbproj.HOMES.items()}
+    assert homes.pop("mbproj.parts") == set(mbproj.parts.__all__)
+    assert found == homes
