@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, fields
+from functools import reduce
 from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.registry import PROJECTIONS
+from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Settings
 from mbproj.scene.settings import Merged, check_settings, option_name, read_options, settings_of, takes
@@ -60,27 +62,8 @@ class Setting:
     @classmethod
     def of(cls, settings: Settings) -> Setting:
         """The setting that a scene's settings contain, without the duration and the choice of what is recorded."""
-        inner = settings.projection
-        return cls(
-            projection=inner.method,
-            integrator=settings.integrator,
-            step=settings.step,
-            tolerance=settings.tolerance,
-            every=inner.every,
-            threshold=inner.threshold,
-            formulation=settings.formulation,
-            acceleration=settings.acceleration,
-            projection_tolerance=inner.tolerance,
-            projection_test=inner.test,
-            project_position=inner.position,
-            project_velocity=inner.velocity,
-            projection_fallback=inner.fallback,
-            energy_row=inner.energy,
-            momentum_row=inner.momentum,
-            max_iterations=inner.max_iterations,
-            alpha=inner.alpha,
-            gains=inner.gains,
-        )
+        whole: Any = settings
+        return cls(**{each.name: reduce(getattr, map(str, OPTIONS[each.name]), whole) for each in fields(cls)})
 
     def projected_by(self, projection: str) -> Setting:
         """Return this setting where `projection` is its own method. For another, return that method's default setting,
@@ -142,17 +125,9 @@ class Setting:
 
 #: The options that only some methods have, and their keys in the scene's `projection`.
 _OF_METHODS = {
-    field.name: {
-        "projection_tolerance": "tolerance",
-        "projection_test": "test",
-        "project_position": "position",
-        "project_velocity": "velocity",
-        "projection_fallback": "fallback",
-        "energy_row": "energy",
-        "momentum_row": "momentum",
-    }.get(field.name, field.name)
-    for field in fields(Setting)
-    if field.name not in ("projection", "integrator", "step", "tolerance", "formulation", "acceleration")
+    each.name: str(OPTIONS[each.name][-1])
+    for each in fields(Setting)
+    if len(OPTIONS[each.name]) > 1 and each.name != "projection"
 }
 
 
