@@ -45,11 +45,16 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             "violation", "violation of the constraints, position and velocity", of_motion=False, over=True
         ),
         "joints": PictureKind(
-            "joints", "violation of each joint, lengths and angles", "joints", of_motion=False, over=True
+            "violation",
+            "violation of each joint, lengths and angles",
+            "joints",
+            of_motion=False,
+            function="draw_joints",
+            over=True,
         ),
         "reactions": PictureKind("reactions", "reaction force and torque of each joint", "joints", over=True),
         "loads": PictureKind(
-            "loads.polar",
+            "polar",
             "polar diagram of each joint's force, forces of motions over the cycle",
             "joints",
             of_motion=False,
@@ -74,7 +79,9 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
         "stops": PictureKind(
             "driven", "gap and force of each stop", "stops", usual=False, function="draw_stops", over=True
         ),
-        "ropes": PictureKind("loads.ropes", "length and tensions of each rope", "tensions", usual=False, over=True),
+        "ropes": PictureKind(
+            "driven", "length and tensions of each rope", "tensions", usual=False, function="draw_ropes", over=True
+        ),
         "friction": PictureKind(
             "driven",
             "rate, force and lost energy of each dry friction",
@@ -104,7 +111,7 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             takes="times",
         ),
         "ratios": PictureKind(
-            "kinematics.ratios",
+            "ratios",
             "velocity ratios and mechanical advantages to --over",
             "over",
             of_motion=False,
@@ -113,7 +120,7 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             over=True,
         ),
         "transmission": PictureKind(
-            "kinematics.ratios",
+            "ratios",
             "the angles of --transmission",
             "markers",
             of_motion=False,

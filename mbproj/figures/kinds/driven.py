@@ -1,5 +1,5 @@
-"""Forces, motions, stops and dry frictions over time: the coordinate of each, its force or torque, and the energy lost
-by friction."""
+"""Forces, motions, stops, dry frictions and ropes over time: the coordinate of each, its force, torque or tensions, and
+the energy lost by friction."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ ACTION = {"m": ("force", AxisUnit("N", "N")), "rad": ("torque", AxisUnit("N m", 
 ENERGY, POWER = AxisUnit("J", "J"), AxisUnit("W", "W")
 #: The colour behind the curves while a friction sticks, and its opacity with one result.
 STICKS, OPAQUE = "#56B4E9", 0.22
+TENSION = AxisUnit("N", "N")
 
 
 @dataclass(frozen=True)
@@ -199,3 +200,28 @@ def _shade(figure: Figure, results: Sequence[Results]) -> bool:
                 any_sticks = True
         axis.set_xlim(limits)
     return any_sticks
+
+
+@styled
+def draw_ropes(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """Draw the length of each rope, and the tensions of its portions: a row for each rope, or, with several results, a
+    row for each portion."""
+    names = shown.all_names(results, "tensions")
+    ropes = list(dict.fromkeys(name.rpartition(".")[0] for name in names))
+    own = [tuple(name for name in names if name.rpartition(".")[0] == rope) for rope in ropes]
+    groups = rows.fitting([_of_rope(results, *each) for each in zip(ropes, own, strict=True)], results)
+    return rows.draw(results, labels, groups, shown.cut("ropes", len(groups), len(ropes), "`mbproj export` writes all"))
+
+
+def _of_rope(results: Sequence[Results], rope: str, names: tuple[str, ...]) -> PanelGroup:
+    read = DatasetColumns("coordinates", (f"{rope}.length",), "coordinate")
+    pulls = DatasetColumns("tensions", names, "tension")
+    unit = units_of("m", [np.asarray(values) for result in results if (values := read(result)) is not None]).value
+    length = PanelQuantity(f"{rope}: length", unit, read)
+    if len(names) == 1 or len(results) == 1:
+        lines = tuple((name, number) for number, name in enumerate(names)) if len(names) > 1 else ()
+        listed: list[Row] = [(length, PanelQuantity("tension", TENSION, pulls, lines))]
+    else:
+        each = [PanelQuantity(name, TENSION, DatasetColumns("tensions", (name,), "tension")) for name in names]
+        listed = [(length, each[0]), *((None, other) for other in each[1:])]
+    return PanelGroup(tuple(listed), (PanelQuantity(SIGN, unit, read), PanelQuantity(SIGN, TENSION, pulls)))
