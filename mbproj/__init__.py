@@ -63,7 +63,7 @@ HOMES: Mapping[str, str] = MappingProxyType(
         "mbproj.studies.measure.solve": "Solution sample_times solve",
         "mbproj.studies.recommend.recommendation": "Recommendation",
         "mbproj.studies.stability": "StabilityMap",
-        "mbproj.studies.threshold.violation": "ThresholdStudy threshold_study",
+        "mbproj.studies.threshold": "ThresholdStudy threshold_study",
         "mbproj.studies.tradeoff.front": "Tradeoff",
     }
 )

@@ -75,6 +75,6 @@ from mbproj.studies.measure.setting import Setting as Setting
 from mbproj.studies.measure.solve import Solution as Solution, sample_times as sample_times, solve as solve
 from mbproj.studies.recommend.recommendation import Recommendation as Recommendation
 from mbproj.studies.stability import StabilityMap as StabilityMap
-from mbproj.studies.threshold.violation import ThresholdStudy as ThresholdStudy, threshold_study as threshold_study
+from mbproj.studies.threshold import ThresholdStudy as ThresholdStudy, threshold_study as threshold_study
 from mbproj.studies.tradeoff.front import Tradeoff as Tradeoff
 from mbproj.version import __version__ as __version__

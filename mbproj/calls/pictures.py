@@ -18,7 +18,7 @@ from mbproj.outputs import PAGE, check_replaceable, write_text
 from mbproj.results import Results
 from mbproj.results.members import ACTING
 from mbproj.scene.text.suggestions import choose_from
-from mbproj.studies.paper.examples import Example, run_example
+from mbproj.studies.paper import Example, run_example
 from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from mbproj.studies.stability import bisection
 from mbproj.studies.stability.bisection import POINTS, StabilityMap
 from mbproj.studies.stability.judge import Limits
 from mbproj.studies.stability.quantities import quantity_named
-from mbproj.studies.threshold.violation import ThresholdStudy, threshold_study
+from mbproj.studies.threshold import ThresholdStudy, threshold_study
 from mbproj.studies.tradeoff import front
 from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, Tradeoff
 from mbproj.studies.verify import checks

@@ -11,8 +11,7 @@ import pytest
 from mbproj.errors import ExitCode, InputError
 from mbproj.mechanisms_folder import mechanisms, validation_scenes
 from mbproj.results import open_results
-from mbproj.studies.batch import SceneResult, Task, exit_code, run_batch, scene_paths, tasks
-from mbproj.studies.batch.run import run_task
+from mbproj.studies.batch import SceneResult, Task, exit_code, run_batch, run_task, scene_paths, tasks
 from mbproj.studies.parallel import workers
 from tests.kernel.scenes import needs_kernel
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong

@@ -11,7 +11,7 @@ from mbproj.scene import read_scene_text
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.timing import Timing
-from mbproj.studies.threshold.violation import ThresholdStudy, _recommended, threshold_study
+from mbproj.studies.threshold import ThresholdStudy, _recommended, threshold_study
 
 
 def test_threshold_study(slider_crank):

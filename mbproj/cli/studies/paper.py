@@ -15,7 +15,7 @@ from mbproj.cli.study_options import force as force_option
 from mbproj.outputs import check_replaceable, make_folder, picture
 
 if TYPE_CHECKING:
-    from mbproj.studies.paper.examples import Example
+    from mbproj.studies.paper import Example
 
 EXAMPLES = (
     ("Draw all eight figures.", "mbproj paper -o figures"),
@@ -56,7 +56,7 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
     """
     from mbproj.calls.pictures import FIGURES, figures_of
     from mbproj.figures.save import save
-    from mbproj.studies.paper.examples import run_example
+    from mbproj.studies.paper import run_example
 
     folder = make_folder(Path(output))
     numbers = [number for _, figures in FIGURES.values() for number in figures]
@@ -74,7 +74,7 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
 
 def convergence(example: Example) -> list[str]:
     """Notes that the figures need: the error of the motion at the paper's step, and the runs that ended early."""
-    from mbproj.studies.paper.examples import LIMIT
+    from mbproj.studies.paper import LIMIT
 
     time, error = example.histories["GPOPM"].time, example.error
     lines = [f"{example.title}, marker {example.marker}, RK4 + GPOPM at 0.01 s against DOP853 at 1e-11:"]

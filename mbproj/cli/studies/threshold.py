@@ -13,7 +13,7 @@ from mbproj.cli.scene_options import overrides, parameters, scene_options
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.studies.threshold.violation import ThresholdStudy
+    from mbproj.studies.threshold import ThresholdStudy
 
 #: The columns of the lines for a projection after every step, and for none.
 COSTS = ("error", "position_violation", "projections", "cpu_seconds")
@@ -50,7 +50,7 @@ def command(
     """
     from mbproj.cli.studies.many_runs import Study
     from mbproj.scene import read_scene
-    from mbproj.studies.threshold.violation import threshold_study
+    from mbproj.studies.threshold import threshold_study
 
     chosen = overrides(options)
     chosen.pop("threshold", None)

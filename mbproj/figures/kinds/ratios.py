@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from mbproj.analysis.kinematics.ratios import mechanical_advantage, transmission_angle, velocity_ratio
+from mbproj.analysis.observed import mechanical_advantage, transmission_angle, velocity_ratio
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.figures import rows, shown

@@ -1,1 +1,0 @@
-"""The numerical examples of the paper, computed again."""

@@ -1,1 +1,0 @@
-"""The threshold study: the violation above which a projection is worth its cost."""
