@@ -1,6 +1,7 @@
 """The quantity that an expectation or a measure names, over all samples of a run, from a file or from memory.
 
-For ratios to an input and transmission angles see Uicker, Pennock and Shigley, Theory of Machines and Mechanisms, ch. 3.
+Ratios to an input and transmission angles are those of Uicker, Pennock and Shigley, Theory of Machines and Mechanisms,
+ch. 3.
 """
 
 from __future__ import annotations
