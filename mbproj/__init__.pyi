@@ -1,5 +1,7 @@
 """The public names, for editors and type checkers: those of `HOMES`."""
 
+from collections.abc import Mapping
+
 from mbproj.calls.again import continue_run as continue_run, rerun as rerun
 from mbproj.calls.batch import Batch as Batch, batch as batch
 from mbproj.calls.check.assemblies import branches as branches
@@ -78,3 +80,5 @@ from mbproj.studies.stability import StabilityMap as StabilityMap
 from mbproj.studies.threshold import ThresholdStudy as ThresholdStudy, threshold_study as threshold_study
 from mbproj.studies.tradeoff.front import Tradeoff as Tradeoff
 from mbproj.version import __version__ as __version__
+
+HOMES: Mapping[str, str]

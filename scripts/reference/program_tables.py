@@ -145,7 +145,7 @@ def quantities() -> str:
 def python_names() -> str:
     """Every public name with the first sentence of its docstring."""
     rows = []
-    for name in sorted(mbproj.__all__):
+    for name in sorted(["__version__", *" ".join(mbproj.HOMES.values()).split()]):
         found = getattr(mbproj, name)
         said = inspect.cleandoc(found.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
         rows.append([code(name), f"version of mbproj, now {found}" if name == "__version__" else said])
