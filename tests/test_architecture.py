@@ -131,7 +131,7 @@ FOLDERS = {
         "synthesis",
     ),
     "formats": ("mjcf", "urdf", "sdf", "export"),
-    "analysis": ("contacts",),
+    "analysis": ("contacts", "loads"),
     "linear": ("reduction", "equilibrium", "state_space"),
     "pages": ("appearance", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),
