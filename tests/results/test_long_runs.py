@@ -17,7 +17,7 @@ from mbproj.integrate.reporting import marks as run_marks
 from mbproj.integrate.reporting.marks import Keeping, Mark, Marks
 from mbproj.results import Results, ResultsWriter, check_results, open_own_results, writer
 from mbproj.results.datasets import chunk_rows
-from mbproj.results.file import kept_arrays
+from mbproj.results.file import contents
 from mbproj.results.file.dataset import CHUNK_CACHE
 from tests.cli.commands import FIVE_BAR
 
@@ -84,7 +84,7 @@ def test_hdf5_keeps_few_chunks(tmp_path) -> None:
 
 def test_what_is_read_of_a_large_file_does_not_stay(recorded, monkeypatch) -> None:
     """Arrays that were read stay as long as they are small together; times stay, and read again they are the same."""
-    monkeypatch.setattr(kept_arrays, "KEPT_BYTES", 800_000)
+    monkeypatch.setattr(contents, "KEPT_BYTES", 800_000)
     with open_own_results(recorded) as results:
         time, first = results.time, results["bodies/position"]
         assert results["bodies/position"] is first  # 480 kB
@@ -106,7 +106,7 @@ def _check(results: Results) -> None:
 @pytest.mark.parametrize("read", [_export, _check])
 def test_a_file_is_read_in_less_memory_than_it_has_bytes(read, recorded, monkeypatch) -> None:
     """A few of its forty arrays are there at one time."""
-    monkeypatch.setattr(kept_arrays, "KEPT_BYTES", 2**19)
+    monkeypatch.setattr(contents, "KEPT_BYTES", 2**19)
     with open_own_results(recorded) as results:
         assert peak_of(partial(read, results)) < 0.5 * recorded.stat().st_size
 
