@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +11,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.report.text import json_text
 
 if TYPE_CHECKING:
@@ -33,6 +35,7 @@ EXAMPLES = (
 @option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
 @option(Part.OUTPUT, "--keep", type=FolderPath(path_type=Path), metavar="DIR", help="Keep the results files in DIR.")
 @option(Part.EFFORT, "--resume", is_flag=True, help="Do not run again what is complete in DIR, for the same scene.")
+@drawn
 @study_options.force
 @study_options.write_table
 @study_options.as_json
@@ -42,6 +45,7 @@ def command(
     xml: Path | None,
     keep: Path | None,
     resume: bool,
+    picture_path: Path | None,
     force: bool,
     table_file: Path | None,
     as_json: bool,
@@ -72,6 +76,7 @@ def command(
     scenes = scene_paths(paths)
     where = study_options.where_of(options)
     check_table(table_file, ("scene", "result"), force=force)
+    check_picture(picture_path, force=force)
     if xml is not None:
         # before the work, to see whether it can be written
         write_text(xml, junit([]), JUNIT, force=force, hint=OTHER_REPORT)
@@ -99,6 +104,8 @@ def command(
     if table_file is not None:
         found = Batch(tuple(ended)).table
         click.echo(write_table(table_file, found.headings, found.rows, force=force), err=True)
+    if picture_path is not None:
+        click.echo(_picture(ended, picture_path, force=force), err=True)
     if as_json:
         click.echo(json_text(table.record(ended, [str(scene) for scene in scenes], code)))
     else:
@@ -108,3 +115,13 @@ def command(
     if interrupted:
         click.echo("interrupted", err=True)
     return int(code)
+
+
+def _picture(ended: Sequence[SceneResult], path: Path, *, force: bool) -> str:
+    """Draw how much of its allowed error each expectation uses; the path, or that there is nothing to draw."""
+    from mbproj.figures.pages.expectations import draw_expectations
+    from mbproj.figures.save import save
+
+    judged = [(each.scene, outcome) for each in ended for outcome in each.outcomes]
+    shares = {f"{scene}: {outcome.expectation.name}": outcome.share for scene, outcome in judged}
+    return str(save(draw_expectations(shares), path, force=force)) if shares else "note: no expectation to draw"

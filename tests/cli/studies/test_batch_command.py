@@ -64,6 +64,17 @@ def test_what_is_complete_is_not_run_again(tmp_path: Path) -> None:
     assert (alone.returncode, "--resume: error: there is nothing to resume from" in alone.stderr) == (2, True)
 
 
+def test_it_draws_how_much_of_the_allowed_errors_is_used(tmp_path: Path) -> None:
+    write(tmp_path / "some", "a", HOLDS + SHORT)
+    write(tmp_path / "none", "b")
+    done = mbproj("batch", "some", "none", "--plot", "shares.svg", "--size", "120", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (4, "shares.svg\n")
+    assert (tmp_path / "shares.svg").read_text(encoding="utf-8").startswith("<?xml")
+    done = mbproj("batch", "none", "--plot", "no.png", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "note: no expectation to draw\n")
+    assert mbproj("batch", "none", "--plot", "no.gif", folder=tmp_path).returncode == 2
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [(wrong, "error: unknown key 'mas'; did you mean 'mass'?"), (failing, "failing.yaml: stopped at t = ")],
