@@ -16,15 +16,13 @@ from mbproj.dataclass import dataclass
 from mbproj.thresholds.closing import Closing
 from mbproj.thresholds.common import Common
 from mbproj.thresholds.contact import Contact
-from mbproj.thresholds.curves import Curves
+from mbproj.thresholds.curves import Curves, Ropes
 from mbproj.thresholds.dependence import Dependence
 from mbproj.thresholds.elimination import Elimination
 from mbproj.thresholds.invariants import Invariants
 from mbproj.thresholds.linear import Linear
 from mbproj.thresholds.passages import Passages
-from mbproj.thresholds.ropes import Ropes
-from mbproj.thresholds.sampling import Looks
-from mbproj.thresholds.searches import Searches
+from mbproj.thresholds.searches import Looks, Searches
 from mbproj.thresholds.steps import Automatic, Steps
 
 __all__ = ["THRESHOLDS", "ThresholdRow", "Thresholds", "of_the_kernel", "table"]
