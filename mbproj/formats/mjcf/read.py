@@ -6,16 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.formats.chains import Coordinates
-from mbproj.formats.mechanism import ImportedMechanism, ImportedNames, ImportOptions, Same, said_of
+from mbproj.formats.chains import Coordinates, free_name
+from mbproj.formats.mechanism import ImportedMechanism, ImportedNames, ImportOptions, Quantity, Same, said_of
 from mbproj.formats.merged import with_hinges
-from mbproj.formats.mjcf.appearance import add_markers, visuals
-from mbproj.formats.mjcf.compiled import compile_mjcf
+from mbproj.formats.mjcf.actuators import add_actuators
+from mbproj.formats.mjcf.appearance import CAPSULE, PLANE, SPHERE, add_markers, visuals
+from mbproj.formats.mjcf.compiled import CompiledMjcf, compile_mjcf
 from mbproj.formats.mjcf.equalities import add_equalities
-from mbproj.formats.mjcf.joints import add_joints, start_of
-from mbproj.formats.mjcf.parts import add_parts
-from mbproj.formats.mjcf.rest import say_rest
+from mbproj.formats.mjcf.joints import FREE, add_joints, start_of
+from mbproj.formats.mjcf.parts import Called, add_parts
 from mbproj.formats.mjcf.source import source_of
+from mbproj.formats.mjcf.tendons.acting import add_tendons
 from mbproj.formats.mjcf.tendons.measured import ModelTendons
 from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import add_visuals
@@ -48,3 +49,83 @@ def read_mjcf(root: XmlElement, path: Path, options: ImportOptions) -> ImportedM
     for what, place, why in compiled.source.missing:
         mechanism.say(what, place, f"{why}: it is not drawn", Same.YES)
     return mechanism
+
+
+def say_rest(tendons: ModelTendons, options: ImportOptions) -> None:
+    """Add rows on all parts of the model that are no body, no joint and no loop."""
+    compiled, mechanism = tendons.compiled, tendons.mechanism
+    add_actuators(tendons, options)
+    _contacts(compiled, mechanism, tendons.called, options)
+    add_tendons(tendons)
+    _keyframes(compiled, mechanism, options)
+    _surroundings(compiled, mechanism)
+
+
+def _contacts(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Called, options: ImportOptions) -> None:
+    """Add a row on shapes that may touch. On request, add a stop for each sphere, and each end of a capsule, above a
+    plane of the ground."""
+    model = compiled.model
+    touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    moving = [geom for geom in touching if called[int(model.geom_bodyid[geom])] != GROUND]
+    if not moving or compiled.disables("CONTACT"):
+        return
+    stops = 0
+    planes = [geom for geom in touching if int(model.geom_type[geom]) == PLANE and geom not in moving]
+    for plane in planes if options.contacts else []:
+        stops += sum(_stops(compiled, mechanism, called, int(geom), int(plane)) for geom in moving)
+    what = "left out: shapes pass through each other"
+    if planes and not options.contacts:
+        what += "; --contacts makes stops of spheres and capsules above planes"
+    elif stops:
+        what = (
+            f"{stops} spheres above planes are rigid stops without friction; all other shapes pass through each other"
+        )
+    mechanism.say(f"contacts of {len(moving)} shapes", None, what, Same.UNTIL)
+
+
+def _stops(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Called, geom: int, plane: int) -> int:
+    model, data = compiled.model, compiled.data
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    matrix = data.geom_xmat[geom].reshape(3, 3)
+    shifts = {SPHERE: [0.0], CAPSULE: [-size[1], size[1]]}.get(kind, [])
+    body = called[int(model.geom_bodyid[geom])]
+    normal, origin = data.geom_xmat[plane].reshape(3, 3)[:, 2], data.geom_xpos[plane]
+    for shift in shifts:
+        centre = data.geom_xpos[geom] + shift * matrix[:, 2]
+        name = free_name(mechanism, f"{compiled.name('geom', geom) or body}_on_plane")
+        mechanism.forces[name] = {
+            "type": "stop",
+            "plane": {"body": GROUND, "location": np.array(origin), "normal": np.array(normal)},
+            "point": {"body": body, "location": {body: mechanism.parts[body].local(centre)}},
+            "radius": Quantity(float(size[0]), "m"),
+            "rigid": True,
+        }
+    return len(shifts)
+
+
+def _keyframes(compiled: CompiledMjcf, mechanism: ImportedMechanism, options: ImportOptions) -> None:
+    model = compiled.model
+    names = [model.key(number).name or str(number) for number in range(model.nkey)]
+    if names:
+        begins = f"begins at '{options.key}'" if options.key else "begins at the model's reference pose"
+        what = f"the scene {begins}; --at takes one of {', '.join(names[:8])}"
+        mechanism.say(f"{len(names)} keyframes", None, what, Same.YES)
+
+
+def _surroundings(compiled: CompiledMjcf, mechanism: ImportedMechanism) -> None:
+    """Add rows on a medium around the bodies, and on parts that are only drawn or measured."""
+    model = compiled.model
+    option = next((e for e in compiled.source.root.all("option")), None)
+    place = option.place if option else None
+    if model.opt.density or model.opt.viscosity:
+        mechanism.say("medium with density or viscosity", place, "left out: a scene has none", Same.NO)
+    if model.nu and np.any(model.jnt_actfrclimited[model.jnt_type != FREE]):
+        mechanism.say("limits of actuators' forces", None, "left out", Same.UNTIL)
+    for count, what in ((model.nsensor, "sensors"), (model.ncam, "cameras")):
+        if count:
+            mechanism.say(f"{count} {what}", None, "left out: they have no say in the motion", Same.YES)
+    if model.nflex:
+        what = "left out: a scene has no flexible bodies, and their parts move apart"
+        mechanism.say(f"{model.nflex} flexible bodies", None, what, Same.NO)
+    if model.nplugin:
+        mechanism.say(f"{model.nplugin} plugins", None, "left out", Same.NO)

@@ -12,27 +12,77 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place
-from mbproj.scene.blocks.expectations import Given
+from mbproj.scene.blocks.expectations import EXPECTATION, MEASURE, SUBJECTS, Given, Measure
+from mbproj.scene.blocks.measures import MEASURE as RECORD_OF_MEASURE
 from mbproj.scene.blocks.measures import complaints, items_of, measures_of, untimely
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.units import Dimension
-from mbproj.scene.fields.quantities import agrees, dimension_of, unit_text
+from mbproj.scene.fields.choices import NameChoice
+from mbproj.scene.fields.containers import ByPath, Named, OneOf, Record
+from mbproj.scene.fields.fields import Text
+from mbproj.scene.fields.quantities import Integer, Number, agrees, dimension_of, unit_text
 from mbproj.scene.fields.reading import Reading, in_text_order
-from mbproj.scene.ranges import Uniform
+from mbproj.scene.ranges import BOUNDS, Uniform
 from mbproj.scene.ranges.family import column_of, opened, scene_named, units_of
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, KeyPath, Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.changes import Change
 from mbproj.scene.text.nodes import MappingNode
-from mbproj.studies.design.grammar import DESIGN, FORMAT, SIDES
 from mbproj.studies.design.matches import Match
 from mbproj.studies.design.target import Target
 
 #: How many starts a search has, and the seed of their points.
 STARTS, SEED = 20, 0
+FORMAT = "1"
+_OF = {key: EXPECTATION.keys[key] for key in SUBJECTS}
+MATCH: Record[Given] = Record(
+    "a match",
+    {
+        **_OF,
+        "quantity": EXPECTATION.keys["quantity"],
+        "through": Text(),
+        "over": Text(),
+        "columns": ByPath("what: heading of the column", Text()),
+        "weight": Number(above=0.0),
+        "deviation": Measure(above=0.0),
+    },
+    dict,
+    required=("through",),
+    choices=(OneOf(tuple(SUBJECTS), needed=True, hint="a match is of one thing; write another for the other"),),
+)
+SIDES = ("at_least", "at_most", "equals")
+LIMIT: Record[Given] = Record(
+    "a constraint",
+    {**RECORD_OF_MEASURE.keys, "expression": Text(), **dict.fromkeys(SIDES, MEASURE)},
+    dict,
+    choices=(
+        OneOf((*SUBJECTS, "expression"), needed=True, hint="a constraint is of one thing; write another for the other"),
+        OneOf(SIDES, needed=True, hint="a constraint has one side; write another for the other"),
+    ),
+)
+DESIGN: Record[dict[str, Any]] = Record(
+    "a design",
+    {
+        "design": NameChoice("format version", lambda: (FORMAT,)),
+        "scene": Text(),
+        "vary": ByPath(
+            "path of a number of the scene: [low, high]",
+            BOUNDS,
+            "say what varies, as in  parameters.length: [0.8 m, 1.2 m]",
+        ),
+        "match": Named("match", MATCH),
+        "minimise": Named("goal", RECORD_OF_MEASURE),
+        "maximise": Named("goal", RECORD_OF_MEASURE),
+        "subject_to": Named("constraint", LIMIT),
+        "starts": Integer(1),
+        "seed": Integer(0),
+    },
+    dict,
+    required=("design", "scene", "vary"),
+)
 
 
 @dataclass(frozen=True)
