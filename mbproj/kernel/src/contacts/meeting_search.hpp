@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -11,11 +12,12 @@
 namespace mbproj {
 
 // A step of size h ends where this of what is watched is met; none, -1, where nothing is after all. Not `made` where a step on
-// the way could not be made.
+// the way could not be made. `slope`: how its margin changes with h there, about.
 struct Meeting {
     double h = 0.0;
     int which = -1;
     bool made = true;
+    double slope = std::numeric_limits<double>::quiet_NaN();
 };
 
 // What is watched after a step of some size: margins that are not negative while nothing is met, as parts of what they may be
@@ -27,9 +29,10 @@ public:
     explicit MeetingSearch(std::vector<double> slack) : slack_(std::move(slack)) {}
 
     // In a step of size h that ends with margins `last`; at(h, margins) makes one of another size, and says whether it is made.
-    // `parts` of the step, in their order, are looked at before its end.
+    // `parts` of the step, in their order, are looked at before its end. What is `expected` is tried first.
     template <class At> Meeting first(const At& at, const Margins& first, const Margins& last,
-                                      const std::vector<double>& parts, double h, double grain) {
+                                      const std::vector<double>& parts, double h, double grain,
+                                      const Meeting& expected = {}) {
         Margins below = last;
         double high = -1.0;
         for (std::size_t k = 0; k < parts.size() && high < 0.0; ++k) {
@@ -39,12 +42,13 @@ public:
         if (high < 0.0 && !is_below(last)) return {h, -1};
         if (high < 0.0) high = h, below = last;
         int which = worst(below);
-        const double guess =
+        double guess =
             high * (std::isfinite(first[which].rate) ? GapCubic(first[which], below[which], high).last_fall()
                     : first[which].value > 0.0       ? first[which].value / (first[which].value - below[which].value)
                                                      : 0.5);
         double low = 0.0;
         Margins above = first;
+        if (expected.which == which && expected.h < high) guess = expected.h;
         if (!(first[which].value > slack_[which])) {
             low = guess;
             while (true) {
@@ -62,7 +66,7 @@ public:
                 }
             }
         }
-        return root(at, low, above, high, below, guess, which, grain);
+        return root(at, low, above, high, below, guess, which, grain, expected);
     }
 
 private:
@@ -85,7 +89,7 @@ private:
     // else a parabola through three of its values (Chandrupatla 1997). The ends stay around it, and no guess is nearer to one than
     // half a grain: so they meet soon after one of them is there.
     template <class At> Meeting root(const At& at, double low, Margins above, double high, const Margins& below,
-                                     double guess, int which, double grain) {
+                                     double guess, int which, double grain, const Meeting& expected) {
         double y_low = above[which].value, y_high = below[which].value, old = high, y_old = y_high, wide = high - low;
         Margins there;
         for (int tried = 0; tried < most_tries && high - low > grain; ++tried) {
@@ -98,13 +102,14 @@ private:
                 y_low = y_old = above[which].value, old = low;
             }
             const double value = there[which].value;
-            if (std::abs(value) <= 1e-3 * slack_[which]) return {guess, which};
+            if (std::abs(value) <= 1e-3 * slack_[which]) return {guess, which, true, (y_high - y_low) / (high - low)};
             double &end = value > 0.0 ? low : high, &y_end = value > 0.0 ? y_low : y_high;
             old = std::exchange(end, guess), y_old = std::exchange(y_end, value);
             if (value > 0.0) above = there;
-            guess -= value / there[which].rate;
+            const bool known = std::isfinite(there[which].rate) || expected.which != which;
+            guess -= value / (known ? there[which].rate : expected.slope);
         }
-        return {high, which};
+        return {high, which, true, (y_high - y_low) / (high - low)};
     }
 
     // Where the parabola x(y) through three points is at zero, if that is a good guess; else the line through the ends.

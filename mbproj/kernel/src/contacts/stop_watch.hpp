@@ -1,6 +1,6 @@
 // Looks for what ends the contacts and frictions of a leg within a step: gaps that are closed, or that open again, contacts
-// that would pull, sliding that comes to rest, friction that holds no longer. The run halts before such a step; who drives it
-// finds the time, and what happens then (mbproj.integrate.stops).
+// that would pull, sliding that comes to rest, friction that holds no longer. Such a step is made again, to there
+// (stepping/stop_events.hpp); what happens then is the contact policy's.
 #pragma once
 
 #include <algorithm>

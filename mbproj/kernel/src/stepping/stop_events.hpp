@@ -66,15 +66,29 @@ public:
 
     // Where in the step that was made something is met, from here, counted: `now.to` is there. `nothing` is where nothing is met
     // after all, `none` where no step could be made on the way.
-    [[gnu::noinline, gnu::cold]] Found locate(const Counted& counted) {
+    // The slope is that at the end of the step.
+    [[gnu::noinline, gnu::cold]] Found locate(const Counted& counted, const Vector& slope) {
         const Target whole = now_.to;
-        if (!last_known_ || !back(counted)) return Found::none;
-        policy_.see_speed(now_.y);
-        if (rests_ >= 0) return stop_ = rests_, released_ = false, meeting_ = true, Found::at_once;
+        if (!last_known_) return Found::none;
+        const CubicStep step{whole.h, now_.y, stepper_.first(), now_.y_new, slope};
         const double grain = 4.0 * schedule_.grain(now_.t);
         MeetingSearch search(watch_.slacks());
+        MeetingSearch::Margins first = watch_.first_margins();
+        Meeting expected;
+        if (rests_ < 0 && !watch_.rows().empty()) {  // a look within the step is cheaper than a step to there
+            const auto along = [&](double h, MeetingSearch::Margins& found) {
+                if (!solve_inside(step, h / whole.h, lambda_)) return false;
+                return watch_.margins(equations_.pose(), equations_.motion(), counted.turns, lambda_, found), true;
+            };
+            if (!along(0.0, first)) return Found::none;
+            expected = search.first(along, first, last_, watch_.parts(), whole.h,
+                                    equations_.model().thresholds.same_written * whole.h);
+        }
+        if (!back(counted)) return Found::none;
+        policy_.see_speed(now_.y);
+        if (rests_ >= 0) return stop_ = rests_, released_ = false, meeting_ = true, Found::at_once;
         const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(h, counted, found); };
-        const Meeting met = search.first(at, watch_.first_margins(), last_, watch_.parts(), whole.h, grain);
+        const Meeting met = search.first(at, first, last_, watch_.parts(), whole.h, grain, expected);
         if (!met.made || !back(counted)) return Found::none;
         now_.to = whole;
         if (met.which < 0) return Found::nothing;

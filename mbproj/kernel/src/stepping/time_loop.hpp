@@ -180,7 +180,7 @@ private:
     [[gnu::noinline, gnu::cold]] bool end_at_meeting() {
         if (now_.outcome.stops()) return false;
         schedule_.leave();
-        const auto found = stops_.locate(counted_);
+        const auto found = stops_.locate(counted_, slope_);
         if (found == StopEvents<D>::Found::none) return stop_at(now_.to.t), false;
         if (found == StopEvents<D>::Found::at_once) return meet_stop(), false;
         if (!trial_.again() || !take_step(false)) return stops_.forget(), false;
