@@ -41,18 +41,6 @@ def all_switches(programs: ProgramSet) -> list[tuple[int, int]]:
     return [(index, at) for index in range(programs.size) for at in switches(programs, index)]
 
 
-def interval(programs: ProgramSet, at: int, branch: float) -> tuple[float, float]:
-    """Return the interval of x in which a branch holds; all numbers for a free branch."""
-    op = Op(int(programs.op[at]))
-    if np.isnan(branch):
-        return -np.inf, np.inf
-    if op in SIDED:
-        return (0.0, np.inf) if branch > 0.0 else (-np.inf, 0.0)
-    if op is Op.TABLE:
-        return _ends(programs, int(programs.operand[at]), branch)
-    return (branch, branch + 1.0) if op is Op.FLOOR else (branch - 1.0, branch)
-
-
 def natural(programs: ProgramSet, at: int, x: float) -> float:
     """Return the branch at x; free where x is on the edge of two signs, or not finite."""
     op = Op(int(programs.op[at]))
@@ -64,17 +52,6 @@ def natural(programs: ProgramSet, at: int, x: float) -> float:
         first, x = _branches(programs, at), float(lifted(programs, int(programs.operand[at]), np.asarray(x)))
         return float(first[np.searchsorted(programs.knot[first], x, side="right") - 1])
     return float(np.floor(x) if op is Op.FLOOR else np.ceil(x))
-
-
-def beyond(programs: ProgramSet, at: int, branch: float, direction: int) -> float:
-    """Return the branch above (1) or below (-1) a held one."""
-    op = Op(int(programs.op[at]))
-    if op in SIDED:
-        return float(direction)
-    if op is Op.TABLE:
-        first = _branches(programs, at)
-        return float(first[(np.searchsorted(first, branch) + direction) % len(first)])
-    return branch + direction
 
 
 def argument(programs: ProgramSet, at: int, held: float, given: Sequence[Numbers]) -> float:

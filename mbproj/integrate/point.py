@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,11 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinates
+from mbproj.dynamics.equations.forces import action_values
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.turning import Turning, UncertainTurn, turns_of
 from mbproj.dynamics.observe.samples import Sample
-from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.formulations.full import FullFormulation, Slopes
 from mbproj.integrate.formulations.terms import Accelerations
 from mbproj.integrate.reporting.failures import TurnsUntold
 from mbproj.integrate.reporting.tally import Tally
@@ -75,6 +77,30 @@ class Point:
         work = self.y[formulation.layout["quadratures"]] if len(power) else np.zeros(2)
         rows = multipliers[formulation.system.bodies :]
         return Sample(self.state(formulation), acceleration, rows, step_size, work, tally.counters())
+
+
+def point_at(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
+    """Return the point at y at the time of `turning`."""
+    found = formulation.accelerations(turning.t, y, turning.coordinate)
+    return Point(turning.t, y, found, coordinate, turning)
+
+
+def acted(formulation: FullFormulation, actions: Sequence[int], point: Point) -> Point:
+    """Return a point after the controllers' `actions` there. Raises SimulationError that names a controller whose value
+    is not finite."""
+    system, layout, y = formulation.system, formulation.layout, point.y
+    for action in actions:
+        sets = system.actions.sets(action)
+        states = y[layout["states"]].copy()
+        instant = formulation.instant(point.t, y, point.turning.coordinate)
+        states[system.actions.state[sets]] = action_values(instant, action)
+        y = layout.changed(y, {"states": states})
+    return replace(point, y=y)
+
+
+def attempted(stepper: Stepper, formulation: FullFormulation, point: Point, h: float, *, watched: bool = False) -> Step:
+    """Return a step of size h from a point. `watched`: whether the policy records the poses of its stages."""
+    return stepper.attempt(Slopes(formulation, watched), point.t, point.y, h, point.slope(formulation))
 
 
 def counted(

@@ -39,40 +39,40 @@ class Steps:
         1e-4, "1", "numpy", "to be resolved, its integral may be so much off", "by RK4 it is 20 times less"
     )
     located: float = threshold(
-        0.01, "tolerances × steps", "both", "events in the state are located to this part of a step", "below the error"
+        0.01, "tolerances × steps", "kernel", "events in the state are located to this part of a step", "below the error"
     )
     glance: float = threshold(
         1e-3,
         "steps",
-        "both",
+        "kernel",
         "over so much a law on either side of an event is asked where it leads",
         "no case: tests/integrate/test_state_events.py holds with 0.1 too",
     )
     most_polishing: int = threshold(
-        5, "1", "both", "a step to an event in the state is made again so often at most", "Newton's method takes 2"
+        5, "1", "kernel", "a step to an event in the state is made again so often at most", "Newton's method takes 2"
     )
     widest_polishing: float = threshold(
-        0.1, "steps", "both", "a correction of that time beyond this is not made", "grazing: no root is near"
+        0.1, "steps", "kernel", "a correction of that time beyond this is not made", "grazing: no root is near"
     )
     bracketed: float = threshold(
-        1e-10, "steps", "both", "the extension shows an event to this part of a step", "Newton's method follows"
+        1e-10, "steps", "kernel", "the extension shows an event to this part of a step", "Newton's method follows"
     )
     beside: float = threshold(
         1e-5,
         "steps",
-        "both",
+        "kernel",
         "how fast an argument leaves is told over so much on either side",
         "no case: tests/integrate/test_state_events.py holds with 0.1 too",
     )
     chatter: float = threshold(
         1e-4,
         "samples",
-        "both",
+        "kernel",
         "a law chatters that passes its edge again within this part of the time of a sample",
         "tests/integrate/test_state_events.py: with 1e-10, a run whose law chatters does not stop in a minute",
     )
     most_chatter: int = threshold(
-        100, "1", "both", "so many times in a row: it never settles", "no run gets to its end at this rate"
+        100, "1", "kernel", "so many times in a row: it never settles", "no run gets to its end at this rate"
     )
     turns_told: float = threshold(
         0.5, "rad", "both", "a step tells turns where a pose is nearer to where the rates lead", "RK4 errs by 0.04 rad"
@@ -130,31 +130,31 @@ class Steps:
     newton_part: float = threshold(
         0.05,
         "tolerances",
-        "both",
+        "kernel",
         "Newton's method leaves so much of a stage",
         "tests/integrate/implicit/test_steps.py: 10 errs within steps",
     )
     newton_fixed: float = threshold(
         1e-14,
         "1",
-        "both",
+        "kernel",
         "it leaves no less of a state, and this with fixed steps",
         "energy of stiff springs shows 1e-13",
     )
     newton_floor: float = threshold(
-        1e-9, "1", "both", "changes below this part of a state that shrink no more are round-off", "ε k / c of a stage"
+        1e-9, "1", "kernel", "changes below this part of a state that shrink no more are round-off", "ε k / c of a stage"
     )
     most_newton: int = threshold(
-        40, "1", "both", "Newton's method has failed after so many changes", "3 to 8 are usual, 20 of coupled stages"
+        40, "1", "kernel", "Newton's method has failed after so many changes", "3 to 8 are usual, 20 of coupled stages"
     )
     first_contraction: float = threshold(
         0.3,
         "1",
-        "both",
+        "kernel",
         "a stage's first change of Newton's method counts with this contraction; a worse one asks for a new matrix",
         "measured on prototypes",
     )
-    least_contraction: float = threshold(0.01, "1", "both", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8")
+    least_contraction: float = threshold(0.01, "1", "kernel", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8")
     softened: float = threshold(
         0.5,
         "1",

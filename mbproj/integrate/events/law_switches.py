@@ -6,17 +6,15 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 
 import numpy as np
-import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers
+from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.forces import law_coordinates
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.functions.program import Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import walk
-from mbproj.functions.switches import FREE, JUMPING, all_switches, argument, beyond, interval, natural
-from mbproj.integrate.events.crossing import Bounds
+from mbproj.functions.switches import FREE, JUMPING, all_switches, argument, natural
 from mbproj.integrate.events.time_events import Event
 from mbproj.model.contacts import CONTACT_OF
 from mbproj.model.couplings import FollowedKind, feet, rows_on_branches
@@ -25,9 +23,7 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class LawSwitches:
-    """K switches: the number of each one's program in the system's set, and of its instruction.
-
-    A branch is held for each instruction of the set. In the methods `held` (N,) are these branches."""
+    """K switches: the number of each one's program in the system's set, and of its instruction."""
 
     system: System
     program: tuple[int, ...]
@@ -38,23 +34,14 @@ class LawSwitches:
         """The programs whose instructions the switches are."""
         return self.system.programs
 
-    @property
-    def size(self) -> int:
-        """K."""
-        return len(self.at)
-
-    @property
-    def free(self) -> Array:
-        """Branches (N,) of which none is held."""
-        return np.full(len(self.programs.op), FREE)
-
-    def arguments(self, instant: Instant, held: Array) -> Array:
-        """Return the arguments of all switches at a state, (K,)."""
+    def branches(self, instant: Instant) -> Array:
+        """Return the branches of all switches at a state, (K,); NaN for one on an edge."""
         programs, laws, found = self.programs, self._laws, dict[int, float]()
+        free = np.full(len(programs.op), FREE)
         value, rate = law_coordinates(instant) if laws else (np.zeros(0), np.zeros(0))
         rows, bound = self.system.curved, self.system.coordinates
         coordinate = bound.value(instant.pose.places(bound)) if rows else np.zeros(0)
-        on_curves = self._feet(instant, held)
+        on_curves = self._feet(instant, free)
         with np.errstate(all="ignore"):
             for program in dict.fromkeys(self.program):
                 own: tuple[Numbers, ...] = (value[laws[program]], rate[laws[program]]) if program in laws else ()
@@ -62,9 +49,10 @@ class LawSwitches:
                     own = (coordinate[rows[program][1]],)
                 if program in on_curves:
                     own = (np.asarray(on_curves[program]),)
-                for at, stack in walk(programs, program, instant.variables(*own), held):
+                for at, stack in walk(programs, program, instant.variables(*own), free):
                     if at in self.at:
-                        found[at] = argument(programs, at, float(held[at]), [each[0] for each in stack[-2:]])
+                        value_at = argument(programs, at, FREE, [each[0] for each in stack[-2:]])
+                        found[at] = natural(programs, at, value_at)
         return np.array([found[at] for at in self.at])
 
     def _feet(self, instant: Instant, held: Array) -> dict[int, float]:
@@ -84,42 +72,6 @@ class LawSwitches:
     def _laws(self) -> dict[int, int]:
         """The number of the law of each program."""
         return {p: law for law, p in enumerate(self.system.forces.laws.program.tolist()) if p >= 0}
-
-    def bounds(self, held: Array) -> Bounds:
-        """Return the intervals of the arguments within which the branches stay."""
-        low, high = zip(*(interval(self.programs, at, float(held[at])) for at in self.at), strict=True)
-        return Bounds(np.array(low), np.array(high))
-
-    def settled(self, held: Array, x: Array) -> Array:
-        """Return the branches with those at x in place of free ones."""
-        found = held.copy()
-        for at, value in zip(self.at, x.tolist(), strict=True):
-            if np.isnan(held[at]):
-                found[at] = natural(self.programs, at, value)
-        return found
-
-    def freed(self, held: Array, which: npt.NDArray[np.bool_]) -> Array:
-        """Return the branches with these switches freed."""
-        return self.turned_to(held, which, np.full(self.size, FREE))
-
-    def crossed(self, held: Array, leaving: npt.NDArray[np.bool_], direction: Integers) -> Array:
-        """Return the branches with the next ones, in these directions, for switches that leave theirs."""
-        found = held.copy()
-        for k in np.flatnonzero(leaving):
-            at = self.at[k]
-            found[at] = beyond(self.programs, at, float(held[at]), int(direction[k]))
-        return found
-
-    def is_free(self, held: Array) -> npt.NDArray[np.bool_]:
-        """Whether each switch is free, (K,): a switch on a sign that is not decided yet."""
-        free: npt.NDArray[np.bool_] = np.isnan(held[list(self.at)])
-        return free
-
-    def turned_to(self, held: Array, which: npt.NDArray[np.bool_], direction: Array) -> Array:
-        """Return the branches with these signs for some switches."""
-        found = held.copy()
-        found[np.array(self.at)[which]] = direction[which]
-        return found
 
     def owner(self, k: int) -> str:
         """Return the owner of a switch, in words."""

@@ -15,6 +15,7 @@ from mbproj.dynamics.assembly.motion_jumps import refuse_jumps
 from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.errors import InputError, Problem
+from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.kinematic import decided
 from mbproj.integrate.formulations.planar import InPlane
@@ -25,15 +26,15 @@ from mbproj.kernel.absence import warn_of_absence
 from mbproj.kernel.bound import without_form
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS
+from mbproj.registry import PROJECTIONS, is_explicit
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The chosen formulation by name, the reason for it, and its degrees of freedom. `compiled` runs it in the kernel;
-    None for the full formulation in NumPy. `redundant`: the number of rows that are left out because they follow from
+    """The chosen formulation by name, the reason for it, and its degrees of freedom. `compiled` runs it in the kernel's
+    loop; None for explicit steps of the full formulation, in NumPy. `redundant`: the number of rows that are left out because they follow from
     the others. `kinematic`: whether nothing of the motion is integrated."""
 
     name: str
@@ -86,14 +87,14 @@ def _formulation(system: System, state: State, settings: Settings, kernel: Any) 
     refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
     refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
     asked = settings.formulation
-    obstacle = None if asked == "full" else _obstacle(system, settings)
+    obstacle = None if asked == "full" else obstacle_to_kernel(system, settings)
     if asked == "full" or obstacle is not None:
         if asked in ("reduced", "planar"):
             message = f"the {asked} formulation is not available here: {obstacle}"
             raise InputError(Problem(message, key=("simulation", "formulation")))
         if asked == "auto" and obstacle == _no_kernel():
             warn_of_absence(str(build_info()))
-        return _full(system, state, obstacle or "as asked for", kernel or core())
+        return _full(system, state, settings, obstacle or "as asked for", kernel or core())
     plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
     if isinstance(plane, NotPlanar):
         if asked == "planar":
@@ -114,7 +115,7 @@ def _plane(system: System, state: State) -> Plane | NotPlanar:
     return plane if obstacle is None else NotPlanar(obstacle)
 
 
-def _obstacle(system: System, settings: Settings) -> str | None:
+def obstacle_to_kernel(system: System, settings: Settings) -> str | None:
     """Return the reason for which the kernel cannot run this; None where it can."""
     method = settings.projection.method
     if not PROJECTIONS[method].compiled:
@@ -131,7 +132,7 @@ def _no_kernel() -> str:
     return f"the compiled kernel is missing ({build_info()})"
 
 
-def _full(system: System, state: State, why: str, kernel: Any) -> Choice:
+def _full(system: System, state: State, settings: Settings, why: str, kernel: Any) -> Choice:
     from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
     from mbproj.dynamics.rank.redundancy import redundancy
 
@@ -139,16 +140,27 @@ def _full(system: System, state: State, why: str, kernel: Any) -> Choice:
     if not ranks.redundant or ranks.massless or ranks.locked or not redundancy(system, state).is_constant:
         refuse_unsolvable(system, ranks)
     redundant = ranks.constraints - ranks.rank
-    found = Choice("full", why, ranks.degrees_of_freedom, redundant=redundant)
-    if not system.has_contacts:
+    found, needs = Choice("full", why, ranks.degrees_of_freedom, redundant=redundant), _needs(system, settings)
+    if needs is None:
         return found
     if kernel is None:
-        raise InputError(Problem("stops and dry friction need the kernel", hint="install a C++ compiler, or a wheel"))
+        raise InputError(Problem(f"{needs} need the kernel", hint="install a C++ compiler, or a wheel"))
+    if missing := without_form(system):
+        raise InputError(Problem(f"{needs} need the kernel, which has no primitive '{missing}'"))
     from mbproj.integrate.formulations.full_in_loop import FullInLoop
 
     compiled = FullInLoop(kernel, system, system, redundant)
     settle_rows(compiled, state)
     return replace(found, compiled=compiled)
+
+
+def _needs(system: System, settings: Settings) -> str | None:
+    """Return what of a run is made in the kernel's loop alone; None for what NumPy's loop makes, too."""
+    if system.has_contacts:
+        return "stops and dry friction"
+    if switches_of(system) is not None:
+        return "events at which a function of the state has a kink or a jump"
+    return None if is_explicit(settings.integrator) else "implicit steps"
 
 
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
@@ -169,7 +181,7 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
         and not regular
         and system.bodies <= THRESHOLDS.large
     ):
-        return _full(system, state, f"the start is near to a singular pose ({owner})", compiled.core)
+        return _full(system, state, settings, f"the start is near to a singular pose ({owner})", compiled.core)
     joint = compiled.joint(number) if number >= 0 else len(system.joint_places)
     place = system.joint_places[joint] if joint < len(system.joint_places) else None
     raise InputError(

@@ -20,6 +20,7 @@ from mbproj.integrate.formulations.kernel_settings import kernel_steps, kernel_t
 from mbproj.integrate.reporting.failures import (
     LostStep,
     TurnsUntold,
+    branch_untold,
     halved_in_vain,
     jammed_law,
     left_open,
@@ -34,7 +35,6 @@ from mbproj.integrate.reporting.failures import (
     unsolved_stage,
 )
 from mbproj.integrate.steppers.methods import tableau_of
-from mbproj.integrate.steppers.stages import branch_untold
 from mbproj.lanes import Each, OfLanes, contiguous
 from mbproj.model.layout import Layout
 from mbproj.model.system import System

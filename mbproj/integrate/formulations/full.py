@@ -29,7 +29,7 @@ from mbproj.dynamics.rank.row_policy import RowPolicy
 from mbproj.dynamics.rank.row_set import in_lengths
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
-from mbproj.integrate.events.law_switches import LawSwitches, on_branches
+from mbproj.integrate.events.law_switches import on_branches
 from mbproj.integrate.formulations.balance import Balance
 from mbproj.integrate.formulations.terms import Accelerations, Terms
 from mbproj.integrate.reporting.failures import (
@@ -108,11 +108,6 @@ class FullFormulation:
     def holding(self, held: Array) -> FullFormulation:
         """Return the formulation with these branches."""
         return replace(self, held=held, on_branches=on_branches(self.system, held))
-
-    def arguments(self, switches: LawSwitches, held: Array, t: float, y: Array) -> Array:
-        """Return the arguments of the switches of its laws at a state, (K,)."""
-        with may_overflow():
-            return switches.arguments(self.instant(t, y), held)
 
     def derivative(self, t: float, y: Array) -> Array:
         """Return y' at y, with the rows of the current step."""
@@ -297,3 +292,17 @@ class FullFormulation:
         if distances.min(initial=1.0) > THRESHOLDS.dependent and not self.policy.rows.redundant:
             return ill_conditioned(t, penalty=self.settings.projection.alpha)
         return singular(t, self.system.row_owner(int(np.argmin(distances))))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """y' of a formulation as the right-hand side of a step. `watched`: whether its policy records the poses of the
+    stages."""
+
+    formulation: FullFormulation
+    watched: bool = False
+
+    def __call__(self, t: float, y: Array) -> Array:
+        """Return y' at a state."""
+        return self.formulation.watched_derivative(t, y) if self.watched else self.formulation.derivative(t, y)

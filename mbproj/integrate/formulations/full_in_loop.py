@@ -1,5 +1,5 @@
-"""The full formulation of a mechanism with stops or dry friction. The kernel's loop makes the steps, in reduced
-coordinates, and says which contacts hold and what slides; accelerations and projections are made here, in NumPy."""
+"""The full formulation in the kernel's loop, which makes the steps, in reduced coordinates, finds the events, and says
+which contacts hold and what slides. Accelerations and projections are made here, in NumPy."""
 
 from __future__ import annotations
 
@@ -95,7 +95,8 @@ class _Answers:
         self._rows: tuple[tuple[int, float], ...] | None = None
         self._seen: tuple[float, float, bytes | None] | None = None
         self._saved: dict[str, Any] = {}
-        self._arrived, self._before = False, dict[str, Any]()
+        self._arrived = False
+        self._before: tuple[dict[str, Any], dict[str, Any] | None] = {}, None
         #: Why there was no answer in the step at hand.
         self.failure: SimulationError | None = None
 
@@ -161,7 +162,7 @@ class _Answers:
 
     def enter_end(self) -> None:
         """A step comes to its end."""
-        self._before = dict(vars(self._full.policy))
+        self._before = self._saved, None if self._rows is None else dict(vars(self._full.policy))
 
     def arrive(self, y: Array) -> None:
         """The step is closed at y."""
@@ -170,7 +171,11 @@ class _Answers:
 
     def take_back(self) -> None:
         """The step whose end was entered is made again."""
-        vars(self._full.policy).update(self._before)
+        self._saved, policy = self._before
+        if policy is None:  # the stages of a stiff step after a mark have not asked
+            self._rows = None
+        else:
+            vars(self._full.policy).update(policy)
 
     def save(self) -> list[float]:
         """Return what the next step depends on beside y."""
@@ -220,9 +225,12 @@ class _Answers:
             self._full.arrive(self._full.parts(self._own(at.y))[0])
 
     def _own(self, y: Array) -> Array:
-        """Return NumPy's y of the kernel's."""
+        """Return NumPy's y of the kernel's, whose orientations mean the same at any length: here it is 1, where both
+        formulations agree to round-off."""
         layout, own = self._compiled.layout, self._full.layout
-        q, v = self._compiled.coordinates(self._compiled.bodies_of(y))
+        bodies = self._compiled.bodies_of(y).copy()
+        bodies[:, 3:7] /= np.linalg.norm(bodies[:, 3:7], axis=1, keepdims=True)
+        q, v = self._compiled.coordinates(bodies)
         beside = {name: y[layout[name]] for name in ("states", "followed") if own.size_of(name)}
         return own.joined({"positions": q, "velocities": v, **beside})
 

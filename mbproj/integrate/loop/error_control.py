@@ -1,10 +1,9 @@
-"""Steps by error control; they end at breaks, and where a switch of a law changes its branch."""
+"""Steps by error control; they end at breaks."""
 
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from functools import partial
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -16,20 +15,14 @@ from mbproj.dynamics.equations.teeth import near
 from mbproj.dynamics.equations.turning import Turning
 from mbproj.dynamics.observe.samples import Sample
 from mbproj.errors import SimulationError
-from mbproj.integrate.events.crossing import Crossing
-from mbproj.integrate.events.law_switches import LawSwitches
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.formulations.stage_equations import StageEquations
-from mbproj.integrate.loop.carried import attempted, point_within
+from mbproj.integrate.formulations.full import FullFormulation, Slopes
 from mbproj.integrate.loop.run import Run
-from mbproj.integrate.loop.state_events import StateEvents
 from mbproj.integrate.loop.step_end import is_closed, left_open_at
 from mbproj.integrate.loop.step_size import StepSizeController, error_norm, first_step
-from mbproj.integrate.point import Point
+from mbproj.integrate.point import Point, attempted, point_at
 from mbproj.integrate.reporting.failures import TurnsUntold, not_finite, step_vanished
 from mbproj.integrate.reporting.marks import Mark, resuming
 from mbproj.integrate.steppers.runge_kutta import Step
-from mbproj.integrate.steppers.stages import StagesUnsolved
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -45,28 +38,26 @@ _Tried: TypeAlias = _Attempt | SimulationError
 
 
 class ErrorControl:
-    """Scratch of a run with error control. `events`: its state events, None where laws have no switches."""
+    """Scratch of a run with error control."""
 
-    def __init__(self, run: Run, tolerance: float, switches: LawSwitches | None) -> None:
+    def __init__(self, run: Run) -> None:
+        tolerance = run.exact.settings.tolerance
+        assert tolerance is not None
         self.run, self.tolerance, self.scale = run, tolerance, run.exact.layout.scale
-        self.events = None if switches is None else StateEvents(run, switches, tolerance)
-        self._again = False
 
     def samples(self, point: Point) -> Iterator[Sample]:
         """Yield samples from a point to the end; samples within a step come from the continuous extension."""
         run = self.run
         h = self.first_step(run.exact, point, self.way_left(point.t))
         yield point.sample(run.exact, h, run.tally)
-        if run.breaks.passed or self.events is not None:
-            point, h = self.go_on(point, None, h)
+        if run.breaks.passed:
+            point, h = self.go_on(point)
         yield from self.steps(point, h, self.forgetful)
 
     def resumed(self, mark: Mark) -> Iterator[Sample]:
         """Yield samples from a mark on. Raises InputError where it is not of this scene."""
         with resuming():
             point, h = self.run.resume(mark), float(mark["h"])
-            if self.events is not None:
-                self.events.restore(mark["events"])
             control = StepSizeController(
                 self.run.stepper.error_order, float(mark["previous_error"]), bool(mark["rejected"])
             )
@@ -80,21 +71,14 @@ class ErrorControl:
         while done < len(times):
             if not h >= self.shortest(point.t):
                 raise lost or step_vanished(point.t)
-            before_step = partial(self._before_step, h, control)
-            run.mark(point, before_step)
-            if run.is_left(point, before_step):
-                return
+            run.mark(point, h=h, previous_error=control.previous_error, rejected=control.rejected)
             h, t = self.target(h, point.t)
-            self._again = control.is_again
-            tried, t, crossing = self.trial(point, h, t)
+            tried = self.attempt(point, h, t)
             if isinstance(tried, SimulationError) or not tried.error <= 1.0:
                 run.tally.rejected_steps += 1
                 lost = tried if isinstance(tried, SimulationError) else None
                 error = np.nan if isinstance(tried, SimulationError) else tried.error
-                h, control = control.after_rejected(error, h if crossing is None else t - point.t)
-                continue
-            if crossing is not None and crossing.at_once:
-                (point, h), control = self.go_on(point, crossing, h), self.forgetful
+                h, control = control.after_rejected(error, h)
                 continue
             try:
                 before, point = point, run.accept(point, t, tried.step)
@@ -110,10 +94,8 @@ class ErrorControl:
                 last += 1
             done = last
             h, control = control.after_accepted(tried.error, tried.step.h)
-            if (crossing is not None or run.breaks.is_at(t)) and t < run.end:
-                (point, h), control = self.go_on(point, crossing, tried.step.h), self.forgetful
-            elif self.events is not None:
-                self.events.tell(point)
+            if run.breaks.is_at(t) and t < run.end:
+                (point, h), control = self.go_on(point), self.forgetful
 
     def shortest(self, t: float) -> float:
         """Return the shortest step from t that is tried. A kinematic step far shorter than the interval of samples is
@@ -122,51 +104,15 @@ class ErrorControl:
             return max(THRESHOLDS.fewest_grains * self.run.grain(t), THRESHOLDS.turning_step * self.run.interval)
         return THRESHOLDS.fewest_grains * self.run.grain(t)
 
-    def _before_step(self, h: float, control: StepSizeController) -> Mark:
-        """Return what a step of size h depends on beside the point, for its mark."""
-        events = {} if self.events is None else {"events": self.events.save()}
-        return {"h": h, "previous_error": control.previous_error, "rejected": control.rejected, **events}
-
     @property
     def forgetful(self) -> StepSizeController:
         """A controller without memory, for a first step."""
         return StepSizeController(self.run.stepper.error_order)
 
-    def go_on(self, point: Point, crossing: Crossing | None, h: float) -> tuple[Point, float]:
-        """Return the point as it is evaluated after an event, which ended a step of size h, and a new step size."""
-        if self.events is not None and crossing is not None:
-            point = self.events.cross(point, crossing, h)
-        if self.run.breaks.is_at(point.t) or crossing is None:
-            point = self.run.cross_break(point) if self.events is None else self.events.cross_break(point, h)
+    def go_on(self, point: Point) -> tuple[Point, float]:
+        """Return the point as it is evaluated after a break, and a new step size."""
+        point = self.run.cross_break(point)
         return point, self.first_step(self.run.inside, point, THRESHOLDS.part_after_break * self.way_left(point.t))
-
-    def trial(self, point: Point, h: float, t: float) -> tuple[_Tried, float, Crossing | None]:
-        """Return a step from a point over h to t, or to the first state event before t. No step can end at a point's
-        own time: there the event is `at_once`."""
-        tried = self.attempt(point, h, t)
-        if self.events is None or isinstance(tried, SimulationError) or not tried.error <= 1.0:
-            return tried, t, None
-        crossing = self.events.first(tried.step)
-        if crossing is None or crossing.at_once:
-            return tried, t, crossing
-        return (*self.cut(point, crossing, tried, t), crossing)
-
-    def cut(self, point: Point, crossing: Crossing, tried: _Tried, t: float) -> tuple[_Tried, float]:
-        """Return the step to t repeated so that it ends at a crossing. The first try ends where the extension has it,
-        further ones follow Newton's method. A step that ends there already is returned as it is."""
-        assert self.events is not None and isinstance(tried, _Attempt)
-        whole, end = tried.step.h, t
-        at = point.t + crossing.theta * whole
-        for _ in range(THRESHOLDS.most_polishing if end - at > self.events.slack(end, whole) else 0):
-            again = self.attempt(point, at - point.t, at)
-            if isinstance(again, SimulationError) or not again.error <= 1.0:
-                return again, at
-            tried, t = again, at
-            next_try = self.events.next_try(crossing, again.step, at, whole, end)
-            if next_try is None:
-                break
-            at = next_try
-        return tried, t
 
     def way_left(self, t: float) -> float:
         """Return the time from t to where steps must end."""
@@ -198,17 +144,9 @@ class ErrorControl:
         try:
             with may_overflow():
                 step = attempted(stepper, run.inside, point, h, watched=True)
-                run.tally.count_evaluations(step.evaluations)
-                step, estimates = stepper.error(StageEquations(run.inside, watched=True), t, step)
+                step, estimates = stepper.error(Slopes(run.inside, watched=True), t, step)
                 error = self.norm(step, estimates)
-                if self._again and error > 1.0 and step.filtered is not None:
-                    # The estimate for a stiff vibration stays large however short the step. Without this filter steps
-                    # would shrink until they follow a vibration that earlier steps have damped (Hairer & Wanner II,
-                    # IV.8).
-                    twice = step.filtered(estimates[0])[None]
-                    error = self.norm(step, twice)
         except SimulationError as lost:
-            run.tally.count_evaluations(lost.evaluations if isinstance(lost, StagesUnsolved) else 0)
             return lost
         return _Attempt(step, error) if np.isfinite(error) else not_finite(t)
 
@@ -224,7 +162,7 @@ class ErrorControl:
         not."""
         self.run.tally.count_evaluations(self.run.stepper.extend_cost + len(times))
         formulation, system, stepper = self.run.inside, self.run.inside.system, self.run.stepper
-        extension = stepper.extend(StageEquations(formulation), step)
+        extension = stepper.extend(Slopes(formulation), step)
         for t in times:
             y, projected = formulation.project_copy(t, formulation.lead(t, extension.at((t - step.t) / step.h)))
             q, v, expected = formulation.parts(y)
@@ -235,8 +173,7 @@ class ErrorControl:
             if not len(expected):
                 expected = before.turning.between(system, after.turning, t, drive_at(system, t))
             turning = Turning(t, near(system, coordinate, expected), speed, after.turning.prescribed)
-            point = point_within(formulation, stepper, step, y, coordinate, turning)
-            yield point.sample(formulation, step.h, self.run.tally)
+            yield point_at(formulation, y, coordinate, turning).sample(formulation, step.h, self.run.tally)
 
 
 def _fitted(h: float, left: float) -> float:

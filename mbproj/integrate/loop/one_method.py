@@ -41,12 +41,12 @@ def march_by_one_method(
             is_trial = pauses is not None and not pauses.sampled
             inside, steps = Inside(choice, system, state, output_interval(settings), halts=is_trial), None
         is_smooth = is_explicit(settings.integrator) or settings.kinematic is True
-        own = steps if is_smooth else None  # stages solved to a tolerance are not smooth
+        own = steps if is_smooth and choice.name != "full" else None  # stages solved to a tolerance are not smooth
         yield from march_compiled(choice.compiled, state, settings, tally, marks, pauses, inside, outside, own)
     else:  # a run in the kernel does not need these imports
         from mbproj.integrate.formulations.full import FullFormulation
         from mbproj.integrate.loop.march import march
 
         formulation = FullFormulation.of(system, state, settings, choice.redundant)
-        for sample in march(formulation, state, tally, marks, pauses):
+        for sample in march(formulation, state, tally, marks):
             yield stack([sample])

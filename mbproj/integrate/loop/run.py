@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.breaks import BreakCursor
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.loop.carried import acted, jumped, seen_by
 from mbproj.integrate.loop.interruption import look
-from mbproj.integrate.loop.pauses import Pauses, Standing
 from mbproj.integrate.loop.step_end import accept
-from mbproj.integrate.point import Point
+from mbproj.integrate.point import Point, acted
 from mbproj.integrate.reporting.failures import of_a_rope
-from mbproj.integrate.reporting.marks import START, Mark, Marks, restore_tally, saved_events, saved_tally
+from mbproj.integrate.reporting.marks import Mark, Marks, restore_tally, saved_tally
 from mbproj.integrate.reporting.tally import RowsKept, Tally
-from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
 from mbproj.integrate.steppers.methods import stepper_of
 from mbproj.integrate.steppers.runge_kutta import Step
 
@@ -29,14 +25,7 @@ class Run:
     """Scratch of a run from `start`. `exact` evaluates functions of time at the time itself, `inside` within the window
     of the current step."""
 
-    def __init__(
-        self,
-        formulation: FullFormulation,
-        leg: Leg,
-        tally: Tally,
-        marks: Marks,
-        pauses: Pauses | None = None,
-    ) -> None:
+    def __init__(self, formulation: FullFormulation, leg: Leg, tally: Tally, marks: Marks) -> None:
         self.leg, self.start, self.end, self.tally = leg, leg.start, leg.end, tally
         self.stepper = stepper_of(formulation.settings.integrator, kinematic=formulation.settings.kinematic is True)
         #: The time between two samples, in s.
@@ -46,41 +35,16 @@ class Run:
         #: Whether the run's end has influenced a step: a longer run might make another one.
         self.shaped = False
         self.newest: Point | None = None
-        #: A mark left by another method is not a mark of this run.
-        self._marks, self._mark, self._pauses = marks, START if marks.resumed.get("anew") else marks.resumed, pauses
-        marks.newest = self._newest
+        self._marks, self._mark = marks, marks.resumed
+        marks.newest = lambda: self._mark
 
-    def mark(self, point: Point, rest: Callable[[], Mark]) -> None:
+    def mark(self, point: Point, **rest: Any) -> None:
         """Record the mark before a step, from which a longer run can continue, unless the run's end has influenced the
-        way here. `rest` returns the caller's part of it."""
+        way here. `rest` is the caller's part of it."""
         if self._marks.wanted and not self.shaped:
-            self._mark = self._saved(point, rest)
-
-    def _saved(self, point: Point, rest: Callable[[], Mark]) -> Mark:
-        return {**point.save(), **saved_tally(self.tally), "policy": self.exact.policy.save(), **self._kept(), **rest()}
-
-    def _kept(self) -> Mark:
-        balance = self.exact.balance
-        return {} if balance is None else {"kept": balance.kept.save()}
-
-    def is_left(self, point: Point, rest: Callable[[], Mark]) -> bool:
-        """Return whether the caller's look ends the run here, so that another method can continue."""
-        pauses, tally = self._pauses, self.tally
-        if pauses is None or tally.steps + tally.rejected_steps < pauses.due:
-            return False
-        standing = Standing(
-            steps=tally.steps,
-            rejected=tally.rejected_steps,
-            evaluations=tally.evaluations,
-            shaped=self.shaped,
-            mark={**self._saved(point, rest), "met": saved_events(tally.met, point.t), "shaped": self.shaped},
-            state=lambda: point.state(self.exact),
-        )
-        return pauses.look(standing)
-
-    def _newest(self) -> Mark:
-        """Return the last mark, with the events up to it."""
-        return {**self._mark, "met": saved_events(self.tally.met, float(self._mark["t"]))} if self._mark else START
+            policy, balance = self.exact.policy.save(), self.exact.balance
+            kept = {} if balance is None else {"kept": balance.kept.save()}
+            self._mark = {**point.save(), **saved_tally(self.tally), "policy": policy, **kept, **rest}
 
     def resume(self, mark: Mark) -> Point:
         """Return the point from which a run continues. Raises ValueError for a mark of another system."""
@@ -105,8 +69,7 @@ class Run:
             self.exact.balance.kept.restore(mark["kept"])
         self.pass_break(point.t)
         self.breaks.take_actions()  # these were done before the mark
-        self.shaped = bool(mark.get("shaped", False))
-        return replace(point, found=seen_by(self.inside, point, Tally())) if mark.get("anew") else point
+        return point
 
     def grain(self, t: float) -> float:
         """Return the resolution of times near t, and near the next sample."""
@@ -116,10 +79,6 @@ class Run:
     def is_before_end(self) -> bool:
         """Whether the next end of steps is the run's end."""
         return not self.breaks.next < self.end
-
-    def hold(self, held: Array) -> None:
-        """Hold the laws on these branches from here on."""
-        self.exact, self.inside = self.exact.holding(held), self.inside.holding(held)
 
     def accept(self, before: Point, t: float, step: Step) -> Point:
         """Return the point after a step. At a break it is evaluated at the time itself, as it is recorded."""
@@ -145,22 +104,11 @@ class Run:
 
     def cross_break(self, point: Point) -> Point:
         """Return the point at a break as it is evaluated from the other side."""
-        before = self.exact
         self.pass_break(point.t)
-        return self.renewed(self.acted(point), before, point)
-
-    def acted(self, point: Point) -> Point:
-        """Return a point after the controllers' actions at passed breaks."""
-        actions = self.breaks.take_actions()
-        return acted(self.inside, actions, point) if actions else point
-
-    def renewed(self, point: Point, before: FullFormulation, was: Point | None = None) -> Point:
-        """Return a point with accelerations for the steps from here on. `before` is the formulation until here, and
-        `was` the point in it."""
+        point = acted(self.inside, self.breaks.take_actions(), point)
         if self.exact.balance is not None:
             self.exact.balance.begin(self.inside, point.t, point.y)
-        found = seen_by(self.inside, point, self.tally)
-        if isinstance(self.stepper, ImplicitRungeKutta):
-            found = jumped(point.found, seen_by(before, was or point, self.tally), found)
+        self.tally.count_evaluations(1)
+        found = self.inside.accelerations(point.t, point.y, point.turning.coordinate)
         self.inside.policy.keep(found.multipliers)
         return replace(point, found=found)

@@ -13,8 +13,7 @@ from mbproj.dynamics.off_path import off_path
 from mbproj.dynamics.overlap import overlapping
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.loop.carried import attempted, point_after
-from mbproj.integrate.point import Point, counted, untold
+from mbproj.integrate.point import Point, attempted, counted, point_at, untold
 from mbproj.integrate.reporting.failures import left_open, not_finite, off_rope, overlap, unresolved
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.steppers.methods import Stepper
@@ -42,7 +41,7 @@ def accept(
         y, coordinate, turning = _closed(inside, stepper, tally, before, t, step, y)
         if inside.arrive(inside.parts(y)[0]) < THRESHOLDS.close_to_singular and step.stages is None:
             _check_by_halves(inside, stepper, before, t, y)
-        found = point_after(inside, at_end, tally, step, y, coordinate, turning)
+        found = point_at(at_end, y, coordinate, turning)
         inside.policy.keep(found.found.multipliers)
     if not np.all(np.isfinite(found.slope(at_end))):
         raise not_finite(t)
@@ -60,7 +59,7 @@ def _closed(
 ) -> tuple[Array, Array, Turning]:
     """Return the projected state after a step, and the joints' coordinates there, without turns and with."""
     tally.steps += 1
-    tally.count_evaluations(int(step.multipliers is None))
+    tally.count_evaluations(1)
     projected = formulation.project(tally.steps, t, before.y, y)
     tally.count_projection(projected)
     try:
@@ -118,7 +117,7 @@ def _check_by_halves(formulation: FullFormulation, stepper: Stepper, before: Poi
         step = attempted(stepper, formulation, half, time - half.t)
         closed, _ = formulation.project_copy(time, formulation.lead(time, step.y_new))
         turned = counted(formulation, stepper, half, time, step, *formulation.parts(closed)[:2])
-        half = point_after(formulation, formulation, Tally(), step, closed, *turned)
+        half = point_at(formulation, closed, *turned)
     v = formulation.parts(y)[1]
     off = formulation.change(v, formulation.parts(half.y)[1])
     if not off <= THRESHOLDS.branch_change:

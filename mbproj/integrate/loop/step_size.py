@@ -37,11 +37,6 @@ class StepSizeController:
     previous_error: float = THRESHOLDS.least_error_before
     rejected: bool = False
 
-    @property
-    def is_again(self) -> bool:
-        """Whether the current step is a repetition of a rejected one, and not the first of its kind."""
-        return self.rejected and self.previous_error > THRESHOLDS.least_error_before
-
     def after_accepted(self, error: float, h: float) -> tuple[float, StepSizeController]:
         """Return the size of the next step, and the controller for it."""
         k = self.error_order + 1

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array
 from mbproj.errors import SimulationError
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS, implicit_integrators
@@ -15,11 +14,10 @@ from mbproj.scene.records import ProjectionSettings
 
 if TYPE_CHECKING:
     from mbproj.dynamics.assembly.assemble import State
-    from mbproj.dynamics.stiff_forces import StiffForces
-    from mbproj.integrate.steppers.stages import StagesUnsolved
 
 SMALLER = "try a smaller step or tolerance"
 LOOSER = "take smaller steps, or give a tolerance instead"
+UNSOLVED = "Newton's method did not solve the equations of an implicit step"
 
 
 def not_finite(t: float) -> SimulationError:
@@ -112,6 +110,16 @@ def locked(t: float, motion: str, at: str) -> SimulationError:
     return SimulationError(t, cause, where=f"motion '{motion}'", hint=hint)
 
 
+def branch_untold(t: float, where: str | None = None) -> SimulationError:
+    """Return the error of a motion without degrees of freedom, where Newton's method may come to another branch, or to
+    none, however short the step."""
+    cause = (
+        "what the motions prescribe cannot be followed beyond here: the mechanism is at a dead centre, or branches of "
+        "its motion cross"
+    )
+    return SimulationError(t, cause, where=where, hint="turn back before, drive another joint, or change the lengths")
+
+
 class TurnsUntold(SimulationError):
     """The error of a step too long to count the turns of a joint's angle `where` ("A.angle"). The teeth of gears and
     the threads of screws are then unknown, too.
@@ -134,45 +142,10 @@ def _rounded_down(value: float) -> float:
     return floor(value / digit) * digit
 
 
-def unsolved_stages(
-    system: System,
-    t: float,
-    dq: Array,
-    dv: Array,
-    state: int,
-    stiff: StiffForces | None,
-    evaluations: int,
-    *,
-    is_near: bool,
-) -> StagesUnsolved:
-    """Return the error of Newton's method that has not solved an implicit step to t.
-
-    Its last change was `dq` and `dv` (7n,); a `state`, unless that is -1, changed most. `is_near`: whether a singular
-    pose is near."""
-    from mbproj.dynamics.rank.row_set import in_lengths
-    from mbproj.integrate.steppers.stages import StagesUnsolved
-
-    if state >= 0:
-        where = f"state '{system.names.states[state]}'"
-    elif stiff is None:
-        moved = np.abs(in_lengths(system, dv)).reshape(-1, 7).max(axis=1)
-        where = f"body '{system.names.carriers[int(np.argmax(np.nan_to_num(moved, nan=np.inf)))]}'"
-    else:
-        where = f"force '{system.forces.owners[stiff.leader(dq, dv)]}'"
-    cause = f"Newton's method did not solve the equations of an implicit step in {evaluations} evaluations"
-    if is_near:
-        cause += ": branches of the motion cross near here (a singular position)"
-    unsolved = StagesUnsolved(t, cause, where=where, hint=LOOSER)
-    unsolved.evaluations = evaluations
-    return unsolved
-
-
 def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: bool) -> SimulationError:
     """Return the error of Newton's method that has not solved an implicit step. The cause is a force, by its number
     among the coordinates of forces, or for -1 a body. `is_near`: whether a singular pose is near."""
-    cause = "Newton's method did not solve the equations of an implicit step"
-    if is_near:
-        cause += ": branches of the motion cross near here (a singular position)"
+    cause = f"{UNSOLVED}: branches of the motion cross near here (a singular position)" if is_near else UNSOLVED
     return SimulationError(t, cause, where=unsolved_owner(system, body, force), hint=LOOSER)
 
 

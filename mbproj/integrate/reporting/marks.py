@@ -14,7 +14,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept, Tally
+from mbproj.integrate.reporting.tally import Peak, RowsKept, Tally
 from mbproj.thresholds import THRESHOLDS
 
 #: A state between two steps, with all that the next step depends on, by name: the time "t", arrays (n,) of float64, and
@@ -97,12 +97,10 @@ def restored_events(saved: Sequence[Sequence[Any]]) -> list[Event]:
 
 
 def saved_tally(tally: Tally) -> dict[str, Any]:
-    """Return the counts of a run, without its events, as plain data."""
+    """Return the counts of a run in NumPy's loop as plain data."""
     return {
         "counters": {name: int(value) for name, value in tally.counters().items()},
         "peaks": {name: list(astuple(getattr(tally, name))) for name in PEAKS},
-        "passed": [list(astuple(passed)) for passed in tally.passed],
-        "halved": [list(astuple(halved)) for halved in tally.halved],
         **({"rows": list(astuple(tally.rows))} if tally.rows != RowsKept() else {}),
     }
 
@@ -113,7 +111,4 @@ def restore_tally(tally: Tally, saved: Mapping[str, Any]) -> None:
     for name in PEAKS:
         value, row, time = saved["peaks"][name]
         setattr(tally, name, Peak(float(value), int(row), float(time)))
-    tally.met = restored_events(saved["met"])
-    tally.passed = [Passed(str(owner), str(what), float(t), int(n)) for owner, what, t, n in saved["passed"]]
     tally.rows = RowsKept(*saved.get("rows", ()))
-    tally.halved = [Halved(str(where), float(t), int(n)) for where, t, n in saved["halved"]]

@@ -128,11 +128,6 @@ class Tally:
         self.steps -= 1
         self.rejected_steps += 1
 
-    def halve(self, where: str, t: float) -> None:
-        """Count a fixed step from t that is to be made in halves."""
-        self.rejected_steps += 1
-        self.halved = with_another(self.halved, Halved(where, t, 1))
-
     def count_evaluations(self, number: int) -> None:
         """Count evaluations of the accelerations, each with one factorisation."""
         self.evaluations += number

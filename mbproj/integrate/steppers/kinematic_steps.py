@@ -18,8 +18,8 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import drive_at
+from mbproj.integrate.reporting.failures import branch_untold
 from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Extension, RightHandSide, Step
-from mbproj.integrate.steppers.stages import branch_untold
 from mbproj.thresholds import THRESHOLDS
 
 
@@ -27,9 +27,7 @@ from mbproj.thresholds import THRESHOLDS
 class KinematicSteps(ExplicitRungeKutta):
     """Kinematic steps with the tableau of an explicit method."""
 
-    def attempt(
-        self, f: RightHandSide, t: float, y: Array, h: float, first: Array, multipliers: Array | None = None
-    ) -> Step:
+    def attempt(self, f: RightHandSide, t: float, y: Array, h: float, first: Array) -> Step:
         """Return a step of size h; `first` is f(t, y). Raises SimulationError where the branch of the motion is not
         certain."""
         tableau, stages = self.tableau, np.empty((self.tableau.stages, len(y)))

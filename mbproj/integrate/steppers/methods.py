@@ -10,11 +10,10 @@ from mbproj.integrate.steppers.tableau import Tableau, load_tableau
 from mbproj.registry import integrators
 
 if TYPE_CHECKING:
-    from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
     from mbproj.integrate.steppers.kinematic_steps import KinematicSteps
     from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 
-Stepper: TypeAlias = "ExplicitRungeKutta | KinematicSteps | ImplicitRungeKutta"
+Stepper: TypeAlias = "ExplicitRungeKutta | KinematicSteps"
 
 
 def tableau_of(integrator: str) -> Tableau | ImplicitTableau:
@@ -25,14 +24,12 @@ def tableau_of(integrator: str) -> Tableau | ImplicitTableau:
 
 
 def stepper_of(integrator: str, *, kinematic: bool = False) -> Stepper:
-    """Return the stepper for runs without the kernel. `kinematic`: whether explicit steps close the bodies at each
+    """Return the stepper of an explicit method for runs in NumPy. `kinematic`: whether steps close the bodies at each
     stage."""
-    from mbproj.integrate.steppers.implicit_runge_kutta import ImplicitRungeKutta
     from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 
     tableau = tableau_of(integrator)
-    if isinstance(tableau, ImplicitTableau):
-        return ImplicitRungeKutta(tableau)
+    assert isinstance(tableau, Tableau)
     if not kinematic:
         return ExplicitRungeKutta(tableau)
     from mbproj.integrate.steppers.kinematic_steps import KinematicSteps

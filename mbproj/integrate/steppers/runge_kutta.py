@@ -22,9 +22,7 @@ class Step:
     """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point, `last`, where its
     error was estimated.
 
-    An implicit step has `multipliers` (s, m) of the stages and its number of `evaluations`. `nearness` is that of the
-    last stage to a singular pose. `estimate` (N,) is the step's error, and `filtered` filters such an estimate, e (N,)
-    -> (I - hγ ∂f/∂y)⁻¹ e. A kinematic step has its closed `stages` (s, N)."""
+    A kinematic step has its closed `stages` (s, N)."""
 
     t: float
     h: float
@@ -32,11 +30,6 @@ class Step:
     y_new: Array
     k: Array
     last: Array | None = None
-    multipliers: Array | None = None
-    nearness: float = 1.0
-    evaluations: int = 0
-    estimate: Array | None = None
-    filtered: Callable[[Array], Array] | None = None
     stages: Array | None = None
 
 
@@ -53,12 +46,6 @@ class Extension:
         for slope in self.slopes[::-1]:
             total = theta * (slope + total)
         return self.step.y + self.step.h * total
-
-
-def cubic(step: Step, last: Array) -> Extension:
-    """Return the cubic through both ends of a step, with f at the new point."""
-    first, mean = step.k[0], (step.y_new - step.y) / step.h
-    return Extension(step, np.array([first, 3.0 * mean - 2.0 * first - last, first + last - 2.0 * mean]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +72,8 @@ class ExplicitRungeKutta:
     def extend_cost(self) -> int:
         return len(self.tableau.extra_c)
 
-    def attempt(
-        self, f: RightHandSide, t: float, y: Array, h: float, first: Array, multipliers: Array | None = None
-    ) -> Step:
-        """Return a step of size h; `first` is f(t, y). Only implicit steps use multipliers."""
+    def attempt(self, f: RightHandSide, t: float, y: Array, h: float, first: Array) -> Step:
+        """Return a step of size h; `first` is f(t, y)."""
         tableau = self.tableau
         k = np.empty((tableau.stages, len(y)))
         k[0] = first

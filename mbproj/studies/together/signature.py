@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.law_switches import switches_of
-from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.choice import Choice, choose, obstacle_to_kernel
 from mbproj.integrate.formulations.kinematic import settings_along
 from mbproj.kernel import core
 from mbproj.lanes import Lanes, OfLanes, Parted, restacked
@@ -78,6 +78,8 @@ def signature_of(scene: Scene, settings: Settings) -> Signature:
         raise OneByOne
     system = compile_system(scene)
     if system.has_contacts or switches_of(system) is not None or system.actions.size:
+        raise OneByOne
+    if settings.formulation == "full" or obstacle_to_kernel(system, settings):
         raise OneByOne
     state = start_state(scene, system)
     choice = choose(system, state, settings, OfLanes(core()))

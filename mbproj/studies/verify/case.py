@@ -122,7 +122,7 @@ class Case:
 
     def _from(self, state: State) -> ShortRuns:
         fastest = max(_fastest(self.system, state.v), self.rate)
-        return short_runs(Mechanism(self.scene, self.system, state), fastest, slow=self.choice.compiled is None)
+        return short_runs(Mechanism(self.scene, self.system, state), fastest, slow=self.choice.name == "full")
 
     @cached_property
     def displacement(self) -> Array:

@@ -124,6 +124,5 @@ def _edge_at_start(case: Case, state: State) -> str:
     switches = switches_of(case.system)
     if switches is None:
         return ""
-    x = switches.arguments(state.instant(case.system), switches.free)
-    free = np.flatnonzero(switches.is_free(switches.settled(switches.free, x)))
+    free = np.flatnonzero(np.isnan(switches.branches(state.instant(case.system))))
     return f"{switches.owner(free[0])}: {switches.what(free[0])}, at the start" if len(free) else ""

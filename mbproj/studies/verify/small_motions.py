@@ -87,8 +87,7 @@ def _edge_between(system: System, one: State, other: State) -> str:
     switches = switches_of(system)
     if switches is None:
         return ""
-    x = [switches.arguments(state.instant(system), switches.free) for state in (one, other)]
-    branches = [switches.settled(switches.free, each)[list(switches.at)] for each in x]
+    branches = [switches.branches(state.instant(system)) for state in (one, other)]
     differ = np.flatnonzero(branches[0] != branches[1])
     return f"{switches.owner(differ[0])}: {switches.what(differ[0])}" if len(differ) else ""
 

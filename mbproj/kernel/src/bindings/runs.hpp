@@ -71,6 +71,16 @@ template <class D> void add_run(nb::module_& m, const char* name) {
                 return samples(self);
             },
             nb::arg("most"), nb::arg("seconds"), nb::arg("attempts") = std::numeric_limits<long>::max())
+        .def("try_step",
+             [](TimeLoop<D>& self, double h) -> nb::object {
+                 require_positive(h, "h");
+                 const Eigen::VectorXd* error = self.try_step(h);
+                 if (Formulation* other = self.equations().other()) other->rethrow();
+                 if (!error) return nb::none();
+                 const Eigen::VectorXd& end = self.now().y_new;
+                 return nb::make_tuple(array_of(std::vector<double>(end.begin(), end.end()), end.size()),
+                                       array_of(std::vector<double>(error->begin(), error->end()), error->size()));
+             })
         .def_prop_ro("pauses", [](const TimeLoop<D>& self) { return self.pauses; })
         .def_prop_ro("waits", [](const TimeLoop<D>& self) { return self.waits; })
         .def("give",

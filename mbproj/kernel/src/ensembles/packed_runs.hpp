@@ -68,15 +68,10 @@ private:
         this->stand(equations_.start());
         equations_.slope_at(y_.data(), slope_.data(), lambda_.data());
         take_over(stages_.first(), slope_);
-        Mask chosen = false;
-        each_lane(Lanes::in(), [&](int k, Lane& lane) {
-            lane.h = fixed_ ? this->steps_of(k).step : this->steps_of(k).first;
-            chosen.set(k, !(lane.h > 0.0));
-        });
-        {
-            const OnlyLanes only(chosen);
+        if (fixed_)
+            each_lane(Lanes::in(), [&](int k, Lane& lane) { lane.h = this->steps_of(k).step; });
+        else
             this->choose_steps(1.0);
-        }
         each_lane(Lanes::in(), [&](int k, Lane& lane) {
             ++lane.counters.evaluations;
             this->record(k, lane.t, y_, stages_.first(), lambda_, lane.h, angles_.values(k));

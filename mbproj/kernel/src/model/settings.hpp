@@ -105,7 +105,6 @@ struct Steps {
     long every;          // fixed steps between two samples
     SampleGrid samples;  // where the error controls the step
     std::vector<Break> breaks;
-    double first = -1.0;  // step where the error controls the others; negative: chosen
     bool fixed() const { return step > 0.0; }
     double end() const { return start + duration; }
     // The time between two samples.

@@ -75,6 +75,8 @@ public:
         return norm_of_error(y, y_new, tolerance);
     }
 
+    const Vector* estimate() const override { return &found_; }
+
     bool extend(double, const Vector&, double) override { return true; }
 
     bool arrive(const Vector& y, Vector& slope, double* lambda) override {

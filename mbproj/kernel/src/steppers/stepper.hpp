@@ -61,6 +61,9 @@ public:
     virtual std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
                                         bool again) = 0;
 
+    // What that was of each number of y; null where it is not kept.
+    virtual const Vector* estimate() const { return nullptr; }
+
     // What the continuous extension of the last step needs.
     virtual bool extend(double t, const Vector& y, double h) = 0;
     // y(t + θ h).

@@ -66,6 +66,13 @@ public:
         return made;
     }
 
+    // The same with the norm of the error; none where they are not solved.
+    std::optional<double> stages_and_error() {
+        now_.counters.evaluations += stepper_.error_cost();
+        if (!stages()) return std::nullopt;
+        return stepper_.error(now_.to.t, now_.y, now_.y_new, now_.to.h, steps_.tolerance, control_.is_again());
+    }
+
     // The step that was made is not taken: its end cannot be accepted.
     void reject(double h) {
         if (schedule_.follows()) now_.outcome = {Status::vanished, now_.t};  // another end would be no end of that run
@@ -127,12 +134,6 @@ private:
         halvings_.note(*unsolved, now_.t);
         ++now_.counters.rejected_steps;
         equations_.forget_broken_state();
-    }
-
-    std::optional<double> stages_and_error() {
-        now_.counters.evaluations += stepper_.error_cost();
-        if (!stages()) return std::nullopt;
-        return stepper_.error(now_.to.t, now_.y, now_.y_new, now_.to.h, steps_.tolerance, control_.is_again());
     }
 
     // Where a switch changes its branch within the step that was tried, the step is made again, so that it ends there:

@@ -57,6 +57,14 @@ public:
         Mark<D> mark;
         return this->write(mark), mark;
     }
+    // A step of size h from the start, tried and not taken: what is estimated of its error in each number of y; `now` has its end.
+    // Null where it cannot be made.
+    const Vector* try_step(double h) {
+        const FlushToZero flush;
+        begin();
+        now_.to = schedule_.to(now_.t, now_.t + h);
+        return !now_.outcome.stops() && trial_.stages_and_error() ? stepper_.estimate() : nullptr;
+    }
     SampleBlock block;
     using Parts::as_case, Parts::take, Parts::tableau, Parts::projection, Parts::follow_formulation;
     using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
