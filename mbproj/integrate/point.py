@@ -15,7 +15,7 @@ from mbproj.dynamics.equations.forces import action_values
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.turning import Turning, UncertainTurn, turns_of
 from mbproj.dynamics.observe.samples import Sample
-from mbproj.integrate.formulations.full import FullFormulation, Slopes
+from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.terms import Accelerations
 from mbproj.integrate.reporting.failures import TurnsUntold
 from mbproj.integrate.reporting.tally import Tally
@@ -96,6 +96,19 @@ def acted(formulation: FullFormulation, actions: Sequence[int], point: Point) ->
         states[system.actions.state[sets]] = action_values(instant, action)
         y = layout.changed(y, {"states": states})
     return replace(point, y=y)
+
+
+@dataclass(frozen=True, eq=False)
+class Slopes:
+    """y' of a formulation as the right-hand side of a step. `watched`: whether its policy records the poses of the
+    stages."""
+
+    formulation: FullFormulation
+    watched: bool = False
+
+    def __call__(self, t: float, y: Array) -> Array:
+        """Return y' at a state."""
+        return self.formulation.watched_derivative(t, y) if self.watched else self.formulation.derivative(t, y)
 
 
 def attempted(stepper: Stepper, formulation: FullFormulation, point: Point, h: float, *, watched: bool = False) -> Step:

@@ -39,7 +39,11 @@ class Steps:
         1e-4, "1", "numpy", "to be resolved, its integral may be so much off", "by RK4 it is 20 times less"
     )
     located: float = threshold(
-        0.01, "tolerances × steps", "kernel", "events in the state are located to this part of a step", "below the error"
+        0.01,
+        "tolerances × steps",
+        "kernel",
+        "events in the state are located to this part of a step",
+        "below the error",
     )
     glance: float = threshold(
         1e-3,
@@ -142,7 +146,11 @@ class Steps:
         "energy of stiff springs shows 1e-13",
     )
     newton_floor: float = threshold(
-        1e-9, "1", "kernel", "changes below this part of a state that shrink no more are round-off", "ε k / c of a stage"
+        1e-9,
+        "1",
+        "kernel",
+        "changes below this part of a state that shrink no more are round-off",
+        "ε k / c of a stage",
     )
     most_newton: int = threshold(
         40, "1", "kernel", "Newton's method has failed after so many changes", "3 to 8 are usual, 20 of coupled stages"
@@ -154,7 +162,9 @@ class Steps:
         "a stage's first change of Newton's method counts with this contraction; a worse one asks for a new matrix",
         "measured on prototypes",
     )
-    least_contraction: float = threshold(0.01, "1", "kernel", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8")
+    least_contraction: float = threshold(
+        0.01, "1", "kernel", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8"
+    )
     softened: float = threshold(
         0.5,
         "1",

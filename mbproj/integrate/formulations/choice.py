@@ -33,9 +33,11 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Choice:
-    """The chosen formulation by name, the reason for it, and its degrees of freedom. `compiled` runs it in the kernel's
-    loop; None for explicit steps of the full formulation, in NumPy. `redundant`: the number of rows that are left out because they follow from
-    the others. `kinematic`: whether nothing of the motion is integrated."""
+    """The chosen formulation by name, the reason for it, and its degrees of freedom.
+
+    `compiled` runs it in the kernel's loop; None for explicit steps of the full formulation, in NumPy. `redundant`: the
+    number of rows that are left out because they follow from the others. `kinematic`: whether nothing of the motion is
+    integrated."""
 
     name: str
     why: str

@@ -20,7 +20,6 @@ from mbproj.integrate.formulations.kernel_settings import kernel_steps, kernel_t
 from mbproj.integrate.reporting.failures import (
     LostStep,
     TurnsUntold,
-    branch_untold,
     halved_in_vain,
     jammed_law,
     left_open,
@@ -250,6 +249,8 @@ class Compiled(ABC):
         if outcome.status == status.not_finite or not np.isfinite(outcome.open_by):
             return not_finite(t)
         if settings.kinematic is True and outcome.status in (status.vanished, status.singular, status.unsolved):
+            from mbproj.integrate.steppers.kinematic_steps import branch_untold
+
             return branch_untold(t)
         if outcome.status == status.vanished:
             return step_vanished(t)

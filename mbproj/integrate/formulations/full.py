@@ -292,17 +292,3 @@ class FullFormulation:
         if distances.min(initial=1.0) > THRESHOLDS.dependent and not self.policy.rows.redundant:
             return ill_conditioned(t, penalty=self.settings.projection.alpha)
         return singular(t, self.system.row_owner(int(np.argmin(distances))))
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class Slopes:
-    """y' of a formulation as the right-hand side of a step. `watched`: whether its policy records the poses of the
-    stages."""
-
-    formulation: FullFormulation
-    watched: bool = False
-
-    def __call__(self, t: float, y: Array) -> Array:
-        """Return y' at a state."""
-        return self.formulation.watched_derivative(t, y) if self.watched else self.formulation.derivative(t, y)

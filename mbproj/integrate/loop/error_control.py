@@ -15,11 +15,11 @@ from mbproj.dynamics.equations.teeth import near
 from mbproj.dynamics.equations.turning import Turning
 from mbproj.dynamics.observe.samples import Sample
 from mbproj.errors import SimulationError
-from mbproj.integrate.formulations.full import FullFormulation, Slopes
+from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.run import Run
 from mbproj.integrate.loop.step_end import is_closed, left_open_at
 from mbproj.integrate.loop.step_size import StepSizeController, error_norm, first_step
-from mbproj.integrate.point import Point, attempted, point_at
+from mbproj.integrate.point import Point, Slopes, attempted, point_at
 from mbproj.integrate.reporting.failures import TurnsUntold, not_finite, step_vanished
 from mbproj.integrate.reporting.marks import Mark, resuming
 from mbproj.integrate.steppers.runge_kutta import Step

@@ -110,16 +110,6 @@ def locked(t: float, motion: str, at: str) -> SimulationError:
     return SimulationError(t, cause, where=f"motion '{motion}'", hint=hint)
 
 
-def branch_untold(t: float, where: str | None = None) -> SimulationError:
-    """Return the error of a motion without degrees of freedom, where Newton's method may come to another branch, or to
-    none, however short the step."""
-    cause = (
-        "what the motions prescribe cannot be followed beyond here: the mechanism is at a dead centre, or branches of "
-        "its motion cross"
-    )
-    return SimulationError(t, cause, where=where, hint="turn back before, drive another joint, or change the lengths")
-
-
 class TurnsUntold(SimulationError):
     """The error of a step too long to count the turns of a joint's angle `where` ("A.angle"). The teeth of gears and
     the threads of screws are then unknown, too.

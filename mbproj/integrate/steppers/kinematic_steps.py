@@ -18,9 +18,19 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.integrate.reporting.failures import branch_untold
+from mbproj.errors import SimulationError
 from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, Extension, RightHandSide, Step
 from mbproj.thresholds import THRESHOLDS
+
+
+def branch_untold(t: float, where: str | None = None) -> SimulationError:
+    """Return the error of a motion without degrees of freedom, where Newton's method may come to another branch, or to
+    none, however short the step."""
+    cause = (
+        "what the motions prescribe cannot be followed beyond here: the mechanism is at a dead centre, or branches of "
+        "its motion cross"
+    )
+    return SimulationError(t, cause, where=where, hint="turn back before, drive another joint, or change the lengths")
 
 
 @dataclass(frozen=True, eq=False)

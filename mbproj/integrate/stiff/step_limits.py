@@ -13,10 +13,10 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.formulations.full import FullFormulation, Slopes
+from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.step_end import first_point
 from mbproj.integrate.loop.step_size import error_norm
-from mbproj.integrate.point import attempted
+from mbproj.integrate.point import Slopes, attempted
 from mbproj.integrate.reporting.failures import UNSOLVED
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.steppers.methods import stepper_of

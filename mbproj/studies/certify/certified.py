@@ -30,7 +30,7 @@ from mbproj.integrate.events.time_events import Event
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.reporting.report import words_on_shares
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
-from mbproj.integrate.reporting.failures import branch_untold
+from mbproj.integrate.steppers.kinematic_steps import branch_untold
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene, Settings

@@ -1,5 +1,5 @@
-// Forces and states that depend on channels, in one equation of an implicit step, as in
-// mbproj.integrate.formulations.stage_crossing. A change δa of the accelerations changes coordinate channels by w = g² G δa, rate
+// Forces and states that depend on channels, in one equation of an implicit step.
+// A change δa of the accelerations changes coordinate channels by w = g² G δa, rate
 // channels by w = g G δa. States change by δx' = E (f - x'₀ + f_w w) with E = (I - g f_x)⁻¹, forces by φ = F_w w + g F_x δx'.
 // Such forces are few. Z is the response of the accelerations to a unit of each, with the current factor. So δa = δa₀ + Z φ
 // (Woodbury), and (I - C H) φ = φ₀ + C w₀ with C = F_w + g F_x E f_w and H = w of Z. No term is dropped.

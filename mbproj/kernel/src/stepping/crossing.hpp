@@ -1,5 +1,5 @@
-// The first crossing in a step: where one of several arguments leaves the interval in which it is held. The rules are those
-// of mbproj.integrate.events.crossing.
+// The first crossing in a step: where one of several arguments leaves the interval in which it is held.
+// Arguments that leave together cross as one.
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Events in the state: the switches of the laws, the branches that are held, and where one changes. The rules are those of
-// mbproj.integrate.loop.state_events; the time loop makes the steps.
+// Events in the state: the switches of the laws, the branches that are held, and where one changes.
+// The time loop makes the steps.
 #pragma once
 
 #include <tuple>
