@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -18,6 +18,15 @@ class Several:
 def are_several(values: Any) -> bool:
     """Return whether values, or some of those in a sequence, are of several cases."""
     return isinstance(values, Several) or (isinstance(values, (list, tuple)) and any(map(are_several, values)))
+
+
+def at_once(compute: Callable[..., Any], values: Sequence[Any]) -> Any:
+    """Return compute(*values) of arithmetic for all cases at once; None where a result is not finite."""
+    import numpy as np
+
+    with np.errstate(all="ignore"):
+        found = compute(*values)
+        return found if found - found == 0.0 else None
 
 
 def each_case(function: Function) -> Function:

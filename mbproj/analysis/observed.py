@@ -15,6 +15,7 @@ import numpy.typing as npt
 from mbproj.analysis.energy import relative_drift
 from mbproj.analysis.reactions import REACTIONS, shared_at_contacts
 from mbproj.arrays import Array
+from mbproj.lanes import numbers
 from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
 from mbproj.scene.blocks.observables import CONTACT, TENSION
@@ -69,7 +70,7 @@ def series(expectation: Expectation, samples: SampleSource) -> Array:
     if expectation.over or expectation.between:
         return _kinematic(expectation, samples).reshape(len(time), 1)
     found = _diagnostic(expectation, samples) if expectation.of == "diagnostic" else _column(expectation, samples)
-    return np.asarray(found, dtype=float).reshape(len(time), -1)
+    return numbers(found).reshape(len(time), -1)
 
 
 def datasets(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, ...]:

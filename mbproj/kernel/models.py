@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 from types import ModuleType
 from typing import Any
 
@@ -33,12 +34,13 @@ def _thresholds(core: ModuleType) -> Any:
     return core.Thresholds(of_the_kernel())
 
 
-def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
-    """The kernel's model of a system with six coordinates a body. Its joints are those that have rows, in their order;
-    motions follow them, as joints of one row each."""
+def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[], Any]:
+    """A function that makes the kernel's model of a system with six coordinates a body. Its joints are those that have
+    rows, in their order; motions follow them, as joints of one row each."""
     n, rows = system.bodies, bound_in_space(system.rows)
     coordinates = bound_in_space(system.coordinates)
-    model = core.SpaceModel(
+    make = partial(
+        core.SpaceModel,
         thresholds=_thresholds(core),
         mass=system.mass,
         inertia=contiguous(system.inertia, dtype=float),
@@ -59,7 +61,7 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
         **_space_stops(core, system),
         **_space_bearings(system),
     )
-    return _with_actions(core, system, model)
+    return lambda: _with_actions(core, system, make())
 
 
 def _with_actions(core: ModuleType, system: System, model: Any) -> Any:
@@ -187,12 +189,14 @@ def _bearings(
     }
 
 
-def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Any:
-    """The kernel's model of a planar system. Its joints are those with rows in the plane, by `joints_with_rows`."""
+def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Callable[[], Any]:
+    """A function that makes the kernel's model of a planar system. Its joints are those with rows in the plane, by
+    `joints_with_rows`."""
     coordinates = bound_in_plane(plane.coordinates)
     joints = bound_in_plane(plane.joints)
     rows = joint_and_motion_rows(system, plane, joints, coordinates)
-    model = core.PlaneModel(
+    make = partial(
+        core.PlaneModel,
         thresholds=_thresholds(core),
         mass=plane.mass,
         inertia=plane.inertia.reshape(-1, 1, 1),
@@ -213,7 +217,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
         **_plane_stops(core, system, plane, coordinates),
         **_plane_bearings(system, plane),
     )
-    return _with_actions(core, system, model)
+    return lambda: _with_actions(core, system, make())
 
 
 def _couplings(system: System, row: Integers, coordinate: Integers) -> list[tuple[Any, ...]]:

@@ -86,10 +86,11 @@ def each_call(function: Any, args: Sequence[Any], options: Mapping[str, Any] = N
     named = {name: _taken(each) for name, each in options.items()}
     if all(each is None for each in (*taken, *named.values())):
         return function(*args, **options)
+    differ = [(name, take) for name, take in named.items() if take is not None]
     results = []
     for at in range(_width([*args, *options.values()])):
         own = [each if take is None else take(at) for each, take in zip(args, taken, strict=True)]
-        more = {name: options[name] if take is None else take(at) for name, take in named.items()}
+        more = {**options, **{name: take(at) for name, take in differ}} if differ else options
         results.append(own[0](*own[1:], **more) if function is None else function(*own, **more))
     return restacked(results)
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.lanes.array import INTO_ONE, Lanes, LanesMet, laned
+from mbproj.lanes.array import INTO_ONE, Lanes, LanesMet, agreed, laned
+from mbproj.lanes.axes import axes_of
 from mbproj.lanes.each import each_call
 from mbproj.lanes.ufuncs import aligned
 
@@ -88,6 +89,21 @@ def _append(values: Any, more: Any, axis: int | None = None) -> Any:
     return _concatenate([each.ravel() if np.ndim(each) else np.reshape(each, 1) for each in (values, more)])
 
 
+def _tile(values: Any, repeats: Any) -> Any:
+    return (
+        Lanes(np.tile(values.values, (1, repeats))) if values.ndim == 1 and isinstance(repeats, int) else NotImplemented
+    )
+
+
+def _place_of(function: Callable[..., Any]) -> Callable[..., Any]:
+    """argmax or argmin, whose places must be the same in all lanes."""
+    return lambda values, axis=None: agreed(
+        function(values.reshape(-1).values, axis=1)
+        if axis is None
+        else function(values.values, axes_of(axis, values.ndim))
+    )
+
+
 #: Functions that write into an operand.
 WRITES = frozenset({np.copyto, np.put, np.place, np.putmask, np.put_along_axis, np.fill_diagonal})
 MADE: Mapping[Any, Callable[..., Any]] = {make: _made(make) for make in (np.empty, np.zeros)}
@@ -102,6 +118,13 @@ FUNCTIONS: Mapping[Any, Callable[..., Any]] = {
     np.linalg.norm: _norm,
     np.empty_like: _empty_like,
     np.zeros_like: _zeros_like,
+    np.tile: _tile,
+    np.argmax: _place_of(np.argmax),
+    np.argmin: _place_of(np.argmin),
+    np.sort: lambda values, axis=-1: Lanes(np.sort(values.values, axes_of(axis, values.ndim))),
+    np.linalg.eigvalsh: lambda values: Lanes(np.linalg.eigvalsh(values.values)),
+    np.linalg.pinv: lambda values, rcond: Lanes(np.linalg.pinv(values.values, rcond=rcond)),
+    np.iscomplexobj: lambda values: values.dtype.kind == "c",
     np.round: lambda values: Lanes(np.round(values.values)),
     np.shape: lambda values: values.shape,
     np.ndim: lambda values: values.ndim,

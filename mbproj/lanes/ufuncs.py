@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 
 from mbproj.lanes.array import INTO_ONE, Lanes, LanesMet, laned
 from mbproj.lanes.axes import raised
-from mbproj.lanes.each import each_call
+from mbproj.lanes.each import each_call, restacked
 
 #: Operations whose result IEEE 754 defines to the last bit, or that only compare or select.
 EXACT = frozenset(
@@ -61,7 +62,17 @@ def applied(ufunc: np.ufunc, method: str, inputs: Sequence[Any], options: Mappin
             return product(*inputs)
         if ufunc is np.power and _is_square(*inputs):
             return inputs[0] * inputs[0]
+        if all(isinstance(each, (Lanes, np.ndarray, float, int)) for each in inputs):
+            own = [_each_of(values) for values in inputs]
+            return restacked([ufunc(*numbers) for numbers in zip(*own)])  # noqa: B905 what is no Lanes has no end
     return each_call(getattr(ufunc, method), inputs, options)
+
+
+def _each_of(values: Any) -> Iterable[Any]:
+    """The part of each lane."""
+    if not isinstance(values, Lanes):
+        return repeat(values)
+    return values.values if values.ndim else values.values.tolist()
 
 
 def _is_square(base: Any, exponent: Any) -> bool:

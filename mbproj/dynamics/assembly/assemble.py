@@ -18,7 +18,7 @@ from mbproj.dynamics.assembly.driven_start import (
     motions_out_of_reach,
     refuse_contradictions,
 )
-from mbproj.dynamics.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest
+from mbproj.dynamics.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest_of
 from mbproj.dynamics.blocks import Rows, stacked
 from mbproj.dynamics.equations.constraint_equations import (
     constraint,
@@ -261,9 +261,9 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
     v: Array = np.concatenate([given[:, :3], turning], axis=1).ravel()
     if system.bodies > THRESHOLDS.large and np.abs(off(v)).max(initial=0.0) <= _close_enough(system):
         return v
-    rows = _rows(system, pose, guess.speed)
+    move = shortest_of(_rows(system, pose, guess.speed))
     for _ in range(2):
-        v = v + in_coordinates(system, q, shortest(rows, -off(v)))
+        v = v + in_coordinates(system, q, move(-off(v)))
     left = np.abs(off(v))
     size = np.maximum(np.abs(wanted).max(initial=1.0), np.abs(guess.v).max())
     if left.max(initial=0.0) > 1e-9 * size + 4096.0 * np.finfo(float).eps * np.abs(v).max():

@@ -75,6 +75,14 @@ def shortest(rows: Rows, wanted: Array, damping: float = 0.0) -> Array:
     return _shortest_by_sparse_factor(rows, wanted, damping)
 
 
+def shortest_of(rows: Rows) -> Callable[[Array], Array]:
+    """Return `shortest` without damping as a function of `wanted` (m,): the rows are decomposed once."""
+    if rows.bodies > THRESHOLDS.large:
+        return lambda wanted: shortest(rows, wanted)
+    inverse = np.linalg.pinv(rows.dense(), rcond=1e-12)
+    return lambda wanted: inverse @ wanted
+
+
 def _shortest_by_sparse_factor(rows: Rows, wanted: Array, damping: float) -> Array:
     """Return the result of `shortest` by a factor of RᵀR. Where that is singular it is shifted, and iterative
     refinement removes the effect of the shift."""

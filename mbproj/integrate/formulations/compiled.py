@@ -53,6 +53,7 @@ class Compiled(ABC):
     def __init__(self, core: Any, system: System, layout: Layout, joints: list[int], model: Callable[[], Any]) -> None:
         self.core, self.system, self.layout, self.model = core, system, layout, model()
         self._another, self._joints = model, joints
+        self._equations: Any = None  # with the rows of the run
         #: The projection for which the model's usual rows were found: a penalty has more rows.
         self.settled = ProjectionSettings()
 
@@ -61,6 +62,7 @@ class Compiled(ABC):
         is_first = isinstance(rows, Each) and not isinstance(self.model, Each)
         self.model = Each([self._another() for _ in rows.items]) if is_first else self.model
         self.model.rows = rows
+        self._equations = None
 
     @abstractmethod
     def with_system(self, system: System, whole: System | None = None) -> Compiled:
@@ -149,11 +151,17 @@ class Compiled(ABC):
 
     def equations(self, projection: ProjectionSettings | None = None) -> Any:
         """Return the kernel's equations at single states, with the rows of the run unless a projection is given."""
-        if projection is None and PROJECTIONS[self.settled.method].correction == "penalty":
-            projection = self.settled
-        mass = self.core.Correction.mass
-        settings = self.core.Projection(mass) if projection is None else self.projection(projection)
-        found = getattr(self.core, f"{self.dimension}Equations")(self.model, settings)
+        if projection is not None:
+            return self._made(self.projection(projection))
+        if self._equations is None:
+            is_penalty = PROJECTIONS[self.settled.method].correction == "penalty"
+            own = self.projection(self.settled) if is_penalty else self.core.Projection(self.core.Correction.mass)
+            self._equations = self._made(own)
+        return self._equations
+
+    def _made(self, projection: Any) -> Any:
+        """Return equations with the kernel's settings of a projection."""
+        found = getattr(self.core, f"{self.dimension}Equations")(self.model, projection)
         return self.core.of_all(found) if isinstance(self.core, OfLanes) else found
 
     def owner(self, number: int) -> str | None:

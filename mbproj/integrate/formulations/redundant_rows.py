@@ -31,7 +31,9 @@ def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings
     if first is None:
         return None
     count = compiled.model.rows.redundant
-    compiled.hold(_usual(compiled, state, count, first))
+    usual = _usual(compiled, state, count, first)
+    if usual is not None:
+        compiled.hold(usual)
     return count
 
 
@@ -53,24 +55,26 @@ def _left_out(compiled: Compiled, state: State) -> list[int] | None:
         THRESHOLDS.rounding,
     ):
         count = int(equations.dependent_rows(y, state.t, threshold))
+        if count == 0:
+            return []
         compiled.hold(compiled.core.UsualRows(count))
-        first = compiled.equations().left_out(y, state.t) if count else []
-        if count == 0 or _stay_closed(compiled, state, first):
+        first: list[int] = compiled.equations().left_out(y, state.t)
+        if _stay_closed(compiled, state, first):
             return first
-    compiled.hold(compiled.core.UsualRows())
+        compiled.hold(compiled.core.UsualRows())
     return None
 
 
 def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> Any:
     """Return the rows to leave out so that the others are well conditioned at most poses of a walk, with the usual
-    pivots.
+    pivots; None where these are held already.
 
     The walk of a large mechanism is short and does not show which poses are rare. Then the rows `first` are left out,
     and the least pivots over the walk are the usual ones."""
     y, equations = compiled.state(state.q, state.v), compiled.equations()
     at_start, even_there = equations.pivots(y, state.t, first)
     if count == 0 and numbers(at_start).min(initial=np.inf) >= THRESHOLDS.near_branch:
-        return compiled.core.UsualRows()
+        return None
     if even_there > 0.0:  # small where lengths differ: beside 1, rows would seem dependent at every pose
         compiled.hold(compiled.core.UsualRows(count, [], [], even_there))
         equations = compiled.equations()

@@ -20,7 +20,6 @@ in one body are parallel.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from functools import lru_cache
 from itertools import combinations
@@ -29,7 +28,6 @@ import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers, cross
 from mbproj.dataclass import dataclass
-from mbproj.lanes import each_lane
 from mbproj.model.planar.normals import DIRECTIONS
 from mbproj.model.planar.rows import BESIDE, INSIDE, OUTSIDE, Seen, kind_of, level_and_upright, see, sides
 from mbproj.model.primitive_set import PrimitiveSet, SetLayout
@@ -77,17 +75,15 @@ def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
     return _most_along((rotation[joints.body[first]] @ joints.local[first, :, None])[..., 0])
 
 
-@each_lane
 def _most_along(vectors: Array) -> int | None:
     """The same of these vectors (k, 3)."""
-    found = np.zeros(3, dtype=np.intp)
-    for vector in vectors.tolist():
-        largest = max(range(3), key=lambda k: abs(vector[k]))
-        size, off = abs(vector[largest]), math.hypot(vector[largest - 1], vector[largest - 2])
-        if 0.5 * THRESHOLDS.rounding * size < off <= 2.0 * THRESHOLDS.same_written * size:
-            return None  # nearly along it: another candidate
-        found[largest] += off <= 0.5 * THRESHOLDS.rounding * size > 0.0
-    return int(np.argmax(found)) if found.any() else None
+    sizes = np.sort(np.abs(vectors), axis=-1)
+    size, off = sizes[:, 2], np.sqrt(sizes[:, 0] ** 2 + sizes[:, 1] ** 2)
+    is_along = (off <= 0.5 * THRESHOLDS.rounding * size) & (size > 0.0)
+    if (~is_along & (off <= 2.0 * THRESHOLDS.same_written * size) & (size > 0.0)).any():
+        return None  # nearly along it: another candidate
+    along = np.argmax(np.abs(vectors[is_along]), axis=-1)
+    return int(np.argmax(np.bincount(along, minlength=3))) if len(along) else None
 
 
 @lru_cache(KEPT)

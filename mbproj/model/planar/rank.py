@@ -88,7 +88,7 @@ def _extend(basis: list[list[float]], part: list[float]) -> None:
         for a, b, c in basis:
             inner = a * x + b * y + c * z
             x, y, z = x - inner * a, y - inner * b, z - inner * c
-    norm = (x * x + y * y + z * z) ** 0.5
+    norm = np.sqrt(x * x + y * y + z * z)
     if norm > THRESHOLDS.dependent:
         basis.append([x / norm, y / norm, z / norm])
 

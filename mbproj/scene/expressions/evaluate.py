@@ -15,7 +15,7 @@ from mbproj.scene.expressions.tokens import ExpressionError
 from mbproj.scene.expressions.unit_text import similar_unit, unit_of
 from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, describe
 from mbproj.scene.text.suggestions import choose_from, did_you_mean
-from mbproj.several import are_several, each_case
+from mbproj.several import are_several, at_once, each_case
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,8 @@ RESERVED = frozenset({*FUNCTIONS, *CONSTANTS, "t", "inf", "nan"})
 _OPERATORS: Mapping[str, Callable[[float, float], float]] = MappingProxyType(
     {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow}
 )
+#: What IEEE 754 defines to the last bit: done for several cases at once.
+_EXACT = frozenset({operator.add, operator.sub, operator.mul, operator.truediv})
 _NOT_HERE = {
     "t": "'t' (time) cannot be used here",
     "inf": "numbers must be finite",
@@ -150,7 +152,8 @@ def not_here(tree: NameNode) -> ExpressionError:
 
 def _with_unit(tree: QuantityNode, operand: Value) -> Value:
     dimension, unit = quantity_dimension(tree, operand.dimension), unit_of(tree.unit)
-    return Value(_finite(tree.at, lambda x: x * unit.multiply / unit.divide, operand.number), dimension)
+    scaled = _finite(tree.at, operator.mul, operand.number, unit.multiply)
+    return Value(_finite(tree.at, operator.truediv, scaled, unit.divide), dimension)
 
 
 def quantity_dimension(tree: QuantityNode, operand: Dimension | None) -> Dimension:
@@ -250,8 +253,8 @@ def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
 def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:
     """compute(*numbers). Raises ExpressionError where that is not a finite number."""
     if any(map(are_several, numbers)):
-        found: float = each_case(lambda *own: _finite(at, compute, *own))(*numbers)
-        return found
+        found: float | None = at_once(compute, numbers) if compute in _EXACT else None
+        return each_case(lambda *own: _finite(at, compute, *own))(*numbers) if found is None else found
     try:
         result = compute(*numbers)
     except ZeroDivisionError:

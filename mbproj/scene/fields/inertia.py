@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from mbproj.scene.records import Matrix, Vector
-from mbproj.several import each_case
+from mbproj.several import are_several, each_case
 
 #: The largest error that counts as round-off, relative to the largest principal moment (or element).
 ROUND_OFF = 1e-12
@@ -62,10 +62,23 @@ def _rotate(a: list[list[float]], i: int, j: int) -> None:
     a[i][j] = a[j][i] = 0.0  # else rotations would go on for round-off, without end where two moments are equal
 
 
-@each_case
 def impossible(matrix: Matrix) -> str | None:
     """Why no body can have this symmetric tensor; None where one can. Principal moments are not negative, and none is
     larger than the sum of the other two."""
+    return None if _is_possible_diagonal(matrix) else _why_impossible(matrix)
+
+
+def _is_possible_diagonal(matrix: Matrix) -> bool:
+    """Whether this is clear without principal moments: a diagonal is one of its own."""
+    if any(are_several(matrix[i][j]) or matrix[i][j] != 0.0 for i, j in _PLANES):
+        return False
+    x, y, z = (matrix[i][i] for i in range(3))
+    slack = ROUND_OFF * (x + y + z) / 3.0
+    return all(own >= 0.0 for own in (x, y, z)) and all(own <= slack for own in (x - y - z, y - z - x, z - x - y))
+
+
+@each_case
+def _why_impossible(matrix: Matrix) -> str | None:
     low, middle, high = principal_moments(matrix)
     slack = ROUND_OFF * max(abs(low), abs(high))
     shown = f"principal moments {low:.6g}, {middle:.6g} and {high:.6g}"
