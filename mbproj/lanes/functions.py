@@ -90,18 +90,19 @@ def _append(values: Any, more: Any, axis: int | None = None) -> Any:
 
 
 def _tile(values: Any, repeats: Any) -> Any:
-    return (
-        Lanes(np.tile(values.values, (1, repeats))) if values.ndim == 1 and isinstance(repeats, int) else NotImplemented
-    )
+    if values.ndim != 1 or not isinstance(repeats, int):
+        return NotImplemented
+    return Lanes(np.tile(values.values, (1, repeats)))
 
 
 def _place_of(function: Callable[..., Any]) -> Callable[..., Any]:
     """argmax or argmin, whose places must be the same in all lanes."""
-    return lambda values, axis=None: agreed(
-        function(values.reshape(-1).values, axis=1)
-        if axis is None
-        else function(values.values, axes_of(axis, values.ndim))
-    )
+
+    def found(values: Any, axis: int | None = None) -> Any:
+        own, axis = (values.ravel(), 0) if axis is None else (values, axis)
+        return agreed(function(own.values, axes_of(axis, own.ndim)))
+
+    return found
 
 
 #: Functions that write into an operand.

@@ -107,5 +107,8 @@ def added_at(ufunc: np.ufunc, into: Any, index: Any, *values: Any) -> None:
     """ufunc.at, which writes into its first operand."""
     if not isinstance(into, Lanes):
         raise LanesMet(INTO_ONE)
+    if isinstance(index, np.ndarray) and index.ndim == 1 and all(isinstance(value, Lanes) for value in values):
+        ufunc.at(into.values, (slice(None), index), *(value.values for value in values))
+        return
     for at, each in enumerate(into.values):
         ufunc.at(each, index, *(value.values[at] if isinstance(value, Lanes) else value for value in values))

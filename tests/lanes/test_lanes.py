@@ -29,6 +29,9 @@ FUNCTIONS = {
     "rotations": lambda x: rotation_matrix(x) @ cross(x[:, 1:], x[:, :3])[..., None],
     "Euler parameters": lambda x: product(x, x[::-1]),
     "linear algebra": lambda x: np.linalg.solve(x, x[0]) + np.linalg.lstsq(x, x[1], rcond=None)[0],
+    "decompositions": lambda x: np.linalg.pinv(x[:3], rcond=1e-12).T @ np.linalg.eigvalsh(x @ x.T),
+    "places": lambda x: np.sort(x, axis=0)[np.argmin(x * 0.0 + np.eye(4)[2], axis=1), np.argmax(np.eye(4) + 0.0 * x)],
+    "repetitions": lambda x: np.tile(x[0], 3) if not np.iscomplexobj(x) else None,
     "contractions": lambda x: np.einsum("ij,jk,i->k", x, x, x[0]),
     "norms": lambda x: np.linalg.norm(x, axis=1) + np.linalg.norm(x),
     "indices": lambda x: x[[2, 0]][:, [True, False, True, True]][..., None, 1:] + x[[0, 1], [2, 3]].sum(),
@@ -62,6 +65,17 @@ def test_what_is_written_stays_in_its_lane():
     total = np.zeros(3, like=x)
     np.add.at(total, [0, 0, 2], x[:, 0])
     assert np.array_equal(total.values[:, 0], x.values[:, 0, 0] + x.values[:, 1, 0])
+    np.add.at(total, np.array([1, 0, 1]), x[:, 0])
+    assert np.array_equal(total.values[:, 1], x.values[:, 0, 0] + x.values[:, 2, 0])
+
+
+def test_rows_are_distinct_in_all_lanes_or_not_at_all():
+    same = np.array([[1.0, 2.0], [3.0, 2.0], [1.0, 2.0]])
+    rows, place = distinct_rows(Lanes(np.array([same, 2.0 * same])))
+    assert place.tolist() == [0, 1, 0] and rows.values.shape == (2, 2, 2)
+    for other in ([[1.0, 2.0], [1.0, 2.0], [1.0, 2.0]], [[1.0, 2.0], [3.0, 2.0], [1.0, 3.0]]):
+        with pytest.raises(Parted):
+            distinct_rows(Lanes(np.array([same, other])))
 
 
 @pytest.mark.parametrize(

@@ -27,11 +27,12 @@ def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings
     """Set the rows that the kernel's model holds at most poses of a run with this projection. Return the number of
     redundant rows, or None as `count_redundant` does."""
     compiled.settled = projection or ProjectionSettings()
-    first = _left_out(compiled, state)
+    y = compiled.state(state.q, state.v)
+    first = _left_out(compiled, state, y)
     if first is None:
         return None
     count = compiled.model.rows.redundant
-    usual = _usual(compiled, state, count, first)
+    usual = _usual(compiled, state, y, count, first)
     if usual is not None:
         compiled.hold(usual)
     return count
@@ -41,14 +42,15 @@ def count_redundant(compiled: Compiled, state: State) -> int | None:
     """Tell the kernel's model how many of all rows depend on the others at `state` and in motion, and return that
     number. The kernel then holds the best rows at each pose. Return None where rows depend on others at this pose only,
     which is singular."""
-    return None if _left_out(compiled, state) is None else compiled.model.rows.redundant
+    y = compiled.state(state.q, state.v)
+    return None if _left_out(compiled, state, y) is None else compiled.model.rows.redundant
 
 
-def _left_out(compiled: Compiled, state: State) -> list[int] | None:
-    """Count the redundant rows as `count_redundant` does, and return the numbers of those left out at `state`, or
-    None."""
+def _left_out(compiled: Compiled, state: State, y: Array) -> list[int] | None:
+    """Count the redundant rows as `count_redundant` does, and return the numbers of those left out at `state`, whose
+    kernel's state is y, or None."""
     compiled.hold(compiled.core.UsualRows())
-    y, equations = compiled.state(state.q, state.v), compiled.equations()
+    equations = compiled.equations()
     for threshold in (
         THRESHOLDS.half_digits,
         math.sqrt(THRESHOLDS.half_digits * THRESHOLDS.rounding),
@@ -65,13 +67,13 @@ def _left_out(compiled: Compiled, state: State) -> list[int] | None:
     return None
 
 
-def _usual(compiled: Compiled, state: State, count: int, first: list[int]) -> Any:
-    """Return the rows to leave out so that the others are well conditioned at most poses of a walk, with the usual
-    pivots; None where these are held already.
+def _usual(compiled: Compiled, state: State, y: Array, count: int, first: list[int]) -> Any:
+    """Return the rows to leave out so that the others are well conditioned at most poses of a walk from a state with
+    the kernel's y, with the usual pivots; None where these are held already.
 
     The walk of a large mechanism is short and does not show which poses are rare. Then the rows `first` are left out,
     and the least pivots over the walk are the usual ones."""
-    y, equations = compiled.state(state.q, state.v), compiled.equations()
+    equations = compiled.equations()
     at_start, even_there = equations.pivots(y, state.t, first)
     if count == 0 and numbers(at_start).min(initial=np.inf) >= THRESHOLDS.near_branch:
         return None

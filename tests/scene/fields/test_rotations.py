@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.scene.fields.checks import inertia_of
-from mbproj.scene.fields.inertia import from_elements, principal_moments
+from mbproj.scene.fields.inertia import from_elements, from_principal, principal_moments
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.rotations import (
     SEQUENCES,
@@ -124,6 +124,8 @@ def test_flat_bodies_are_possible_in_any_axes(excess: float) -> None:
     for _ in range(20):
         given = turned((1.0, 2.0, 3.0 * (1 + excess)))
         assert np.array(inertia_of(given)) == pytest.approx(np.array(given), abs=1e-15)
+    own = from_principal((3.0 * (1 + excess), 1.0, 2.0))
+    assert inertia_of(own) == own
 
 
 def test_bodies_beyond_flat_are_not() -> None:
@@ -132,3 +134,6 @@ def test_bodies_beyond_flat_are_not() -> None:
             inertia_of(turned((1.0, 2.0, 3.0 * (1 + 3e-12))))
         with pytest.raises(Unfit, match="has a negative principal moment"):
             inertia_of(turned((-1e-11, 2.0, 2.0)))
+    for moments in ((3.0 * (1 + 3e-12), 1.0, 2.0), (2.0, -1e-11, 2.0)):
+        with pytest.raises(Unfit):
+            inertia_of(from_principal(moments))
