@@ -108,7 +108,8 @@ def added_at(ufunc: np.ufunc, into: Any, index: Any, *values: Any) -> None:
     if not isinstance(into, Lanes):
         raise LanesMet(INTO_ONE)
     if isinstance(index, np.ndarray) and index.ndim == 1 and all(isinstance(value, Lanes) for value in values):
-        ufunc.at(into.values, (slice(None), index), *(value.values for value in values))
+        of_all: Any = (slice(None), index)
+        ufunc.at(into.values, of_all, *(value.values for value in values))
         return
     for at, each in enumerate(into.values):
         ufunc.at(each, index, *(value.values[at] if isinstance(value, Lanes) else value for value in values))
