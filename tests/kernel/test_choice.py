@@ -18,7 +18,7 @@ from mbproj.scene import read_scene
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing
-from tests.support import MECHANISMS, REDUNDANT, random_body, random_chain, scene_of
+from tests.support import MECHANISMS, REDUNDANT, ROOT, random_body, random_chain, scene_of
 
 pytestmark = needs_kernel
 IN_Y = "the joints keep every body in the plane normal to [0, 1, 0]"
@@ -186,6 +186,24 @@ def test_without_a_kernel_full_runs_and_says_why(five_bar, monkeypatch):
         chosen(five_bar, formulation="reduced")
     report = simulate(*assembled(five_bar), Settings(duration=0.02, step=0.01))
     assert (report.formulation, report.why) == ("full", choice.why)
+
+
+NEEDS = {
+    "five_bar": ({"integrator": "esdirk4"}, "implicit steps need the kernel"),
+    "double_pendulum": ({"integrator": "auto", "step": None, "tolerance": 1e-6}, "implicit steps need the kernel"),
+    "bouncing_ball": ({}, "stops and dry friction need the kernel"),
+    "stick_slip": ({}, "stops and dry friction need the kernel"),
+}
+
+
+@pytest.mark.parametrize("name", NEEDS)
+def test_what_needs_the_kernel_is_said_without_one(name, monkeypatch):
+    settings, message = NEEDS[name]
+    monkeypatch.setattr(module, "core", lambda: None)
+    scene = read_scene(ROOT / "mechanisms" / f"{name}.yaml")
+    with pytest.raises(InputError, match=message) as error:
+        simulate(*assembled(scene), Settings(**{"duration": 0.02, "step": 0.01, **settings}))
+    assert error.value.problems[0].hint == "install a C++ compiler, or a wheel"
 
 
 @pytest.mark.parametrize(

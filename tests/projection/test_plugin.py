@@ -13,6 +13,7 @@ import pytest
 import mbproj
 from mbproj import plugins
 from mbproj.guide.pages import pages
+from mbproj.projection.methods.method import Method
 from mbproj.registry import PROJECTIONS
 from tests.guide.fences import fences
 from tests.support import ROOT
@@ -87,6 +88,25 @@ def test_a_registered_method_moves_as_the_one_it_equals(nearest):
         assert own.settings.projection.method == "nearest"
     with mbproj.run(FIVE_BAR, projection="nearest", duration=0.02) as automatic:
         assert automatic.attributes["formulation"] == "full"
+
+
+def test_a_stabilisation_of_a_plugin_takes_explicit_steps(nearest):
+    class Damped(Method):
+        stabilises = True
+
+        def stabilised(self, gamma, C, C_dot):
+            return gamma - 50.0 * C_dot - 625.0 * C
+
+    mbproj.register_projection("damped", Damped, summary="Baumgarte's with gains of 25 / s")
+    settings = {"duration": 0.1, "formulation": "full"}
+    with (
+        mbproj.run(FIVE_BAR, projection="damped", step=0.01, integrator="rk4", **settings) as own,
+        mbproj.run(FIVE_BAR, projection="baumgarte", step=0.01, integrator="rk4", **settings) as same,
+    ):
+        np.testing.assert_allclose(own["bodies/position"], same["bodies/position"], atol=1e-12)
+    for integrator, size in (("esdirk4", {"step": 0.01}), ("auto", {"tolerance": 1e-6})):
+        with pytest.raises(mbproj.InputError, match="does not know the stabilisation of the plug-in 'damped'"):
+            mbproj.run(FIVE_BAR, projection="damped", integrator=integrator, **size, **settings)
 
 
 def test_what_cannot_be_registered_is_said(nearest):

@@ -149,6 +149,10 @@ def _full(system: System, state: State, settings: Settings, why: str, kernel: An
         raise InputError(Problem(f"{needs} need the kernel", hint="install a C++ compiler, or a wheel"))
     if missing := without_form(system):
         raise InputError(Problem(f"{needs} need the kernel, which has no primitive '{missing}'"))
+    name = settings.projection.method
+    if not (is_explicit(settings.integrator) or PROJECTIONS[name].corrects or PROJECTIONS[name].compiled):
+        message = f"the kernel, which makes implicit steps, does not know the stabilisation of the plug-in '{name}'"
+        raise InputError(Problem(message, key=("simulation", "integrator"), hint="take an explicit integrator"))
     from mbproj.integrate.formulations.full_in_loop import FullInLoop
 
     compiled = FullInLoop(kernel, system, system, redundant)
