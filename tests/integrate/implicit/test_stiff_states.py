@@ -13,7 +13,11 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps, steps_for_stability
 from mbproj.integrate.stiff.step_limits import step_limit
+from mbproj.scene import read_scene
+from mbproj.scene.records import Settings
+from tests.kernel.scenes import assembled, needs_kernel
 from tests.model.element_states import FORMULATIONS, case, run
+from tests.support import ROOT
 
 each = pytest.mark.parametrize("formulation", FORMULATIONS)
 #: λ = -5000 1/s, and a pair that vibrates with 400 rad/s and damping 0.1.
@@ -83,3 +87,15 @@ def test_a_step_is_limited_by_a_state():
     assert limit.shares[0][0] == "state lag.x"
     assert limit.reason.startswith("state 'lag.x': |λ| h = 3")
     assert remark([replace(limit, reason="")]).startswith("steps limited by state lag.x at 0 s")
+
+
+@needs_kernel
+@pytest.mark.parametrize("integrator", ["esdirk4", "radau5"])
+def test_the_error_of_an_implicit_step_falls_with_its_order(integrator):
+    """Both estimates are of order 3: the error of a step is of order 4."""
+    system, state = assembled(read_scene(ROOT / "mechanisms" / "quarter_car.yaml"))
+    settings = Settings(tolerance=1e-8, integrator=integrator)
+    long, short = (step_limit(system, state, settings, h) for h in (5e-3, 2.5e-3))
+    assert long.error / short.error == pytest.approx(16.0, rel=0.1)
+    assert [name for name, _ in short.shares[:2]] == ["upper_arm", "tie_rod"]
+    assert sum(share for _, share in short.shares) == pytest.approx(1.0)
