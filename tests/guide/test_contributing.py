@@ -103,8 +103,9 @@ def called(folder: Path, *commands: str) -> list[dict[str, object]]:
 @needs_kernel
 def test_the_walks_lead_where_the_page_says(tmp_path):
     assert len(walked(tmp_path)) == 8
-    (tmp_path / "scene.yaml").write_text(SCENE)
-    plain = yaml.safe_load(SCENE)
+    plain, whole = yaml.safe_load(SCENE), yaml.safe_load(SCENE)
+    del whole["forces"]["air"], whole["forces"]["line"]  # their law has a kink: an event, which the kernel finds
+    (tmp_path / "scene.yaml").write_text(yaml.safe_dump(whole))
     del plain["bodies"]["ball"], plain["joints"]["tube"], plain["forces"]["line"]
     plain["simulation"] |= {"projection": "gpopm"}
     (tmp_path / "slot.yaml").write_text(yaml.safe_dump(plain))

@@ -148,7 +148,8 @@ def _full(system: System, state: State, settings: Settings, why: str, kernel: An
     if kernel is None:
         raise InputError(Problem(f"{needs} need the kernel", hint="install a C++ compiler, or a wheel"))
     if missing := without_form(system):
-        raise InputError(Problem(f"{needs} need the kernel, which has no primitive '{missing}'"))
+        message = f"{needs} need the kernel, which has no primitive '{missing}'"
+        raise InputError(Problem(message, hint="take joints without it, or add it: mbproj help contributing"))
     name = settings.projection.method
     if not (is_explicit(settings.integrator) or PROJECTIONS[name].corrects or PROJECTIONS[name].compiled):
         message = f"the kernel, which makes implicit steps, does not know the stabilisation of the plug-in '{name}'"

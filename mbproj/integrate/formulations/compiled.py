@@ -237,12 +237,9 @@ class Compiled(ABC):
         found = self.core.Projection(getattr(self.core.Correction, PROJECTIONS[settings.method].correction))
         if settings.gains is not None:
             found.alpha, found.beta = settings.gains
-        if settings.alpha is not None:
-            found.alpha = settings.alpha
-        if settings.tolerance is not None:
-            found.tolerance = settings.tolerance
-        if settings.threshold is not None:
-            found.threshold = settings.threshold
+        for name in ("alpha", "tolerance", "threshold"):
+            if (given := getattr(settings, name)) is not None:
+                setattr(found, name, given)
         found.paper_test = settings.test == "paper"
         found.every, found.max_iterations = settings.every, settings.max_iterations
         found.position, found.velocity = settings.position, settings.velocity
@@ -270,12 +267,10 @@ class Compiled(ABC):
             return unresolved(t, outcome.velocity_change)
         if outcome.status == status.untold:
             name = self.system.names.coordinates[self.coordinate(outcome.coordinate)]
-            teeth = self.system.couplings.size > 0
-            return TurnsUntold(t, name, outcome.turned, outcome.off, outcome.step, teeth=teeth)
+            return TurnsUntold(t, name, outcome.turned, outcome.off, outcome.step, teeth=self.system.couplings.size > 0)
         if outcome.status == status.pushed_back:
-            switches = switches_of(self.system)
+            switches, k = switches_of(self.system), int(outcome.row)
             assert switches is not None
-            k = int(outcome.row)
             return pushed_back(t, switches.owner(k), switches.what(k), jumps=switches.jumps(k))
         if outcome.status == status.jammed:
             return jammed_law(t, self.system, int(outcome.row))

@@ -68,8 +68,8 @@ def _left_out(compiled: Compiled, state: State, y: Array) -> list[int] | None:
 
 
 def _usual(compiled: Compiled, state: State, y: Array, count: int, first: list[int]) -> Any:
-    """Return the rows to leave out so that the others are well conditioned at most poses of a walk from a state with
-    the kernel's y, with the usual pivots; None where these are held already.
+    """Return the rows to leave out so that the others are well conditioned at most poses of a walk, with the usual
+    pivots. None where these are held already. The walk begins at `state`, which is the kernel's `y`.
 
     The walk of a large mechanism is short and does not show which poses are rare. Then the rows `first` are left out,
     and the least pivots over the walk are the usual ones."""

@@ -160,7 +160,7 @@ private:
                 ++evaluations_;
                 const double time = t + tableau_.c[s] * h;
                 if (!implicit_.slope(time, stage_.data(), g, k_[s].data(), {s, pass}, found_.data(), lambda_.data()))
-                    return (pass > 0 || s > first) && !equations_.broken_state().empty() && fails(pass > 0 ? s : s - 1);
+                    return (pass > 0 || s > first) && diverged() && fails(pass > 0 ? s : s - 1);
                 k_[s].swap(found_);
                 old_[s].swap(found_);
                 place(g, k_[s]);
@@ -196,6 +196,8 @@ private:
         return true;
     }
 
+    // Whether the passes have led to a state without values.
+    bool diverged() const { return !equations_.broken_state().empty() || !equations_.pose().finite(); }
     // For want of stage s.
     bool fails(int s) {
         const Vector change = k_[s] - old_[s];
