@@ -13,7 +13,6 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.friction.changing import frictions_at
 from mbproj.dynamics.observe.bearings import load, supports
-from mbproj.errors import InputError, Problem
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.stops.inside import Inside, contacts_of
 from mbproj.integrate.stops.rubbing import friction_rates
@@ -53,9 +52,6 @@ def resting(system: System, state: State) -> Resting:
     settings = Settings(duration=short, step=short, output_step=short)
     assert frictions is not None
     choice = choose(system, state, settings)
-    if choice.compiled is None:
-        hint = "install mbproj where a C++ compiler is, as 'mbproj help install it' says"
-        raise InputError(Problem("dry friction and contacts that share a load need the compiled kernel", hint=hint))
     inside = Inside(choice, system, state, 1.0)
     run = inside.compiled.run(state, settings)
     inside.begin(run)
