@@ -89,13 +89,6 @@ class Contact:
     most_halves: int = threshold(
         8, "-", "kernel", "a step is halved so often to see what it passes", "a 256th of a step of DOP853"
     )
-    look_spacing: float = threshold(
-        0.25,
-        "interval",
-        "numpy",
-        "forces that hold contacts and friction are looked at so often",
-        "no case: tests/stops/test_at_rest.py holds with 1000 too",
-    )
     turned_speed: float = threshold(
         1e-7,
         "1",

@@ -112,7 +112,7 @@ class ErrorControl:
     def go_on(self, point: Point) -> tuple[Point, float]:
         """Return the point as it is evaluated after a break, and a new step size."""
         point = self.run.cross_break(point)
-        return point, self.first_step(self.run.inside, point, THRESHOLDS.part_after_break * self.way_left(point.t))
+        return point, self.first_step(self.run.inside, point, self.way_left(point.t))
 
     def way_left(self, t: float) -> float:
         """Return the time from t to where steps must end."""

@@ -121,10 +121,10 @@ class Inside:
         state: dict[str, Any] = {"push": 0.0, "fastest": self._fastest, "met_at": -np.inf, "met_often": 0}
         state |= {"held": [], "lost": 0.0, "work": 0.0, "events": 0}
         state |= {"rubbed": [0.0] * (0 if frictions is None else frictions.size)}
-        laws, spacing = (_stop_laws(self.system), _friction_laws(self.system)), THRESHOLDS.look_spacing * self._interval
+        laws = _stop_laws(self.system), _friction_laws(self.system)
         in_plane, joints = self.compiled.dimension == "Plane", _joints(self.system, self.compiled)
         loaded = loaded_joints(self.system, self.compiled, joints) if in_plane else None
-        run.begin_contacts(*laws, state, spacing, IMPACT_LAWS.index(law), loaded)
+        run.begin_contacts(*laws, state, self._interval, IMPACT_LAWS.index(law), loaded)
         if self.halts:
             run.halt_at_contacts()
 

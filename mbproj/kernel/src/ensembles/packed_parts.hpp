@@ -104,12 +104,11 @@ protected:
     Pack tolerance() const {
         return of_lanes([&](int k) { return steps_of(k).tolerance; });
     }
-    // The next steps of the lanes that are in, as first ones: at most this part of what is left until steps must end.
-    void choose_steps(double part) {
+    // The next steps of the lanes that are in, as first ones: at most what is left until steps must end.
+    void choose_steps() {
         const Mask in = Lanes::in();
         if (in.none()) return;
-        const Pack longest =
-            of_lanes([&](int k) { return in[k] ? part * lanes_[k].schedule->left(lanes_[k].t) : 1.0; });
+        const Pack longest = of_lanes([&](int k) { return in[k] ? lanes_[k].schedule->left(lanes_[k].t) : 1.0; });
         const Pack found = stages_.first_step(times(), y_, tolerance(), longest);
         each_lane(Lanes::in(), [&](int k, Lane& lane) {
             ++lane.counters.evaluations;

@@ -71,7 +71,7 @@ private:
         if (fixed_)
             each_lane(Lanes::in(), [&](int k, Lane& lane) { lane.h = this->steps_of(k).step; });
         else
-            this->choose_steps(1.0);
+            this->choose_steps();
         each_lane(Lanes::in(), [&](int k, Lane& lane) {
             ++lane.counters.evaluations;
             this->record(k, lane.t, y_, stages_.first(), lambda_, lane.h, angles_.values(k));
@@ -214,7 +214,7 @@ private:
         take_over(stages_.first(), slope_);
         if (!fixed_) {
             each_lane(those, [&](int, Lane& lane) { lane.control->forget(); });
-            this->choose_steps(model_.thresholds.part_after_break);
+            this->choose_steps();
         }
         running_ &= Lanes::in() | ~those;
     }

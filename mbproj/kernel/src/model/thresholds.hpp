@@ -16,9 +16,9 @@ struct Thresholds {
         slides_in;
     int most_halves, most_meetings;
     // mbproj/thresholds/steps.py
-    double safety, smallest_change, largest_change, least_error, least_error_before, part_after_break, located, glance,
-        widest_polishing, bracketed, beside, chatter, turns_told, most_turned, newton_part, newton_fixed, newton_floor,
-        first_contraction, least_contraction, softened;
+    double safety, smallest_change, largest_change, least_error, least_error_before, located, widest_polishing,
+        bracketed, beside, chatter, turns_told, most_turned, newton_part, newton_fixed, newton_floor, first_contraction,
+        least_contraction, softened;
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
     // mbproj/thresholds/invariants.py
     double row_rests, row_refused, row_tolerated;
@@ -72,9 +72,7 @@ template <class Visit> void each_threshold(Visit&& visit) {
     visit("largest_change", &Thresholds::largest_change);
     visit("least_error", &Thresholds::least_error);
     visit("least_error_before", &Thresholds::least_error_before);
-    visit("part_after_break", &Thresholds::part_after_break);
     visit("located", &Thresholds::located);
-    visit("glance", &Thresholds::glance);
     visit("most_polishing", &Thresholds::most_polishing);
     visit("widest_polishing", &Thresholds::widest_polishing);
     visit("bracketed", &Thresholds::bracketed);

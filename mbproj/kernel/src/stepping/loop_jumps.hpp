@@ -21,7 +21,7 @@ protected:
         if (!met) stop({Status::undecided, now_.t});
         if (!met || !goes_on) return false;
         stops_.look(now_.t, now_.y, counted_.turns);
-        go_on(1.0);
+        go_on();
         return true;
     }
 
@@ -35,7 +35,7 @@ protected:
             equations_.see(schedule_.window());
             this->act();
         });
-        if (goes_on) acted_ ? go_on(after_event()) : stop_at(now_.t);
+        if (goes_on) acted_ ? go_on() : stop_at(now_.t);
     }
     // Something changes at once: arguments of switches that jump with it are on the branch that they have jumped to.
     template <class Change> bool jump(const Change& change) {
@@ -75,7 +75,7 @@ protected:
 
     using Parts::begin_balance, Parts::steps_, Parts::equations_, Parts::stepper_, Parts::schedule_, Parts::now_;
     using Parts::counted_, Parts::stops_, Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::events;
-    using Parts::trial_, Parts::go_on, Parts::after_event;
+    using Parts::trial_, Parts::go_on;
 };
 
 }  // namespace mbproj

@@ -65,11 +65,10 @@ protected:
             return instants_.act(action, now_.y.data());
         });
     }
-    double after_event() const { return model_.thresholds.part_after_break; }
-    void go_on(double part) {
+    void go_on() {
         if (steps_.fixed()) return;  // else the step is chosen anew
         trial_.control().forget();
-        choose_step(part * schedule_.left(now_.t));
+        choose_step(schedule_.left(now_.t));
     }
 
     bool choose_step(double longest) {

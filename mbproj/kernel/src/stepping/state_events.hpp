@@ -209,7 +209,7 @@ private:
     void glance(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window,
                 std::vector<double>& moves) {
         look(t, y, window, x_);
-        glanced_ = y + thresholds_.glance * h * slope;
+        glanced_ = y + thresholds_.beside * h * slope;
         look(t, glanced_, window, moves);
         for (std::size_t k = 0; k < count_; ++k) moves[k] -= x_[k];
     }

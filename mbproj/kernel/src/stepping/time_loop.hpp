@@ -144,7 +144,7 @@ private:
         shaped_ = shaped_ || now_.to.shaped;
         phases_.begin(now_.counters.steps + 1);
         if (!trial_.make()) {
-            if (trial_.crossing() && !now_.outcome.stops() && cross_event()) go_on(after_event());
+            if (trial_.crossing() && !now_.outcome.stops() && cross_event()) go_on();
             return;
         }
         if (!take_step(stops_.watch().any()) && !(meets_ && end_at_meeting())) return;
@@ -226,7 +226,7 @@ private:
     void end_step() {  // what comes after it
         if (schedule_.finished()) return stop({Status::finished, now_.t});
         if (trial_.crossing()) {
-            if (cross_event()) now_.to.at_break ? cross_break() : go_on(after_event());
+            if (cross_event()) now_.to.at_break ? cross_break() : go_on();
         } else if (now_.to.at_break) {
             cross_break();
         } else if (trial_.locates()) {
@@ -257,7 +257,7 @@ private:
     using Parts::mark_, Parts::started_, Parts::stop, Parts::stop_at;
     using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
     using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
-    using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step, Parts::after_event;
+    using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step;
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
