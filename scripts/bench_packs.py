@@ -1,4 +1,4 @@
-"""What packs of four cases give: the time of runs by themselves over that of runs side by side, in one process.
+"""What packs of cases give: the time of runs by themselves over that of runs side by side, in one process.
 
     python scripts/bench_packs.py [--cases N] [--repeats N]
 

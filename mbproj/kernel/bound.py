@@ -49,8 +49,11 @@ class Bound(NamedTuple):
     local: Array
 
     def only(self, members: Integers) -> Bound:
-        """Some of the instances."""
-        return self._replace(**{name: getattr(self, name)[members] for name in _OF_INSTANCES})
+        """Some of the instances, with what their slots number: each pose turns all attachments that there are."""
+        own = {name: getattr(self, name)[members] for name in _OF_INSTANCES}
+        used, place = np.unique(own["slots"], return_inverse=True)
+        own["slots"] = place.reshape(own["slots"].shape)
+        return self._replace(**own, **{name: getattr(self, name)[used] for name in ("body", "is_point", "local")})
 
 
 #: What `Bound` has of each instance.

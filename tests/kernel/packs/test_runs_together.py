@@ -1,4 +1,4 @@
-"""Runs side by side, four at once in packs: each has the bits of the same run by itself."""
+"""Runs side by side in packs, four or eight at once: each has the bits of the same run by itself."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-// Four doubles that are computed at once, each the number of another case of an ensemble: what is written for doubles computes
-// four cases with them, and each lane has the bits that
-// a double would have.
+// Doubles that are computed at once, each the number of another case of an ensemble: what is written for doubles computes so many
+// cases with them, and each lane has the bits that a double would have. There are as many as the processor's vectors hold:
+// eight with AVX-512, else four.
 //
 // The text branches for all lanes alike. Where lanes do not agree, those in the majority have their way, and the others leave:
 // what they compute from there on is worth nothing. `Lanes` says which are in.
@@ -14,7 +14,11 @@
 
 namespace mbproj {
 
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+constexpr int pack_width = 8;
+#else
 constexpr int pack_width = 4;
+#endif
 using LaneBits = long long __attribute__((vector_size(8 * pack_width)));
 
 // For each lane all ones, or none.
@@ -28,10 +32,14 @@ struct Mask {
     void set(int lane, bool on) { lanes[lane] = -static_cast<long long>(on); }
     // Bit k is that of lane k.
     int bits() const {
-#ifdef __AVX__
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+        return _mm512_movepi64_mask(reinterpret_cast<__m512i>(lanes));
+#elif defined(__AVX__)
         return _mm256_movemask_pd(reinterpret_cast<__m256d>(lanes));
 #else
-        return static_cast<int>((lanes[0] & 1) | (lanes[1] & 2) | (lanes[2] & 4) | (lanes[3] & 8));
+        int found = 0;
+        for (int k = 0; k < pack_width; ++k) found |= static_cast<int>(lanes[k] & 1) << k;
+        return found;
 #endif
     }
     bool any() const { return bits() != 0; }
@@ -90,7 +98,7 @@ struct Pack {
     Numbers lanes;
 
     Pack() = default;
-    Pack(double all) : lanes{all, all, all, all} {}
+    Pack(double all) : lanes(all - Numbers{}) {}  // which keeps the sign of a zero
     Pack(const Numbers& numbers) : lanes(numbers) {}
     double operator[](int lane) const { return lanes[lane]; }
     void set(int lane, double number) { lanes[lane] = number; }
@@ -115,7 +123,9 @@ struct Pack {
 };
 
 [[gnu::always_inline]] inline Pack multiply_add(const Pack& a, const Pack& b, const Pack& c) {
-#ifdef __FMA__
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+    return static_cast<Pack::Numbers>(_mm512_fmadd_pd(a.lanes, b.lanes, c.lanes));
+#elif defined(__FMA__)
     return static_cast<Pack::Numbers>(_mm256_fmadd_pd(a.lanes, b.lanes, c.lanes));
 #else
     return a * b + c;
@@ -142,7 +152,9 @@ template <class Function> Pack lane_by_lane(const Pack& x, const Pack& y, Functi
 }
 
 inline Pack sqrt(const Pack& x) {
-#ifdef __AVX__
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+    return static_cast<Pack::Numbers>(_mm512_maskz_sqrt_pd(0xff, x.lanes));  // GCC 12 warns of the plain one
+#elif defined(__AVX__)
     return static_cast<Pack::Numbers>(_mm256_sqrt_pd(x.lanes));
 #else
     return lane_by_lane(x, [](double number) { return std::sqrt(number); });

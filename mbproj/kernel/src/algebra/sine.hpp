@@ -5,13 +5,18 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
+
+#include "algebra/four_at_once.hpp"
 
 namespace mbproj {
 
 template <class S> struct SineAndCosine { S sine, cosine; };
 
 // What a number's bits are kept in.
-template <class S> struct BitsOf { using Type = std::uint64_t; };
+template <class S> struct BitsOf {
+    using Type = std::conditional_t<std::is_same_v<S, FourAtOnce>, FourBits, std::uint64_t>;
+};
 template <class S> [[gnu::always_inline]] inline typename BitsOf<S>::Type bits_of(const S& x) {
     typename BitsOf<S>::Type bits;
     static_assert(sizeof bits == sizeof x);
@@ -84,6 +89,22 @@ template <class S> [[gnu::always_inline]] inline SineAndCosine<S> reduced_sine_a
 inline SineAndCosine<double> sine_and_cosine(double x) {
     if (!(std::fabs(x) <= largest_reduced)) return far_sine_and_cosine(x);
     return reduced_sine_and_cosine(x);
+}
+// Of `at_once` numbers: each has the bits that it would have alone.
+inline void sines_and_cosines(const double* x, double* sine, double* cosine) {
+    FourAtOnce all;
+    std::memcpy(&all, x, sizeof all);
+    const auto found = reduced_sine_and_cosine(all);
+    std::memcpy(sine, &found.sine, sizeof all);
+    std::memcpy(cosine, &found.cosine, sizeof all);
+    const auto reduced = (all <= largest_reduced) & (all >= -largest_reduced);
+    std::int64_t is_reduced[at_once];
+    std::memcpy(is_reduced, &reduced, sizeof is_reduced);
+    for (int k = 0; k < at_once; ++k)
+        if (!is_reduced[k]) {
+            const auto far = far_sine_and_cosine(x[k]);
+            sine[k] = far.sine, cosine[k] = far.cosine;
+        }
 }
 inline double sin(double x) { return sine_and_cosine(x).sine; }
 inline double cos(double x) { return sine_and_cosine(x).cosine; }

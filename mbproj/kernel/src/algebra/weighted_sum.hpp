@@ -3,14 +3,9 @@
 
 #include <cstring>
 
-namespace mbproj {
+#include "algebra/four_at_once.hpp"
 
-// Four numbers that are computed at once, each by itself; one where the compiler has no vectors.
-#ifdef __GNUC__
-using FourAtOnce = double __attribute__((vector_size(32)));
-#else
-using FourAtOnce = double;
-#endif
+namespace mbproj {
 
 // From place i on, as many numbers at once as a Number has, until fewer are left.
 template <class Number> long add_weighted(const double* from, const double* const* terms, const double* factors,

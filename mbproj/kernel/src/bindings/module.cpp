@@ -34,6 +34,9 @@ nb::dict build_info() {
 
 // Whether this processor and its operating system run what was compiled.
 bool runs_here() {
+#if defined(MBPROJ_NEEDS_AVX512)
+    if (!(__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))) return false;
+#endif
 #if defined(MBPROJ_NEEDS_V3)
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 #else

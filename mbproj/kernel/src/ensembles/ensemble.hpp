@@ -1,4 +1,4 @@
-// Cases of one mechanism that differ in numbers, run side by side, four at once in packs.
+// Cases of one mechanism that differ in numbers, run side by side in packs, as many at once as a vector holds.
 #pragma once
 
 #include <memory>

@@ -1,4 +1,4 @@
-// The whole turns of the joints' angles in four cases at once: what `TurnCounter` counts. A lane of which the rates at both ends of a
+// The whole turns of the joints' angles in several cases at once: what `TurnCounter` counts. A lane of which the rates at both ends of a
 // step cannot tell the turns leaves.
 #pragma once
 

@@ -1,4 +1,4 @@
-// The equations of motion of four cases at once, and their joints' rows: what `EquationsOfMotion` is for one case, without
+// The equations of motion of several cases at once, and their joints' rows: what `EquationsOfMotion` is for one case, without
 // contacts, bearings and implicit stages. A lane for which anything else would have to be done leaves.
 #pragma once
 
@@ -7,6 +7,7 @@
 #include "dynamics/row_values.hpp"
 #include "dynamics/state_rates.hpp"
 #include "ensembles/packed_model.hpp"
+#include "ensembles/packed_refinement.hpp"
 #include "kinematics/couplings.hpp"
 
 namespace mbproj {

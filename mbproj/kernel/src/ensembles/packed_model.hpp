@@ -1,4 +1,4 @@
-// The models of four cases as one with packs for numbers, and which models are alike enough for that.
+// The models of several cases as one with packs for numbers, and which models are alike enough for that.
 #pragma once
 
 #include "algebra/pack.hpp"

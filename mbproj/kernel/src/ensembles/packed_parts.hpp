@@ -1,4 +1,4 @@
-// What the time loop of four cases is made of, and how a case enters a lane, leaves it, and comes to its end there.
+// What the time loop of several cases is made of, and how a case enters a lane, leaves it, and comes to its end there.
 #pragma once
 
 #include "ensembles/ensemble.hpp"

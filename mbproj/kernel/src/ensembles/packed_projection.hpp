@@ -1,4 +1,4 @@
-// The projection of four cases at once: `Projector` and `TrustRegion` for what is usual. A lane whose correction would have to be
+// The projection of several cases at once: `Projector` and `TrustRegion` for what is usual. A lane whose correction would have to be
 // damped leaves. Lanes need not agree on how many passes they make, nor when they want a fresh factor: those that hold the factor
 // at hand go first, and the others wait for a new one.
 #pragma once

@@ -1,4 +1,4 @@
-// Explicit Runge-Kutta steps of four cases at once, each of its own size: what `ExplicitRungeKutta` is for one case.
+// Explicit Runge-Kutta steps of several cases at once, each of its own size: what `ExplicitRungeKutta` is for one case.
 #pragma once
 
 #include "ensembles/packed_equations.hpp"

@@ -47,10 +47,7 @@ public:
         bodies_.back() = {Point<D>::Zero(), Rotation<D>::Identity()};
     }
     void update(const Scalar<D>* y) {
-        for (int b = 0; b < model_.size(); ++b) {
-            const Part<D> part(y, b);
-            bodies_[b] = {part.position(), rotation(Orientation<D>(part.orientation()))};
-        }
+        place_bodies(y);
         for (std::size_t a = 0; a < spokes_.size(); ++a) {
             const Attachment<D>& attachment = model_.constraints.attachments[a];
             spokes_[a] = bodies_[attachment.body].rotation * attachment.local;
@@ -106,6 +103,28 @@ public:
     }
 
 private:
+    void place_bodies(const Scalar<D>* y) {
+        if constexpr (std::is_same_v<D, Plane<double>>) return place_at_once(y);
+        for (int b = 0; b < model_.size(); ++b) {
+            const Part<D> part(y, b);
+            bodies_[b] = {part.position(), rotation(Orientation<D>(part.orientation()))};
+        }
+    }
+    // In the plane an orientation is an angle: sines are computed for several bodies at once.
+    void place_at_once(const double* y) {
+        double angle[at_once] = {}, sine[at_once], cosine[at_once];
+        for (int first = 0; first < model_.size(); first += at_once) {
+            const int count = std::min(at_once, model_.size() - first);
+            for (int k = 0; k < count; ++k) angle[k] = Part<D>(y, first + k).orientation()[0];
+            sines_and_cosines(angle, sine, cosine);
+            for (int k = 0; k < count; ++k) {
+                Placement<D>& body = bodies_[first + k];
+                body.position = Part<D>(y, first + k).position();
+                body.rotation << cosine[k], -sine[k], sine[k], cosine[k];
+            }
+        }
+    }
+
     // The points and vectors of an instance.
     struct Places {
         Point<D> x[most_slots];

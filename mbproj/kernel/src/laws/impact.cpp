@@ -76,7 +76,7 @@ Strike Impact::energetic(const Eigen::MatrixXd& B, const Vector& before, const V
         return Strike::driven_into;
     }
     impulse = Vector::Zero(before.size());
-    impulse(rows) = own, taken(rows) = -work;
+    for (std::size_t r = 0; r < rows.size(); ++r) impulse[rows[r]] = own[r], taken[rows[r]] = -work[r];
     after = before + B * impulse;
     const auto closing = [&](const Vector& rate) { return (rate.head(e.size()).array() < -slow.array()).count(); };
     return closing(before) > 1 || closing(after) > 0 ? Strike::together : Strike::done;

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "algebra/pack.hpp"
+#include "algebra/four_at_once.hpp"
 
 namespace mbproj {
 
@@ -24,8 +24,8 @@ template <int R, class Scalar> void divide(Scalar* X, int rows, const Scalar* L,
 
 // Eight numbers, or fewer at the end of a row: two vectors of the processor.
 constexpr int eight = 8;
-inline Pack four_at(const double* numbers) {
-    Pack found;
+inline FourAtOnce four_at(const double* numbers) {
+    FourAtOnce found;
     std::memcpy(&found, numbers, sizeof found);
     return found;
 }
@@ -48,7 +48,7 @@ void subtract(Scalar* T, const Scalar* X, int rows, const Scalar* transposed, in
 }
 template <int R> void subtract(double* T, const double* X, int rows, const double* transposed, int columns) {
     for (int r = 0; r < rows; ++r, X += R, T += columns) {
-        Pack first = 0.0, second = 0.0;
+        FourAtOnce first{}, second{};
         for (int k = 0; k < R; ++k) {
             first = multiply_add(X[k], four_at(transposed + eight * k), first);
             second = multiply_add(X[k], four_at(transposed + eight * k + 4), second);
