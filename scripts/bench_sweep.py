@@ -26,7 +26,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj.studies.parallel.hand_out import processors
-from mbproj.studies.sweep.case import Task, Work, run_case, run_cases
+from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.run import run_sweep
@@ -61,10 +61,10 @@ def spec_of(folder: Path, cases: int, first: float, last: float, simulation: str
 def cases_of(path: Path) -> Callable[[int], float]:
     """Runs the case of a number as a worker does; the tip's height at the end."""
     spec = read_spec(path)
-    work = Work(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+    work = CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
 
     def run(number: int) -> float:
-        return run_case(work, Task(str(number), spec.design.case(number))).values[0]
+        return run_case(work, CaseTask(str(number), spec.design.case(number))).values[0]
 
     return run
 
@@ -189,8 +189,8 @@ def by_arrays(cases: int) -> None:
                 encoding="utf-8",
             )
             spec = read_spec(path)
-        work = Work(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
-        tasks = [Task(str(number), spec.design.case(number)) for number in range(spec.design.count)]
+        work = CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+        tasks = [CaseTask(str(number), spec.design.case(number)) for number in range(spec.design.count)]
         run_cases(work, tasks[:FEWEST])
         spent, arrays = np.zeros(2), 0
         for block in np.array_split(np.arange(cases), BLOCKS):

@@ -29,7 +29,7 @@ import mbproj
 from mbproj.analysis.expectations import outcomes
 from mbproj.errors import MbprojError
 from mbproj.scene import Scene
-from mbproj.studies.design.run import Design, find_design
+from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.written import best_scene
@@ -87,7 +87,7 @@ def written(folder: Path, scene: str, vary: Mapping[str, Sequence[float]], wante
     return path
 
 
-def searched(path: Path) -> Design:
+def searched(path: Path) -> FoundDesign:
     return find_design(read_spec(path), 1, fresh=True)
 
 

@@ -11,9 +11,9 @@ from mbproj.calls.studies import Names
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.results.views.table import Table
-from mbproj.studies.design.run import Design, find_design
+from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.sensitivity import Sensitivities, sensitivities
-from mbproj.studies.design.spec import Spec
+from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.design.spec import read_spec as read_design
 from mbproj.studies.parallel.client import workplace
 from mbproj.studies.parallel.progress import Tell, silent
@@ -84,7 +84,7 @@ def fit(
     jobs: int | None = None,
     scheduler: str | None = None,
     progress: Tell = silent,
-) -> Design:
+) -> FoundDesign:
     """Finds the numbers of a scene that match measurements best, as the file `spec` asks, with their uncertainty.
     Finished starts are not searched again, unless `fresh`. Nothing is written: `best_scene` has the text. Raises
     InputError where the file, its scene or its measurements are wrong, or no design runs."""
@@ -99,7 +99,7 @@ def optimise(
     jobs: int | None = None,
     scheduler: str | None = None,
     progress: Tell = silent,
-) -> Design:
+) -> FoundDesign:
     """Finds the numbers of a scene that make a measure smallest or largest under constraints. All else is as in
     `fit`."""
     return _found(spec, False, engine, fresh, jobs, scheduler, progress)
@@ -113,13 +113,13 @@ def _found(
     jobs: int | None,
     scheduler: str | None,
     progress: Tell,
-) -> Design:
+) -> FoundDesign:
     with by_arguments():
         what = spec_of(Path(spec), fits)
         return find_design(what, workplace(jobs, scheduler, None), engine=engine, fresh=fresh, tell=progress)
 
 
-def spec_of(path: Path, fits: bool) -> Spec:
+def spec_of(path: Path, fits: bool) -> DesignSpec:
     """The design that a file describes, for `fit` or for `optimise`. Raises InputError where it is for the other."""
     found = read_design(path)
     if fits != bool(found.targets):

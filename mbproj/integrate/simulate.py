@@ -46,7 +46,7 @@ from mbproj.registry import AUTOMATIC
 from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
-    from mbproj.integrate.automatic.march import Automatic
+    from mbproj.integrate.automatic.march import AutomaticMarch
     from mbproj.integrate.outside import Function
 
 #: A block is handed on when it is full, or this old, in s.
@@ -215,10 +215,10 @@ def _refuse_at_the_start(system: System, state: State, settings: Settings) -> No
         refuse_shared_loads(system, state)
 
 
-def _automatic() -> Automatic:
+def _automatic() -> AutomaticMarch:
     from mbproj.integrate.automatic import march
 
-    return march.Automatic()
+    return march.AutomaticMarch()
 
 
 def _march(
@@ -229,7 +229,7 @@ def _march(
     *,
     tally: Tally,
     marks: Marks | None = None,
-    automatic: Automatic | None = None,
+    automatic: AutomaticMarch | None = None,
     steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:
     """Return the samples of a run of any mechanism."""
@@ -240,7 +240,7 @@ def _march(
 
 @contextmanager
 def _events(
-    recorder: Recorder | None, in_time: Sequence[Event], tally: Tally, automatic: Automatic | None
+    recorder: Recorder | None, in_time: Sequence[Event], tally: Tally, automatic: AutomaticMarch | None
 ) -> Iterator[None]:
     """Give the events to the recorder, if it records them, however the run in this block ends."""
     try:

@@ -20,7 +20,7 @@ from mbproj.errors import ExitCode, InputError, Place, Problem
 from mbproj.scene.ranges.family import column_of
 
 if TYPE_CHECKING:
-    from mbproj.studies.design.run import Design
+    from mbproj.studies.design.run import FoundDesign
     from mbproj.studies.parallel.hand_out import Where
     from mbproj.studies.parallel.progress import Tell
 
@@ -61,7 +61,7 @@ def options(command: Command) -> Command:
 
 
 @dataclass(frozen=True)
-class Asked:
+class DesignOptions:
     """The values of the options of both commands, and the place where the work is done."""
 
     spec: Path
@@ -74,7 +74,7 @@ class Asked:
     where: Where
 
     @classmethod
-    def of(cls, given: dict[str, Any]) -> Asked:
+    def of(cls, given: dict[str, Any]) -> DesignOptions:
         """Build from the options that `options` declares."""
         where = study_options.where_of(given)
         return cls(where=where, **given)
@@ -90,7 +90,7 @@ class Asked:
         return telling(hidden=self.as_json or self.quiet)
 
 
-def search(asked: Asked, *, fits: bool) -> int:
+def search(asked: DesignOptions, *, fits: bool) -> int:
     """Run the command: read, search, write, report."""
     from mbproj.calls.sweep import spec_of
     from mbproj.figures.pages.designs import whole_page
@@ -122,7 +122,7 @@ def search(asked: Asked, *, fits: bool) -> int:
     return int(ExitCode.FAILED if found.searches[0].broken > 0.0 else ExitCode.DONE)
 
 
-def numbers(found: Design) -> dict[str, Any]:
+def numbers(found: FoundDesign) -> dict[str, Any]:
     """The design as a dictionary for JSON; NaN and infinity are null."""
     from mbproj.studies.design.drawn import signs
 
@@ -154,12 +154,12 @@ def numbers(found: Design) -> dict[str, Any]:
     }
 
 
-def rms(found: Design) -> float:
+def rms(found: FoundDesign) -> float:
     """The root mean square of all residuals, in units of their standard deviations."""
     return float(np.sqrt(np.mean(found.trial.residuals**2)))
 
 
-def report(found: Design) -> Iterator[str]:
+def report(found: FoundDesign) -> Iterator[str]:
     """Yield the design in words and a table."""
     from mbproj.cli.report.text import columns
 
@@ -194,7 +194,7 @@ def report(found: Design) -> Iterator[str]:
         yield f"{limit.name}: {value:.10g} {limit.unit}, to be {words} {limit.bound:.10g}".replace(" ,", ",")
 
 
-def slopes_by(found: Design) -> dict[str, Any] | None:
+def slopes_by(found: FoundDesign) -> dict[str, Any] | None:
     """The method that gave the search its slopes; None where it used none. `because` is the reason why dual numbers did
     not, `apart` the reason for each measure whose slopes came by another method."""
     if found.differences is None:
@@ -203,7 +203,7 @@ def slopes_by(found: Design) -> dict[str, Any] | None:
     return {"by": by, "because": found.differences, "apart": found.apart}
 
 
-def _about_searches(found: Design) -> str:
+def _about_searches(found: FoundDesign) -> str:
     """The number of searches, and of those that reached the best design; or the length of the front."""
     best, near = found.searches[0], SAME * (found.spec.high - found.spec.low)
     if best.goals.size:

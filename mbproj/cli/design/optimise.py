@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.design.design_command import OTHER, Asked, options, search
+from mbproj.cli.design.design_command import OTHER, DesignOptions, options, search
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import QuantityNames
 from mbproj.cli.report.text import json_text
@@ -48,11 +48,11 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
     if topologies is not None:
-        return synthesise_of(topologies, Asked.of(given))
-    return search(Asked.of(given), fits=False)
+        return synthesise_of(topologies, DesignOptions.of(given))
+    return search(DesignOptions.of(given), fits=False)
 
 
-def synthesise_of(topologies: tuple[str, ...], asked: Asked) -> int:
+def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     """Run the command: read, search, write, report."""
     from mbproj.outputs import DESIGNED, PAGE, check_replaceable, csv, make_folder, write_csv, write_text
     from mbproj.pages.page.write import designs_page

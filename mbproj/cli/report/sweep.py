@@ -15,14 +15,14 @@ from mbproj.cli.report.text import columns
 if TYPE_CHECKING:
     from mbproj.scene.ranges import Item
     from mbproj.studies.sweep.run import Progress
-    from mbproj.studies.sweep.spec import Spec
+    from mbproj.studies.sweep.spec import SweepSpec
     from mbproj.studies.sweep.summary import CaseEntry
 
 #: The most kinds of failure that are shown.
 KINDS = 10
 
 
-def preview(spec: Spec, shown: int) -> str:
+def preview(spec: SweepSpec, shown: int) -> str:
     """The number of cases, and the first of them."""
     from mbproj.scene.ranges.family import column_of, with_unit
 
@@ -91,7 +91,7 @@ def said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def junit(spec: Spec, entries: Iterable[CaseEntry]) -> str:
+def junit(spec: SweepSpec, entries: Iterable[CaseEntry]) -> str:
     """A testsuite with a testcase for each case."""
     found = []
     for number, entry in enumerate(entries):

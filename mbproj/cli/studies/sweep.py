@@ -16,7 +16,7 @@ from mbproj.cli.report.text import json_text
 
 if TYPE_CHECKING:
     from mbproj.studies.sweep.run import Progress
-    from mbproj.studies.sweep.spec import Spec
+    from mbproj.studies.sweep.spec import SweepSpec
 
 #: The cases that --dry-run prints, and the number of cases that needs a confirmation.
 SHOWN, MANY = 8, 1_000_000
@@ -149,7 +149,7 @@ def _command_to_continue(spec: Path, output: Path | None, timeout: float | None,
     return shlex.join(words + ["--retry-failed"] * retry_failed)
 
 
-def _confirm_number(spec: Spec, yes: bool) -> None:
+def _confirm_number(spec: SweepSpec, yes: bool) -> None:
     """Raises InputError where there are so many cases that it may be a mistake, unless `yes`."""
     from mbproj.errors import InputError, Problem
 

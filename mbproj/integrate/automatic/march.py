@@ -51,7 +51,7 @@ class _Part:
         return {**own, "plan": self.plan} if own else self.before
 
 
-class Automatic:
+class AutomaticMarch:
     """Scratch of a run: its plan."""
 
     def __init__(self) -> None:

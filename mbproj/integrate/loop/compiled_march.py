@@ -49,7 +49,7 @@ class Halted(Exception):
         self.t, self.shaped = t, shaped
 
 
-class Inside(Protocol):
+class LoopContacts(Protocol):
     """Interface of contacts whose events the kernel's loop handles. `compiled`: the equations with all that slides or
     gives way; `halts`: whether the run ends before it meets anything."""
 
@@ -76,7 +76,7 @@ def march(
     tally: Tally,
     marks: Marks | None = None,
     pauses: Pauses | None = None,
-    inside: Inside | None = None,
+    inside: LoopContacts | None = None,
     outside: Outside | None = None,
     steps: FollowedSteps | None = None,
 ) -> Iterator[Samples | None]:

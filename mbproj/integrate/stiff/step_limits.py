@@ -59,7 +59,7 @@ def step_limit(system: System, state: State, settings: Settings, step: float) ->
     return StepLimit(state.t, step, tried.norm, shares, held)
 
 
-class _Tried(NamedTuple):
+class _TriedStep(NamedTuple):
     """The `norm` of the error of a step, in tolerances; and the sizes of its parts, of bodies (n,) and states (K,)."""
 
     norm: float
@@ -67,7 +67,7 @@ class _Tried(NamedTuple):
     of_states: Array
 
 
-def _explicit(choice: Choice, system: System, state: State, settings: Settings) -> _Tried:
+def _explicit(choice: Choice, system: System, state: State, settings: Settings) -> _TriedStep:
     """Return the error of an explicit step. Raises SimulationError where it cannot be made."""
     formulation = FullFormulation.of(system, state, settings, choice.redundant)
     stepper, step = stepper_of(settings.integrator), settings.duration or 0.0
@@ -78,10 +78,10 @@ def _explicit(choice: Choice, system: System, state: State, settings: Settings) 
     part = estimates[0] / (layout.scale + np.maximum(np.abs(tried.y), np.abs(tried.y_new)))
     of_bodies = np.array(formulation.parts(part)[:2]).reshape(2, -1, 7)
     norm = error_norm(estimates, tried.y, tried.y_new, tolerance, layout.scale)
-    return _Tried(norm, np.linalg.norm(of_bodies, axis=(0, 2)), part[layout["states"]])
+    return _TriedStep(norm, np.linalg.norm(of_bodies, axis=(0, 2)), part[layout["states"]])
 
 
-def _implicit(choice: Choice, system: System, state: State, settings: Settings) -> _Tried:
+def _implicit(choice: Choice, system: System, state: State, settings: Settings) -> _TriedStep:
     """Return the error of an implicit step, which the kernel makes. Raises SimulationError where it cannot be made."""
     compiled, step = choice.compiled, settings.duration or 0.0
     assert compiled is not None
@@ -93,7 +93,7 @@ def _implicit(choice: Choice, system: System, state: State, settings: Settings) 
     y, own = compiled.beginning(state), layout.controlled
     part = error / (layout.scale + np.maximum(np.abs(y), np.abs(y_new)))
     norm = error_norm(error[None, own], y[own], y_new[own], tolerance, layout.scale[own])
-    return _Tried(norm, np.linalg.norm(compiled.bodies_of(part), axis=-1), part[layout["states"]])
+    return _TriedStep(norm, np.linalg.norm(compiled.bodies_of(part), axis=-1), part[layout["states"]])
 
 
 def _held(modes: FastModes, state: State, integrator: str, step: float) -> str:

@@ -9,12 +9,12 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.results.design.drawn import Drawn, Matched
 from mbproj.scene.ranges.family import column_of, with_unit
-from mbproj.studies.design.run import Design
+from mbproj.studies.design.run import FoundDesign
 from mbproj.studies.design.spec import Goal
 from mbproj.studies.design.target import PATH, TIME
 
 
-def drawn(found: Design) -> Drawn:
+def drawn(found: FoundDesign) -> Drawn:
     """Of a match how the run meets it, of several goals their front, and how the searches went down."""
     names = tuple(column_of(path) for path in found.spec.paths)
     if found.searches[0].goals.size:
@@ -31,7 +31,7 @@ def drawn(found: Design) -> Drawn:
     )
 
 
-def signs(found: Design) -> Array:
+def signs(found: FoundDesign) -> Array:
     """By which goals that are to be small become what is measured, (g,)."""
     return np.array([goal.sign for goal in found.spec.goals])
 
@@ -41,7 +41,7 @@ def _named(goal: Goal) -> str:
     return with_unit(goal.measure.name, goal.measure.unit)
 
 
-def _trace(found: Design, trace: Array) -> Array:
+def _trace(found: FoundDesign, trace: Array) -> Array:
     """The runs and what is drawn of the value: the rms of residuals, or the goal as it is measured."""
     runs, values = trace[:, 0], trace[:, 1]
     if found.spec.targets:
@@ -49,7 +49,7 @@ def _trace(found: Design, trace: Array) -> Array:
     return np.stack([runs, found.spec.goals[0].sign * values], axis=1)
 
 
-def _matched(found: Design) -> Iterator[Matched]:
+def _matched(found: FoundDesign) -> Iterator[Matched]:
     for target, off in found.off:
         yield Matched(
             name=target.name,

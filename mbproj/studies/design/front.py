@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array, Flags
-from mbproj.studies.design.searches import EVOLVED, Task, equalities, lacking
+from mbproj.studies.design.searches import EVOLVED, SearchTask, equalities, lacking
 from mbproj.studies.design.trial import Wish, tried_together
 
 #: Designs of a generation.
@@ -17,7 +17,7 @@ POPULATION = 40
 WORST = 1e300
 
 
-def front_of(wish: Wish, task: Task) -> dict[str, Any]:
+def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
     """The front that one search finds, as JSON can hold it: `ends` (n, d) in shares and `goals` (n, g), of designs that
     run and keep the constraints, and the number of `runs`. By NSGA-II (Deb et al. 2002), whose constraint is what a
     design lacks. A work item."""

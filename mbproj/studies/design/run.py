@@ -17,9 +17,9 @@ from mbproj.errors import InputError, Problem
 from mbproj.scene.ranges.family import column_of
 from mbproj.studies.design.front import balanced, front_of, merged
 from mbproj.studies.design.knowledge import Knowledge, knowledge
-from mbproj.studies.design.searches import EVOLUTION, FRONT, LEAST_SQUARES, QUADRATIC, Task, searched
+from mbproj.studies.design.searches import EVOLUTION, FRONT, LEAST_SQUARES, QUADRATIC, SearchTask, searched
 from mbproj.studies.design.slopes.derivative import Counted
-from mbproj.studies.design.spec import Spec
+from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.design.start import looked_at, points_of
 from mbproj.studies.design.target import Target
 from mbproj.studies.design.trial import Trial, Wish, tried
@@ -63,7 +63,7 @@ class Search:
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class FoundDesign:
     """The best design: its numbers `x` (d,), the trial with them, and all `searches`, the best first. Of several goals
     it is the most balanced design of the front.
 
@@ -72,7 +72,7 @@ class Design:
     from these. `notes` are remarks. `differences` says why slopes came from differences of runs; it is empty where dual
     numbers gave them, and None where the engine takes none."""
 
-    spec: Spec
+    spec: DesignSpec
     x: Array
     trial: Trial
     searches: tuple[Search, ...]
@@ -101,7 +101,7 @@ class Design:
             yield target, part.T * target.deviation / target.weight**0.5
 
 
-def engine_of(spec: Spec, asked: str | None) -> tuple[str, str]:
+def engine_of(spec: DesignSpec, asked: str | None) -> tuple[str, str]:
     """The engine that searches, and why. Raises InputError where the one that is asked for cannot, or is missing."""
     kinked = [each.measure.name for each in (*spec.goals,) if each.measure.at in KINKED]
     if (len(spec.goals) > 1) != (asked == FRONT) and (asked is not None or len(spec.goals) > 1):
@@ -124,7 +124,7 @@ def engine_of(spec: Spec, asked: str | None) -> tuple[str, str]:
     return QUADRATIC, f"'{kinked[0]}' has kinks, and pip install 'mbproj[design]' brings a search for such"
 
 
-def _word(spec: Spec, name: str) -> str:
+def _word(spec: DesignSpec, name: str) -> str:
     return next(str(each.measure.at) for each in spec.goals if each.measure.name == name)
 
 
@@ -136,8 +136,13 @@ def _installed(name: str) -> str:
 
 
 def find_design(
-    spec: Spec, where: Where = None, *, engine: str | None = None, fresh: bool = False, tell: Tell = lambda *_: None
-) -> Design:
+    spec: DesignSpec,
+    where: Where = None,
+    *,
+    engine: str | None = None,
+    fresh: bool = False,
+    tell: Tell = lambda *_: None,
+) -> FoundDesign:
     """Searches from the spec's starts, and reports. Starts that were searched before are not searched again, unless
     `fresh`. Raises InputError where no design runs, KeyboardInterrupt after Ctrl-C: what was done is kept."""
     chosen, why = engine_of(spec, engine)
@@ -150,7 +155,7 @@ def find_design(
     if first_is_own:
         order.sort(key=bool)  # the scene's own numbers are always among the starts
     _check_effects(spec, wish, [points[k] for k in order])
-    tasks = {f"start {k}": Task(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
+    tasks = {f"start {k}": SearchTask(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
     reused = sum(key in kept for key in tasks)
     search, best = (front_of, None) if chosen == FRONT else (searched, partial(_so_far, spec))
     found = resumable(search, wish, tasks, kept, where, "searches", tell, best)
@@ -166,7 +171,7 @@ def find_design(
     return _known(spec, wish, tuple(searches), (chosen, why), reused, runs)
 
 
-def _check_effects(spec: Spec, wish: Wish, points: Sequence[Array]) -> None:
+def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> None:
     """Raises InputError for each number that nothing of what is wanted depends on, at the best designs that run."""
 
     def all_of(trial: Trial) -> Array:
@@ -187,7 +192,7 @@ def _check_effects(spec: Spec, wish: Wish, points: Sequence[Array]) -> None:
             raise InputError(problems)
 
 
-def _so_far(spec: Spec, found: dict[str, Any]) -> tuple[tuple[float, float], str]:
+def _so_far(spec: DesignSpec, found: dict[str, Any]) -> tuple[tuple[float, float], str]:
     """The rank of a search, and the words on it while others go on."""
     value, broken = found["value"], found["broken"]
     if not np.isfinite(value):
@@ -210,7 +215,7 @@ def _search(wish: Wish, found: dict[str, Any]) -> Search:
     return Search(start, end, found["value"], found["broken"], found["runs"], trace, found["cause"])
 
 
-def _on_the_front(spec: Spec, wish: Wish, found: Sequence[dict[str, Any]]) -> list[Search]:
+def _on_the_front(spec: DesignSpec, wish: Wish, found: Sequence[dict[str, Any]]) -> list[Search]:
     """The designs of all fronts than which no other is better: the most balanced one, then by the first goal. Raises
     InputError where there is none."""
     ends, goals = merged(found, (len(spec.paths), len(spec.goals)))
@@ -223,20 +228,20 @@ def _on_the_front(spec: Spec, wish: Wish, found: Sequence[dict[str, Any]]) -> li
     return [Search(nothing, wish.values(ends[k]), float(goals[k, 0]), 0.0, 0, none, "", goals[k]) for k in order]
 
 
-def _identity(spec: Spec) -> list[Any]:
+def _identity(spec: DesignSpec) -> list[Any]:
     """What the searches follow from: the file, the scene, the measurements."""
     data = [[target.abscissa.tolist(), target.values.tolist()] for target in spec.targets]
     return [spec.text, spec.scene.whole, data]
 
 
 def _known(
-    spec: Spec,
+    spec: DesignSpec,
     wish: Wish,
     searches: tuple[Search, ...],
     engine: tuple[str, str],
     reused: int,
     runs: int,
-) -> Design:
+) -> FoundDesign:
     best = searches[0]
     u = wish.shares(best.end)
     trials = Counted(wish)
@@ -249,10 +254,10 @@ def _known(
     notes = (*spec.notes, *_notes(spec, best, u, trial, known, error))
     misses = trial.followed.misses if trial.followed is not None else ""
     why = trials.why or misses if engine[0] in BY_SLOPES else None
-    return Design(spec, best.end, trial, searches, *engine, reused, runs, known, error, notes, why)
+    return FoundDesign(spec, best.end, trial, searches, *engine, reused, runs, known, error, notes, why)
 
 
-def _notes(spec: Spec, best: Search, u: Array, trial: Trial, known: Knowledge | None, error: Array) -> list[str]:
+def _notes(spec: DesignSpec, best: Search, u: Array, trial: Trial, known: Knowledge | None, error: Array) -> list[str]:
     notes = []
     for path, share in zip(spec.paths, u, strict=True):
         if share < TOUCHES or share > 1.0 - TOUCHES:

@@ -25,7 +25,7 @@ BROKEN = 1e-8
 
 
 @dataclass(frozen=True)
-class Task:
+class SearchTask:
     """A search: from the shares `u` (d,), by an engine, with the seed of its random numbers."""
 
     u: tuple[float, ...]
@@ -54,7 +54,7 @@ class Watched:
         return trial
 
 
-def searched(wish: Wish, task: Task) -> dict[str, Any]:
+def searched(wish: Wish, task: SearchTask) -> dict[str, Any]:
     """What one search came to, as JSON can hold it: `end` (d,) or None, its `value`, by how much constraints are
     `broken`, the number of `runs`, the `trace`, and the `cause` where nothing was found. A work item."""
     watched = Watched(wish)

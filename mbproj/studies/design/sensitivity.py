@@ -17,7 +17,7 @@ from mbproj.scene.records import Expectation, Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.design.matches import AXES
-from mbproj.studies.design.slopes.differences import LEAVE_OUT, Work
+from mbproj.studies.design.slopes.differences import LEAVE_OUT, DifferenceWork
 from mbproj.studies.design.slopes.of_measures import slopes_of
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where
@@ -98,7 +98,7 @@ def sensitivities(scene: Scene, of: Sequence[str], to: Sequence[str], where: Whe
     size = Mechanism.of(scene).system.length
     units = tuple(units_of(dict.fromkeys(paths), text).values())
     scale = np.array([abs(value) or (size if unit == "m" else 1.0) for value, unit in zip(x, units, strict=True)])
-    found = slopes_of(Work(scene, settings_to_run(scene, by_options=False), paths, measures), x, scale, where)
+    found = slopes_of(DifferenceWork(scene, settings_to_run(scene, by_options=False), paths, measures), x, scale, where)
     fails = [j for j, cause in enumerate(found.failed) if cause]
     if fails and (to or len(fails) == len(paths)):
         message = f"a run with another '{column_of(paths[fails[0]])}' fails: {found.failed[fails[0]]}"

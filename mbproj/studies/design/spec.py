@@ -94,7 +94,7 @@ class Goal:
 
 
 @dataclass(frozen=True)
-class Limit:
+class DesignLimit:
     """What must hold: `side` ("at_least", "at_most", "equals") of the bound, in the SI unit `unit`, by a measure or by
     an expression of the scene's parameters."""
 
@@ -107,7 +107,7 @@ class Limit:
 
 
 @dataclass(frozen=True, eq=False)
-class Spec:
+class DesignSpec:
     """A design as its file has it: d numbers vary, by `paths`, between `low` and `high` (d,), in `units`; the scene's
     own are `own` (d,), NaN where one is unknown. `notes` is what may be a mistake."""
 
@@ -121,7 +121,7 @@ class Spec:
     units: tuple[str, ...]
     targets: tuple[Target, ...]
     goals: tuple[Goal, ...]
-    limits: tuple[Limit, ...]
+    limits: tuple[DesignLimit, ...]
     starts: int
     seed: int
     places: Mapping[KeyPath, Place] = field(repr=False)
@@ -132,7 +132,7 @@ class Spec:
         return self.places.get(path)
 
 
-def read_spec(path: Path) -> Spec:
+def read_spec(path: Path) -> DesignSpec:
     """The design in the file at `path`. Raises InputError with every problem, at its place in the file, the scene or
     the measurements."""
     text, root, reading = opened(path, DESIGN.what, f"it begins with 'design: {FORMAT}'")
@@ -157,7 +157,7 @@ def read_spec(path: Path) -> Spec:
     if reading.problems:
         raise InputError(in_text_order(reading.problems))
     bounds: Mapping[str, Uniform] = found["vary"]
-    return Spec(
+    return DesignSpec(
         path=path,
         text=text,
         scene=scene,
@@ -231,7 +231,7 @@ def _goals(found: Mapping[str, Any], base: Scene) -> Iterator[Goal]:
             yield Goal(measure, sign)
 
 
-def _limits(given: Mapping[str, Given], base: Scene, scene: SceneText, reading: Reading) -> Iterator[Limit]:
+def _limits(given: Mapping[str, Given], base: Scene, scene: SceneText, reading: Reading) -> Iterator[DesignLimit]:
     measures = {name: each for name, each in given.items() if "expression" not in each}
     known = {measure.name: measure for measure in measures_of(measures, base)}
     names = {name: Value(number, None) for name, number in base.parameters.items()}
@@ -263,7 +263,7 @@ def _limits(given: Mapping[str, Given], base: Scene, scene: SceneText, reading: 
                 place = reading.places[("subject_to", name, side)]
                 unit = unit_text(None, found)
                 reading.report(f"'{each['expression']}' is in {unit}", place, f"give '{side}' so")
-        yield Limit(name, side, bound.number, unit, measure, each.get("expression", ""))
+        yield DesignLimit(name, side, bound.number, unit, measure, each.get("expression", ""))
 
 
 def _dimension(expression: str, names: Mapping[str, Value]) -> Dimension | None:

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from mbproj.arrays import Array, Flags
 from mbproj.studies.design.slopes.derivative import Counted, derivative
-from mbproj.studies.design.spec import Spec
+from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.design.trial import Trial, Wish, tried_together
 
 #: Points that are tried for each start.
@@ -23,7 +23,7 @@ INSIDE = 1e-6
 EFFORT, STEP = 20, 1e-6
 
 
-def points_of(spec: Spec) -> tuple[Array, bool]:
+def points_of(spec: DesignSpec) -> tuple[Array, bool]:
     """Points of the box as shares (n, d), of Sobol's sequence; and whether the first are the scene's own numbers, which
     are there where all are known and within the bounds."""
     count = max(POINTS * spec.starts, 2)

@@ -27,7 +27,7 @@ from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.slopes.neighbours import Followed
-from mbproj.studies.design.spec import Goal, Limit, Spec
+from mbproj.studies.design.spec import DesignLimit, DesignSpec, Goal
 from mbproj.studies.design.target import Target
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.together.block import samples_of_block
@@ -52,11 +52,11 @@ class Wish:
     high: Array
     targets: tuple[Target, ...]
     goals: tuple[Goal, ...]
-    limits: tuple[Limit, ...]
+    limits: tuple[DesignLimit, ...]
     finer: int = 1
 
     @classmethod
-    def of(cls, spec: Spec) -> Wish:
+    def of(cls, spec: DesignSpec) -> Wish:
         """Of a design's file."""
         shared = spec.paths, spec.low, spec.high, spec.targets, spec.goals, spec.limits
         return cls(spec.scene.text, str(spec.scene.path), *shared)
@@ -220,7 +220,7 @@ def _finer(settings: Settings, finer: int) -> Settings:
     return replace(settings, step=step, tolerance=tolerance)
 
 
-def _margin(limit: Limit, found: dict[str, float], parameters: Mapping[str, float]) -> float:
+def _margin(limit: DesignLimit, found: dict[str, float], parameters: Mapping[str, float]) -> float:
     if limit.measure is not None:
         value = found[limit.measure.name]
     else:

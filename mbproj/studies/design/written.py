@@ -15,8 +15,8 @@ from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.scene.read import SceneText, read_scene_text
 from mbproj.scene.text.rewrite import Changes, with_changes
 from mbproj.studies.design.drawn import drawn
-from mbproj.studies.design.run import Design
-from mbproj.studies.design.spec import Spec
+from mbproj.studies.design.run import FoundDesign
+from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.measure.setting import shortest
 
 OTHER = "choose another folder with -o"
@@ -37,7 +37,7 @@ class DesignFolder:
         check_replaceable(self._scene, DESIGNED, force=force, hint=OTHER)
         check_replaceable(self._table, csv(FIRST), force=force, hint=OTHER)
 
-    def write(self, design: Design) -> list[Path]:
+    def write(self, design: FoundDesign) -> list[Path]:
         """Writes all."""
         table = starts_table(design)
         return [
@@ -47,7 +47,7 @@ class DesignFolder:
         ]
 
 
-def best_scene(design: Design) -> str:
+def best_scene(design: FoundDesign) -> str:
     """The scene's text with the design's numbers in place of its own. Raises InputError where one cannot be written."""
     spec = design.spec
     text = f"# Found by mbproj with '{spec.path.name}', in place of numbers of '{_name(spec)}'.\n"
@@ -65,11 +65,11 @@ def best_scene(design: Design) -> str:
     return text
 
 
-def _name(spec: Spec) -> str:
+def _name(spec: DesignSpec) -> str:
     return spec.scene.path.name if spec.scene.path is not None else "a scene"
 
 
-def _changes(design: Design) -> Changes:
+def _changes(design: FoundDesign) -> Changes:
     changes: dict[str, Any] = {}
     for path, value, unit in zip(design.spec.paths, design.x.tolist(), design.spec.units, strict=True):
         keys = path.split(".") if "." in path else ["parameters", path]
@@ -80,7 +80,7 @@ def _changes(design: Design) -> Changes:
     return changes
 
 
-def starts_table(design: Design) -> Table:
+def starts_table(design: FoundDesign) -> Table:
     """A row a search, the best first: its value, by how much it breaks constraints, runs, the numbers it ended with. Of
     several goals a row is a design of the front, with its goals."""
     spec = design.spec

@@ -34,7 +34,7 @@ SCHEMA = (
 )
 
 
-class Foreign(sqlite3.DatabaseError):
+class ForeignStore(sqlite3.DatabaseError):
     """A database, and not one of ours."""
 
 
@@ -87,7 +87,7 @@ def _done(work: Callable[[sqlite3.Connection], Result], otherwise: Result) -> Re
 
 def _in_transaction(path: Path, work: Callable[[sqlite3.Connection], Result]) -> Result:
     if path.exists() and not path.is_file():
-        raise Foreign("it is no file")
+        raise ForeignStore("it is no file")
     with closing(sqlite3.connect(path, timeout=PATIENCE, isolation_level=None)) as database:
         # Nothing waits for the disk: a power cut may cost the store, whose values have checksums, and no study.
         database.execute("PRAGMA synchronous = OFF")
@@ -109,14 +109,14 @@ def _transaction(database: sqlite3.Connection) -> Iterator[None]:
 
 
 def _check(database: sqlite3.Connection) -> None:
-    """Makes the tables of a new file. Raises Foreign where the file has others."""
+    """Makes the tables of a new file. Raises ForeignStore where the file has others."""
     found = database.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL").fetchall()
     owner, version = (database.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
     if not found and not owner and not version:
         for statement in (*SCHEMA, f"PRAGMA application_id = {OURS}", f"PRAGMA user_version = {FORMAT}"):
             database.execute(statement)
     elif (owner, version) != (OURS, FORMAT) or {sql for (sql,) in found} != set(SCHEMA):
-        raise Foreign("it is the database of another program, or version")
+        raise ForeignStore("it is the database of another program, or version")
 
 
 def _make_room(database: sqlite3.Connection, size: int) -> None:

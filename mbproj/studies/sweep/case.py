@@ -40,7 +40,7 @@ SCENES = 4
 
 
 @dataclass(frozen=True)
-class Work:
+class CaseWork:
     """What all cases share: the scene's text and what messages call it; the paths of what varies; what is measured; for
     how long (s) a case may run; what results files are kept of ("none", "failed", "all"), and where."""
 
@@ -54,14 +54,14 @@ class Work:
 
 
 @dataclass(frozen=True)
-class Task:
+class CaseTask:
     """A case: its key, which is the stem of its results file, and its values."""
 
     key: str
     values: tuple[float | str, ...]
 
 
-def run_case(work: Work, task: Task) -> CaseRow:
+def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
     """Runs a case. Its results file is written under a private name, and renamed when it is whole."""
     started = perf_counter()
     try:
@@ -83,7 +83,7 @@ def run_case(work: Work, task: Task) -> CaseRow:
     return replace(row, seconds=perf_counter() - started)
 
 
-def run_cases(work: Work, tasks: Sequence[Task]) -> tuple[CaseRow, ...]:
+def run_cases(work: CaseWork, tasks: Sequence[CaseTask]) -> tuple[CaseRow, ...]:
     """The rows of several cases, by arrays where these know their way, with the bits that each has alone."""
     tried = _tried(work.text, work.paths, work.measures)
     rows: dict[int, CaseRow] = {}
@@ -104,20 +104,20 @@ def _tried(text: str, paths: tuple[str, ...], measures: tuple[Expectation, ...])
     return _Tried()
 
 
-def _by_arrays(work: Work, tasks: Sequence[Task]) -> dict[int, CaseRow]:
+def _by_arrays(work: CaseWork, tasks: Sequence[CaseTask]) -> dict[int, CaseRow]:
     """The rows of those cases that come to their end by arrays, by their numbers."""
 
-    def holds(task: Task, row: CaseRow) -> bool:
+    def holds(task: CaseTask, row: CaseRow) -> bool:
         return np.array_equal(run_case(work, task).values, row.values, equal_nan=True)
 
     return by_arrays(tasks, partial(_run_together, work), holds, lambda task: shared(work.paths, task.values))
 
 
-def _run_together(work: Work, tasks: Sequence[Task]) -> list[CaseRow | None]:
+def _run_together(work: CaseWork, tasks: Sequence[CaseTask]) -> list[CaseRow | None]:
     """The rows of cases of a group; None of those that have to go alone."""
     begun = perf_counter()
     values = values_of([task.values for task in tasks])
-    scene = scene_of(work, Task("", tuple(values)))
+    scene = scene_of(work, CaseTask("", tuple(values)))
     signature = signature_of(scene, sparse(settings_to_run(scene), work.measures, counts=False))
     found, name = run_block(signature, work.measures, len(tasks), work.timeout), signature.choice.name
     seconds = (perf_counter() - begun) / len(tasks)
@@ -127,7 +127,7 @@ def _run_together(work: Work, tasks: Sequence[Task]) -> list[CaseRow | None]:
     ]
 
 
-def _run(work: Work, task: Task) -> CaseRow:
+def _run(work: CaseWork, task: CaseTask) -> CaseRow:
     scene = scene_of(work, task)
     mechanism, settings = Mechanism.of(scene), settings_to_run(scene)
     if work.keep == "all":
@@ -141,7 +141,7 @@ def _run(work: Work, task: Task) -> CaseRow:
         return _recorded(work, task, mechanism, settings)
 
 
-def scene_of(work: Work, task: Task) -> Scene:
+def scene_of(work: CaseWork, task: CaseTask) -> Scene:
     """The scene with the values of a case. Raises InputError."""
     return _taken_apart(work.text, work.name).scene(dict(zip(work.paths, task.values, strict=True)))
 
@@ -161,7 +161,7 @@ def sparse(settings: Settings, measures: Sequence[Expectation], *, counts: bool 
 
 
 def _measured(
-    work: Work, mechanism: Mechanism, settings: Settings, kept: MeasuredSamples, keep: Keep | None = None
+    work: CaseWork, mechanism: Mechanism, settings: Settings, kept: MeasuredSamples, keep: Keep | None = None
 ) -> tuple[CaseRow, Report]:
     """The case's row; `keep` takes the states that a run can go on from."""
     report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep, accounts=keep is not None)
@@ -183,7 +183,7 @@ def _failed(error: MbprojError) -> CaseRow:
     )
 
 
-def _recorded(work: Work, task: Task, mechanism: Mechanism, settings: Settings) -> CaseRow:
+def _recorded(work: CaseWork, task: CaseTask, mechanism: Mechanism, settings: Settings) -> CaseRow:
     """The case, with its results file."""
     assert work.folder is not None
     whole, private = work.folder / f"{task.key}.h5", work.folder / f".{task.key}-{uuid4().hex[:8]}.h5"

@@ -25,7 +25,7 @@ from mbproj.results.file.whole import as_text
 from mbproj.results.sweep.layout import NAME
 from mbproj.studies.sweep.database import FORMAT, open_whole, sealed, whole_values
 from mbproj.studies.sweep.row import CaseRow, Status, as_stored, from_stored, identity
-from mbproj.studies.sweep.spec import Spec
+from mbproj.studies.sweep.spec import SweepSpec
 from mbproj.version import __version__
 
 STORE, CASES, TABLE = "store.sqlite", "cases", "summary.csv"
@@ -39,7 +39,7 @@ class Folder:
     """The folder at `path`. Raises InputError where it holds what is not this sweep's; `fresh` drops all that an
     earlier one has done."""
 
-    def __init__(self, path: Path, spec: Spec, fresh: bool) -> None:
+    def __init__(self, path: Path, spec: SweepSpec, fresh: bool) -> None:
         self.path = make_folder(path, OTHER)
         self.cases, self.table, self.arrays = (self.path / name for name in (CASES, TABLE, NAME))
         if not (self.path / STORE).exists():
@@ -57,7 +57,7 @@ class Folder:
             problem = Problem(f"'{self.path}' is not the folder of a sweep: it holds '{others[0]}'", hint=OTHER)
             raise InputError(problem)
 
-    def _take(self, spec: Spec, fresh: bool) -> None:
+    def _take(self, spec: SweepSpec, fresh: bool) -> None:
         about = self.store.about()
         before = about.get("scene", _scene_of(spec))
         if not fresh and before != _scene_of(spec):
@@ -90,12 +90,12 @@ def checksum_of(table: Path) -> str:
     return f"{crc32(table.read_bytes()):08x}"
 
 
-def _scene_of(spec: Spec) -> str:
+def _scene_of(spec: SweepSpec) -> str:
     """What a sweep is of, wherever its folder is moved: the name of the scene's file."""
     return as_text(spec.scene.path.name) if spec.scene.path is not None else ""
 
 
-def _facts(spec: Spec) -> dict[str, str]:
+def _facts(spec: SweepSpec) -> dict[str, str]:
     return {
         "scene": _scene_of(spec),
         "scene_text": spec.scene.text,

@@ -9,10 +9,10 @@ from mbproj.dataclass import dataclass
 from mbproj.studies.parallel.bundles import in_bundles
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.workers import OVERDUE
-from mbproj.studies.sweep.case import Task, Work, run_case, run_cases
+from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
-from mbproj.studies.sweep.spec import Spec
+from mbproj.studies.sweep.spec import SweepSpec
 
 #: A case that does not stop by itself when its time is up is given so many times as long, and so many s.
 PATIENCE, GRACE = 2.0, 5.0
@@ -36,7 +36,7 @@ class Progress:
 
 
 def run_sweep(
-    spec: Spec,
+    spec: SweepSpec,
     folder: Folder,
     where: Where = None,
     *,
@@ -48,7 +48,7 @@ def run_sweep(
     """Runs what is missing of a sweep; how far it came. More than `most_failures` failed cases end it. A case may take
     `timeout` s. With `retry_failed` those that had failed run again. Raises KeyboardInterrupt after SIGINT or SIGTERM,
     StoreLost where a row cannot be kept; what was computed before is kept."""
-    work = Work(
+    work = CaseWork(
         spec.scene.text,
         str(spec.scene.path),
         spec.design.paths,
@@ -86,17 +86,17 @@ def run_sweep(
     return progress
 
 
-def _lost(task: Task, why: str, seconds: float) -> CaseRow:
+def _lost(task: CaseTask, why: str, seconds: float) -> CaseRow:
     """The row of a case whose process was lost, or ended because it did not stop by itself."""
     status = Status.TIMEOUT if why.startswith(OVERDUE) else Status.CRASHED
     return CaseRow(status, message=why, seconds=seconds)
 
 
-class _Missing(Iterator[Task]):
+class _Missing(Iterator[CaseTask]):
     """The cases that are not among the known ones, each once. `reused` counts the others as they are met, `failed`
     those of them that have failed."""
 
-    def __init__(self, spec: Spec, keys: Keys, known: dict[str, Status]) -> None:
+    def __init__(self, spec: SweepSpec, keys: Keys, known: dict[str, Status]) -> None:
         self._spec, self._keys, self._met = spec, keys, {*known}
         self.reused = self.failed = 0
         numbers: Iterable[int] = range(spec.design.count)
@@ -107,12 +107,12 @@ class _Missing(Iterator[Task]):
             self.failed = sum(status not in (None, Status.DONE) for _, status in found)
         self._numbers = iter(numbers)
 
-    def __next__(self) -> Task:
+    def __next__(self) -> CaseTask:
         for number in self._numbers:
             key = self._key(number)
             if key not in self._met:
                 self._met.add(key)
-                return Task(key, self._spec.design.case(number))
+                return CaseTask(key, self._spec.design.case(number))
             self.reused += 1
         raise StopIteration
 
@@ -120,7 +120,7 @@ class _Missing(Iterator[Task]):
         return self._keys.of(self._spec.design.case(number))
 
 
-def _is_whole(key: str, row: CaseRow, spec: Spec, folder: Folder, retry_failed: bool) -> bool:
+def _is_whole(key: str, row: CaseRow, spec: SweepSpec, folder: Folder, retry_failed: bool) -> bool:
     """Whether a case need not run again. What was stopped or crashed may get to its end now."""
     if row.status in (Status.TIMEOUT, Status.CRASHED) or (retry_failed and row.status == Status.FAILED):
         return False

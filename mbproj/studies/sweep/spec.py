@@ -52,7 +52,7 @@ SPEC: Record[dict[str, Any]] = Record(
 
 
 @dataclass(frozen=True, eq=False)
-class Spec:
+class SweepSpec:
     """A sweep as its file has it. `units` are those of the parameters, by their paths, "" where nobody knows; `places`
     where each key stands."""
 
@@ -70,7 +70,7 @@ class Spec:
         return self.places.get(path)
 
 
-def read_spec(path: Path) -> Spec:
+def read_spec(path: Path) -> SweepSpec:
     """The sweep in the file at `path`. Raises InputError with every problem, at its place in the file or the scene."""
     text, root, reading = opened(path, SPEC.what, f"it begins with 'sweep: {FORMAT}'")
     scene, base = scene_named(path, root, reading, SPEC)
@@ -88,7 +88,7 @@ def read_spec(path: Path) -> Spec:
     reading.problems += _misfits(scene, design, found["measure"], reading.places)
     if reading.problems:
         raise InputError(in_text_order(reading.problems))
-    return Spec(
+    return SweepSpec(
         path=path,
         text=text,
         scene=scene,

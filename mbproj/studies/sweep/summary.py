@@ -18,7 +18,7 @@ from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.studies.sweep.design import Case, Grid, Sampled
 from mbproj.studies.sweep.folder import OTHER, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
-from mbproj.studies.sweep.spec import COLUMNS, Spec
+from mbproj.studies.sweep.spec import COLUMNS, SweepSpec
 from mbproj.version import __version__
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class CaseEntry:
         return NOT_RUN if self.row is None else self.row.status.value
 
 
-def entries(spec: Spec, folder: Folder) -> Iterator[CaseEntry]:
+def entries(spec: SweepSpec, folder: Folder) -> Iterator[CaseEntry]:
     """All cases in the order of the design."""
     keys = Keys(spec.scene.whole, spec.design.paths)
     for number in range(spec.design.count):
@@ -58,7 +58,7 @@ def entries(spec: Spec, folder: Folder) -> Iterator[CaseEntry]:
         yield CaseEntry(values, row, str(file.relative_to(folder.path)) if kept else "")
 
 
-def headings(spec: Spec) -> list[str]:
+def headings(spec: SweepSpec) -> list[str]:
     """The columns of the CSV table: what varies and what is measured, with units in brackets, and how cases ended."""
     varied = [with_unit(column_of(path), spec.units[path]) for path in spec.design.paths]
     measured = [with_unit(each.name, each.unit) for each in spec.measures]
@@ -72,19 +72,19 @@ def check_summary(folder: Folder, force: bool) -> None:
         check_replaceable(path, kind, force=force, hint=OTHER)
 
 
-def write_summary(spec: Spec, folder: Folder, force: bool = False) -> list[Path]:
+def write_summary(spec: SweepSpec, folder: Folder, force: bool = False) -> list[Path]:
     """Writes summary.csv and summary.h5. Raises InputError as `check_summary`."""
     return [write_table(spec, folder, force), write_arrays(spec, folder, force)]
 
 
-def write_table(spec: Spec, folder: Folder, force: bool = False) -> Path:
+def write_table(spec: SweepSpec, folder: Folder, force: bool = False) -> Path:
     """Writes summary.csv, whose checksum the store keeps."""
     path = write_csv(folder.table, headings(spec), cells(spec, folder), kind=KIND, force=force, hint=OTHER)
     folder.store.describe({TABLE: checksum_of(path)})
     return path
 
 
-def cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:
+def cells(spec: SweepSpec, folder: Folder) -> Iterator[Sequence[Any]]:
     """The rows of the table, as `headings` has the columns; None where a case has no number."""
     for number, entry in enumerate(entries(spec, folder)):
         row = entry.row or CaseRow(Status.DONE)
@@ -94,7 +94,7 @@ def cells(spec: Spec, folder: Folder) -> Iterator[Sequence[Any]]:
         yield [number, *entry.values, *known, *ended]
 
 
-def write_arrays(spec: Spec, folder: Folder, force: bool = False) -> Path:
+def write_arrays(spec: SweepSpec, folder: Folder, force: bool = False) -> Path:
     """Writes summary.h5: a grid has a dimension for each quantity that varies, other designs have one for the cases."""
     import h5py
 
@@ -122,7 +122,7 @@ class _Columns:
     """All cases by columns, of which a million take tens of megabytes: what is `measured` (m, N), how each ended, and,
     but of a grid, what varies."""
 
-    def __init__(self, spec: Spec, folder: Folder) -> None:
+    def __init__(self, spec: SweepSpec, folder: Folder) -> None:
         count = spec.design.count
         self.measured = np.full((len(spec.measures), count), np.nan)
         self.endings = {name: np.full(count, *MISSING[name in SECONDS]) for name in ENDINGS}
@@ -143,7 +143,7 @@ class _Columns:
                     column[number] = texts.setdefault(value, value) if isinstance(value, str) else value
 
 
-def _about(spec: Spec) -> dict[str, Any]:
+def _about(spec: SweepSpec) -> dict[str, Any]:
     design = spec.design
     sampled = {"samples": design.samples, "seed": design.seed} if isinstance(design, Sampled) else {}
     return {
@@ -161,7 +161,7 @@ def _about(spec: Spec) -> dict[str, Any]:
     }
 
 
-def _axes(file: h5py.File, spec: Spec, found: _Columns) -> list[h5py.Dataset]:
+def _axes(file: h5py.File, spec: SweepSpec, found: _Columns) -> list[h5py.Dataset]:
     """The dimensions, and what varies as coordinates on them."""
     design = spec.design
     if isinstance(design, Grid):

@@ -15,7 +15,7 @@ from mbproj.outputs import DESIGNED, make_folder, write_text
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of
 from mbproj.scene.text.suggestions import choose_from
-from mbproj.studies.design.run import Design, find_design
+from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
@@ -47,7 +47,7 @@ class Synthesised:
 
     topology: str
     bodies: int
-    design: Design | None
+    design: FoundDesign | None
     rms: float
     numbers: Mapping[str, float]
     cause: str = ""

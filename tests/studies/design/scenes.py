@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.studies.design.run import Design, find_design
+from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.spec import read_spec
 
 #: A ball that is thrown: x = v cos α t, z = v sin α t - g t²/2.
@@ -76,7 +76,7 @@ def written(folder: Path, scene: str, spec: str) -> Path:
     return path
 
 
-def found(path: Path, **options: object) -> tuple[Design, Mapping[str, float]]:
+def found(path: Path, **options: object) -> tuple[FoundDesign, Mapping[str, float]]:
     """The design of a file, and its numbers by the names of the parameters."""
     design = find_design(read_spec(path), 1, **options)
     names = [name.removeprefix("parameters.") for name in design.spec.paths]

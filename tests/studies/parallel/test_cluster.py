@@ -19,7 +19,7 @@ from mbproj.studies.parallel import cluster as on_dask
 from mbproj.studies.parallel.bundles import in_bundles
 from mbproj.studies.parallel.client import Cluster, ClusterLost, connected
 from mbproj.studies.parallel.hand_out import in_parallel
-from mbproj.studies.sweep.case import Task, Work, run_case
+from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
 from tests.studies.parallel.dask_cluster import cluster, wait_until
@@ -104,11 +104,11 @@ def test_what_is_killed_loses_nothing_and_nothing_is_done_twice(running, tmp_pat
     assert done["reused"] >= 20
     assert done["failed"] == 0
     spec = read_spec(path)
-    work = Work(spec.scene.text, "alone", spec.design.paths, spec.measures, None, "none", None)
+    work = CaseWork(spec.scene.text, "alone", spec.design.paths, spec.measures, None, "none", None)
     with (tmp_path / "spec-sweep" / "summary.csv").open(encoding="utf-8") as file:
         column = [float(row["drop (m)"]) for row in csv.DictReader(file)]
     for number in range(0, 90, 9):
-        assert run_case(work, Task("", spec.design.case(number))).values == (column[number],)
+        assert run_case(work, CaseTask("", spec.design.case(number))).values == (column[number],)
 
 
 def test_a_scheduler_that_is_not_there_is_said_soon(monkeypatch, tmp_path):

@@ -7,7 +7,7 @@ import pytest
 
 from mbproj.mechanisms_folder import mechanism
 from mbproj.studies.sweep import case
-from mbproj.studies.sweep.case import Task, Work, run_case, run_cases
+from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.together import block
@@ -65,8 +65,8 @@ SWEEPS = {
 
 def by_arrays_and_alone(path):
     spec = read_spec(path)
-    work = Work(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
-    tasks = [Task(str(number), spec.design.case(number)) for number in range(spec.design.count)]
+    work = CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+    tasks = [CaseTask(str(number), spec.design.case(number)) for number in range(spec.design.count)]
     return run_cases(work, tasks), [run_case(work, task) for task in tasks]
 
 

@@ -9,7 +9,7 @@ import pytest
 from mbproj.analysis.expectations import measured
 from mbproj.errors import InputError
 from mbproj.results import open_results
-from mbproj.studies.sweep.case import Task, Work, run_case
+from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
@@ -30,7 +30,7 @@ MEASURES = """\
 
 def work_of(spec, **changes):
     given = {"timeout": None, "keep": "none", "folder": None, **changes}
-    return Work(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, **given)
+    return CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, **given)
 
 
 @pytest.mark.parametrize("measures", [MEASURES, MEASURE], ids=["many", "the end alone"])
@@ -49,7 +49,7 @@ def test_a_case_has_the_numbers_of_a_run_with_set(tmp_path, measures, more):
     assert done.returncode == 0, done.stderr
     with open_results(tmp_path / "results.h5") as results:
         found = [measured(each, results, 0.2) for each in spec.measures]
-    row = run_case(work_of(spec), Task("key", spec.design.case(3)))
+    row = run_case(work_of(spec), CaseTask("key", spec.design.case(3)))
     assert row.status == Status.DONE
     assert row.values == tuple(float(each.values[0]) for each in found)
 
@@ -115,7 +115,7 @@ def test_a_case_stops_when_its_time_is_up(tmp_path, formulation):
     """Between two steps, though it records no sample for hours."""
     slow = "  fails: -1e8\n  simulation.duration: 1e7\n  simulation.step: 1e-5\n  simulation.output_step: 1e6\n"
     spec = read_spec(write(tmp_path, f"{slow}  simulation.formulation: {formulation}\n"))
-    row = run_case(work_of(spec, timeout=0.3), Task("key", spec.design.case(0)))
+    row = run_case(work_of(spec, timeout=0.3), CaseTask("key", spec.design.case(0)))
     assert (row.status, row.message) == (Status.TIMEOUT, "stopped: it took longer than 0.3 s")
     assert row.seconds < 3.0
 

@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.errors import InputError
 from mbproj.scene.records import Scene, Settings
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, Number
+from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, VariedNumber
 from mbproj.studies.design.trial import Trial, Wish, trial_of, tried, tried_together
 
 #: What a run with fixed steps, or a kinematic one, is exact to as a function of its numbers, in parts of its values.
@@ -125,7 +125,7 @@ class Counted:
             slopes[:, columns] = np.where(left[:, columns], others, slopes[:, columns])
         return slopes
 
-    def _number(self, u: Array, index: int, *, central: bool) -> Number:
+    def _number(self, u: Array, index: int, *, central: bool) -> VariedNumber:
         """A share, within the bounds 0 and 1."""
 
         def scene(away: float) -> Scene:
@@ -135,7 +135,7 @@ class Counted:
                 raise InputError("a neighbour is beyond a bound")
             return self._wish.scene(beside)
 
-        return Number(self._wish.paths[index], scene, GRAIN ** (CENTRAL if central else ONE_SIDED))
+        return VariedNumber(self._wish.paths[index], scene, GRAIN ** (CENTRAL if central else ONE_SIDED))
 
     def _by_differences(
         self, part: Callable[[Trial], Array], u: Array, base: Trial, columns: Iterable[int], *, central: bool

@@ -35,7 +35,7 @@ LEAVE_OUT = "leave this number out"
 
 
 @dataclass(frozen=True)
-class Work:
+class DifferenceWork:
     """What all runs share: the scene, the numbers' `paths`, the measures, and the `steps` that they follow."""
 
     scene: Scene
@@ -46,7 +46,7 @@ class Work:
 
 
 @dataclass(frozen=True, eq=False)
-class Slopes:
+class DifferenceSlopes:
     """Of k measures by d numbers: `values` (k,), `slopes` (k, d), what they may be off by (k, d), and how many `runs`
     there were. NaN where runs could not follow the scene's own. `why` (k, d) dual numbers were not taken; empty where
     they were. `failed` (d,) says why runs with other numbers fail on both sides; empty where one runs."""
@@ -59,7 +59,7 @@ class Slopes:
     why: tuple[tuple[str, ...], ...] = ()
 
 
-def differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
+def differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> DifferenceSlopes:
     """At the numbers x (d,) of sizes `scale` (d,). Raises InputError where the scene's own run fails."""
     first = tight(work, FOLLOWED)
     steps = FollowedSteps()
@@ -72,7 +72,7 @@ def differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
             return found
     else:
         left, nothing = np.arange(len(x)), np.full((len(own), len(x)), np.nan)
-        found = Slopes(own, nothing, nothing.copy(), 0, ("",) * len(x))
+        found = DifferenceSlopes(own, nothing, nothing.copy(), 0, ("",) * len(x))
     own_paths = tuple(work.paths[j] for j in left)
     free = replace(tight(work, TOLERANCE), paths=own_paths)
     own = _values(free, -1, _run(free, (-1, 0.0))[0])
@@ -80,10 +80,10 @@ def differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
     found.slopes[:, left], found.uncertainty[:, left] = others.slopes, others.uncertainty
     failed = np.array(found.failed, dtype=object)
     failed[left] = others.failed
-    return Slopes(own, found.slopes, found.uncertainty, found.runs + others.runs, tuple(failed))
+    return DifferenceSlopes(own, found.slopes, found.uncertainty, found.runs + others.runs, tuple(failed))
 
 
-def tight(work: Work, tolerance: float) -> Work:
+def tight(work: DifferenceWork, tolerance: float) -> DifferenceWork:
     """The same to this tolerance, where the scene's own is a larger one."""
     settings = work.settings
     if settings.tolerance is None:
@@ -91,7 +91,7 @@ def tight(work: Work, tolerance: float) -> Work:
     return replace(work, settings=replace(settings, tolerance=min(settings.tolerance, tolerance)))
 
 
-def _beside(work: Work, x: Array, scale: Array, own: Array, where: Where) -> Slopes:
+def _beside(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Where) -> DifferenceSlopes:
     """By runs beside the scene's `own`, whose steps they follow if these are known."""
     noise, made = _noise(work, x, scale, own, where)
     part = float(np.max(noise / np.where(own == 0.0, np.inf, np.abs(own)), initial=_grain(work)))
@@ -113,10 +113,10 @@ def _beside(work: Work, x: Array, scale: Array, own: Array, where: Where) -> Slo
     for j in again:
         slopes[:, j], error = runs.better_slope(j)
         off[:, j] = error + np.maximum(noise, runs.noise(j)) / h[j]
-    return Slopes(own, slopes, off, 1 + made + runs.count, failed)
+    return DifferenceSlopes(own, slopes, off, 1 + made + runs.count, failed)
 
 
-def _noise(work: Work, x: Array, scale: Array, own: Array, where: Where) -> tuple[Array, int]:
+def _noise(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Where) -> tuple[Array, int]:
     """How far values (k,) are from smooth functions, as runs with one of the numbers show it, and how many these are.
     Runs with fixed steps are known to be as exact as numbers are."""
     least = _grain(work) * np.abs(own)
@@ -131,7 +131,7 @@ def _noise(work: Work, x: Array, scale: Array, own: Array, where: Where) -> tupl
     return least, runs.count
 
 
-def _grain(work: Work) -> float:
+def _grain(work: DifferenceWork) -> float:
     """What runs are exact to, in parts of their values, as functions of their numbers."""
     return GRAIN if work.steps.known else grain_of(work.settings)
 
@@ -139,7 +139,7 @@ def _grain(work: Work) -> float:
 class _Runs:
     """Runs at some shifts of one number, in steps `h` (d,) of it: each is made once."""
 
-    def __init__(self, work: Work, x: Array, h: Array, own: Array, where: Where) -> None:
+    def __init__(self, work: DifferenceWork, x: Array, h: Array, own: Array, where: Where) -> None:
         self._work, self._x, self._h, self._own, self._where = work, x, h, own, where
         self._found: dict[tuple[int, float], tuple[list[float] | str, bool]] = {}
 
@@ -202,7 +202,7 @@ def off_by(better: Array, rough: Array) -> Array:
     return np.asarray(apart**2 / np.maximum(np.abs(better), apart + 1e-300))
 
 
-def _values(work: Work, j: int, found: list[float] | str) -> Array:
+def _values(work: DifferenceWork, j: int, found: list[float] | str) -> Array:
     """The measures (k,) of a run. Raises InputError where it failed."""
     if isinstance(found, str):
         what = "the scene's own run" if j < 0 else f"a run with another '{column_of(work.paths[j])}'"
@@ -210,7 +210,9 @@ def _values(work: Work, j: int, found: list[float] | str) -> Array:
     return np.array(found, dtype=float)
 
 
-def _run(work: Work, item: tuple[int, float], steps: FollowedSteps | None = None) -> tuple[list[float] | str, bool]:
+def _run(
+    work: DifferenceWork, item: tuple[int, float], steps: FollowedSteps | None = None
+) -> tuple[list[float] | str, bool]:
     """The measures of a run with another value of one number, or why there are none; whether it could not follow."""
     j, value = item
     own = steps or (work.steps.of_another() if work.steps.known else None)

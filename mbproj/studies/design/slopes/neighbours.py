@@ -61,7 +61,7 @@ Formula = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 @dataclass(frozen=True, eq=False)
-class Number:
+class VariedNumber:
     """One that a scene has, by name: its scenes where it is so much larger, and the step of differences."""
 
     name: str
@@ -176,7 +176,7 @@ class Followed:
 
     def slopes(
         self,
-        numbers: Sequence[Number],
+        numbers: Sequence[VariedNumber],
         measure: Callable[[Scene, MeasuredSamples], Array],
         formulas: Sequence[Formula] = FORMULAS,
     ) -> list[Slope]:
@@ -222,7 +222,9 @@ class Followed:
             return [Slope.unknown(str(error))] * len(numbers)
         return slopes
 
-    def _alike(self, own: Model, number: Number, formulas: Sequence[Formula]) -> tuple[Formula, list[Model]] | str:
+    def _alike(
+        self, own: Model, number: VariedNumber, formulas: Sequence[Formula]
+    ) -> tuple[Formula, list[Model]] | str:
         """The first of the formulas whose neighbours are alike, with these; why there is none."""
         why = ""
         for formula in formulas:

@@ -15,8 +15,16 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.scene.records import Expectation, Passage, Scene, Settings
 from mbproj.scene.sampling import output_every, output_interval, whole_steps
 from mbproj.studies.design.slopes.derivative import GRAIN
-from mbproj.studies.design.slopes.differences import CERTAIN, FOLLOWED, Slopes, Work, differences, off_by, tight
-from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, WIDE, Followed, Formula, Number, Slope
+from mbproj.studies.design.slopes.differences import (
+    CERTAIN,
+    FOLLOWED,
+    DifferenceSlopes,
+    DifferenceWork,
+    differences,
+    off_by,
+    tight,
+)
+from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, WIDE, Followed, Formula, Slope, VariedNumber
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where
@@ -32,7 +40,7 @@ ENOUGH = 1e-3
 OF_SAMPLES = ("largest", "maximum", "minimum", "range")
 
 
-def slopes_of(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
+def slopes_of(work: DifferenceWork, x: Array, scale: Array, where: Where) -> DifferenceSlopes:
     """At the numbers x (d,) of sizes `scale` (d,). Measures that dual numbers do not see are found by differences, and
     so are all of a number that these do not follow. Raises InputError or SimulationError where the own run fails."""
     first = tight(work, FOLLOWED)
@@ -61,10 +69,10 @@ def slopes_of(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
         own = others.values if all_of_them else own
         for j, cause in zip(left.tolist(), others.failed, strict=True):
             failed[j] = cause
-    return Slopes(own, slopes, off, runs, tuple(failed), tuple(map(tuple, why)))
+    return DifferenceSlopes(own, slopes, off, runs, tuple(failed), tuple(map(tuple, why)))
 
 
-def _by_differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
+def _by_differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> DifferenceSlopes:
     """By differences of runs; where steps are fixed, once more with others, for their error."""
     found = differences(work, x, scale, where)
     if work.settings.tolerance is not None or work.settings.step is None:
@@ -79,7 +87,7 @@ def _by_differences(work: Work, x: Array, scale: Array, where: Where) -> Slopes:
     return found
 
 
-def _own_run(work: Work) -> tuple[Array, Followed]:
+def _own_run(work: DifferenceWork) -> tuple[Array, Followed]:
     """The measures (k,) of the scene's own run, and that run. Raises InputError or SimulationError where it fails."""
     followed = Followed(Mechanism.of(work.scene), work.settings, work.measures)
     samples = followed.run()
@@ -87,12 +95,12 @@ def _own_run(work: Work) -> tuple[Array, Followed]:
     return _values(work, samples), followed
 
 
-def _values(work: Work, samples: MeasuredSamples) -> Array:
+def _values(work: DifferenceWork, samples: MeasuredSamples) -> Array:
     found = [measured(each, samples, work.settings.duration) for each in work.measures]
     return np.array([np.nan if each is None else each.values[0] for each in found], dtype=float)
 
 
-def _rows(work: Work, samples: MeasuredSamples) -> Array | None:
+def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Array | None:
     """The samples that the measures look at, ascending, with the first and the last; None where some look at all."""
     time = samples["time"]
     rows = {0, len(time) - 1}
@@ -107,14 +115,14 @@ def _rows(work: Work, samples: MeasuredSamples) -> Array | None:
 
 
 def _by_duals(
-    work: Work, followed: Followed, own: Array, x: Array, scale: Array, *, rough_ones: bool = False
+    work: DifferenceWork, followed: Followed, own: Array, x: Array, scale: Array, *, rough_ones: bool = False
 ) -> list[tuple[Slope, Array]]:
     """Along the run, by each number, and what that may be off by beside the error of steps. Where a formula is not
     certain to CERTAIN, by one of higher order, unless `rough_ones` will do."""
 
-    def number(j: int) -> Number:
+    def number(j: int) -> VariedNumber:
         path, at = work.paths[j], float(x[j])
-        return Number(path, lambda away: work.scene.with_({path: at + away}), STEP * float(scale[j]))
+        return VariedNumber(path, lambda away: work.scene.with_({path: at + away}), STEP * float(scale[j]))
 
     def measure(_: Scene, samples: MeasuredSamples) -> Array:
         return _values(work, samples)
@@ -152,7 +160,7 @@ def _off(slope: Slope, own: Array) -> Array:
 
 
 def _add_discretisation(
-    work: Work, followed: Followed, x: Array, scale: Array, slopes: Array, off: Array, seen: list[int]
+    work: DifferenceWork, followed: Followed, x: Array, scale: Array, slopes: Array, off: Array, seen: list[int]
 ) -> int:
     """Adds the error of steps to what slopes of the measures `seen` may be off by, as coarser runs or a finer one show
     it. How many runs there were."""
