@@ -38,8 +38,8 @@ def fingerprint() -> str:
 
 
 def has_wide_vectors() -> bool:
-    """Return whether the extension is compiled for vectors of four doubles or more. Without them packs are slower than single
-    runs, by 0.85 to 1.02 in `scripts/bench_packs.py`."""
+    """Return whether the extension is compiled for vectors of four doubles or more. Without them packs are slower than
+    single runs, by 0.85 to 1.02 in `scripts/bench_packs.py`."""
     kernel = build_info()
     return not isinstance(kernel, str) and "AVX2" in kernel["instruction_set"]
 
