@@ -9,7 +9,7 @@ import pytest
 
 import mbproj
 from mbproj.figures.pages.sensitivity import draw_sensitivities
-from mbproj.studies.design.slopes.differences import Work, differences
+from mbproj.studies.design.slopes.differences import DifferenceWork, differences
 from tests.cli.commands import mbproj as command
 from tests.studies.design.scenes import BALL
 
@@ -51,7 +51,7 @@ def differences_of(text, to, of=("far", "high")):
     scene = mbproj.read_scene_text(text)
     measures = tuple(each for each in scene.expectations if each.name in of)
     x = np.array([scene.parameters[name] for name in to])
-    return differences(Work(scene, scene.settings, tuple(to), measures), x, np.abs(x), 1)
+    return differences(DifferenceWork(scene, scene.settings, tuple(to), measures), x, np.abs(x), 1)
 
 
 def test_two_runs_a_number_where_they_agree_and_four_where_they_do_not():

@@ -7,7 +7,7 @@ import pytest
 
 import mbproj
 from mbproj.mechanisms_folder import mechanism
-from mbproj.studies.design.slopes.differences import Work, differences
+from mbproj.studies.design.slopes.differences import DifferenceWork, differences
 from tests.kernel.scenes import needs_kernel
 
 pytestmark = needs_kernel
@@ -60,7 +60,7 @@ ACTS = {
 
 def apart(scene, found):
     """By how much slopes differ from those by differences, less what these may be off by and 1e-6 of themselves."""
-    work = Work(scene, scene.settings, found.paths, found.measures)
+    work = DifferenceWork(scene, scene.settings, found.paths, found.measures)
     other = differences(work, found.x, np.where(found.x == 0.0, 1.0, np.abs(found.x)), 1)
     assert np.abs(other.slopes).max() > 0.0
     return np.max(np.abs(found.slopes - other.slopes) - other.uncertainty - 1e-6 * np.abs(other.slopes))
