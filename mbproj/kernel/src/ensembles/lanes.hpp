@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include "algebra/pack.hpp"
+#include "ensembles/pack.hpp"
 #include "stepping/samples.hpp"
 #include "stepping/schedule.hpp"
 

@@ -1,8 +1,8 @@
 // The models of several cases as one with packs for numbers, and which models are alike enough for that.
 #pragma once
 
-#include "algebra/pack.hpp"
 #include "elimination/elimination_order.hpp"
+#include "ensembles/pack.hpp"
 #include "model/settings.hpp"
 #include "tangents/model_structure.hpp"
 

@@ -1,7 +1,7 @@
 // Iterative refinement of several cases at once.
 #pragma once
 
-#include "algebra/pack.hpp"
+#include "ensembles/pack.hpp"
 #include "loops/refinement.hpp"
 
 namespace mbproj {
