@@ -11,6 +11,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
+from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.quantity import Positive
 from mbproj.cli.report.text import json_text
 
@@ -53,6 +54,7 @@ EXAMPLES = (
     help="Directory of the sweep [default: <spec>-sweep].",
 )
 @option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
+@drawn
 @study_options.force
 @study_options.write_table
 @study_options.as_json
@@ -67,6 +69,7 @@ def command(
     yes: bool,
     output: Path | None,
     xml: Path | None,
+    picture_path: Path | None,
     force: bool,
     table_file: Path | None,
     as_json: bool,
@@ -83,6 +86,7 @@ def command(
     has what was computed.
     """
     from mbproj.cli.report import sweep as report
+    from mbproj.cli.studies.sweep_pictures import draw_usual
     from mbproj.errors import ExitCode
     from mbproj.outputs import JUNIT, write_text
     from mbproj.outputs.written_table import check_table
@@ -103,6 +107,7 @@ def command(
     with folder.store:
         summary.check_summary(folder, force)  # before the work begins
         check_table(table_file, ("case",), force=force)
+        check_picture(picture_path, force=force)
         if xml is not None:
             write_text(xml, report.junit(what, []), JUNIT, force=force, hint=OTHER_REPORT)
         with report.showing(hidden=as_json or quiet) as tell:
@@ -128,6 +133,10 @@ def command(
         if xml is not None:
             write_text(xml, report.junit(what, summary.entries(what, folder)), JUNIT, force=force, hint=OTHER_REPORT)
         failures = report.failures(summary.entries(what, folder))
+    if picture_path is not None:
+        picture = draw_usual(folder.arrays, picture_path, force=force)
+        if not quiet:
+            click.echo(picture, err=True)
     numbers = _numbers(reached, written)
     if as_json:
         click.echo(json_text({**numbers, "failures": failures}))

@@ -1,4 +1,4 @@
-"""Pictures of sweeps, for `mbproj plot`."""
+"""Pictures of sweeps, for `mbproj plot` and `mbproj sweep --plot`."""
 
 from __future__ import annotations
 
@@ -61,6 +61,21 @@ def draw_sweep(
         check_replaceable(target, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, target in targets.items():
         click.echo(save(draw(kind, chosen), target, force=force))
+
+
+def draw_usual(summary: Path, target: Path, *, force: bool) -> str:
+    """Draw the first picture that suits the design of a sweep; the path, or a note that there is nothing to draw."""
+    from mbproj.figures.save import save
+    from mbproj.figures.sweeps import draw
+    from mbproj.figures.sweeps.chosen import choose
+    from mbproj.results.sweep.table import read_table
+
+    try:
+        chosen = choose(read_table(summary), (), ())
+        kind, *_ = _applicable(chosen, ())
+    except InputError as nothing:
+        return f"note: no picture: {nothing}"
+    return str(save(draw(kind, chosen), target, force=force))
 
 
 def _applicable(chosen: Chosen, kinds: Sequence[str]) -> list[str]:

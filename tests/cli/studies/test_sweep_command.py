@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 import h5py
 import numpy as np
 import pytest
+from matplotlib.pyplot import imread
 
 from tests.cli.commands import mbproj
 from tests.studies.sweep.specs import write
@@ -43,6 +44,20 @@ def test_it_writes_a_table_and_arrays_and_says_what_failed(tmp_path):
     assert root[0][1].get("name") == "1: parameters.length=0.8, bodies.bar.mass=1, fails=1"
     again = json.loads(mbproj("sweep", "spec.yaml", "--json", folder=tmp_path).stdout)
     assert (again["computed"], again["reused"], again["failed"], again["left"]) == (0, 8, 4, 0)
+
+
+def test_it_draws_what_it_has_measured(tmp_path):
+    """The first picture that suits the design, as `mbproj plot` draws it; a note where no case has a number."""
+    write(tmp_path, "  length: [0.8, 1.2, 1.6]\n")
+    done = mbproj("sweep", "spec.yaml", "--plot", "drop.png", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "drop.png\n")
+    assert mbproj("plot", "spec-sweep", folder=tmp_path).stdout == "spec-sweep-lines.png\n"
+    np.testing.assert_array_equal(imread(tmp_path / "drop.png"), imread(tmp_path / "spec-sweep-lines.png"))
+    refused = mbproj("sweep", "spec.yaml", "--plot", "drop.doc", folder=tmp_path)
+    assert refused.returncode == 2 and "'drop.doc'" in refused.stderr
+    write(tmp_path, "  fails: [1]\n")
+    none = mbproj("sweep", "spec.yaml", "--plot", "none.png", folder=tmp_path)
+    assert none.returncode == 3 and "note: no picture: " in none.stderr
 
 
 def test_the_arrays_are_netcdf(tmp_path):
