@@ -250,8 +250,8 @@ void add_settings(nb::module_& m) {
 NB_MODULE(_core, m) {
     using namespace mbproj;
     if (!runs_here())
-        throw nb::import_error("it was compiled for processors with AVX2 and FMA, and this one lacks them: install "
-                               "mbproj on this machine, or with MBPROJ_PORTABLE=1");
+        throw nb::import_error("it was compiled for processors with more instructions (AVX2 and FMA, or AVX-512) than "
+                               "this one has: install mbproj on this machine, or with MBPROJ_PORTABLE=1");
     m.def(
         "primitives",
         [] {
