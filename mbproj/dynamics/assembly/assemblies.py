@@ -187,7 +187,7 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple
             trial_left = scaled_residual(system, pose_of(trial), held, drive)
         better = np.linalg.norm(trial_left, axis=1) < np.linalg.norm(left[at], axis=1)
         q[at[better]], left[at[better]] = trial[better], trial_left[better]
-        damping[at] = np.where(better, np.maximum(0.2 * damping[at], THRESHOLDS.rounding), 4.0 * damping[at])
+        damping[at] = np.where(better, np.maximum(0.2 * damping[at], THRESHOLDS.same_written), 4.0 * damping[at])
     closed: Flags = np.abs(left).max(axis=1, initial=0.0) <= THRESHOLDS.assembled
     return q, closed
 

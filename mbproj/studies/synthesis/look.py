@@ -22,6 +22,8 @@ from mbproj.studies.synthesis.wish import Wanted
 LOOKED_AT, STEPS, MORE_STEPS = 128, 100, 300
 #: Step of differences in parts of a bound's range; where damping begins, and where it gives up.
 STEP, DAMPING, LOST = 1e-6, 1e-3, 1e8
+#: The least damping: JᵀJ of slopes that depend on each other has an inverse with it, and round-off with less.
+LEAST_DAMPING = 1e-12
 #: Crank angles at which a curve of free timing is drawn.
 FINE = 60
 #: Steps by which the nearest angle is refined, and how long one may be, in rad.
@@ -143,7 +145,7 @@ def brought_down(
         value = np.sum(off * off, axis=1)
         better = value < cost[going]
         x[going[better]], r[going[better]], cost[going[better]] = trial[better], off[better], value[better]
-        damping[going] = np.where(better, 0.2 * damping[going], 5.0 * damping[going])
+        damping[going] = np.where(better, np.maximum(0.2 * damping[going], LEAST_DAMPING), 5.0 * damping[going])
     return x, cost
 
 

@@ -12,7 +12,7 @@ import mbproj
 from mbproj.errors import InputError
 from mbproj.studies.design.written import best_scene
 from mbproj.studies.synthesis.linkage import met
-from mbproj.studies.synthesis.look import candidates, names_for
+from mbproj.studies.synthesis.look import brought_down, candidates, names_for
 from mbproj.studies.synthesis.shown import FRAMES, shown
 from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, doubt, in_order, synthesise
@@ -215,3 +215,13 @@ def test_six_bars_that_carry_a_body_are_in_doubt(tmp_path):
     wanted = read_wanted(written(tmp_path, "positions", "x (m),z (m),angle (rad)", columns))
     assert "not reliable" in doubt(wanted, "watt", 1e-4)
     assert doubt(wanted, "watt", 1e-14) == doubt(wanted, "four_bar", 1e-4) == ""
+
+
+def test_slopes_that_depend_on_each_other_end_no_search():
+    """(x + y)⁴ has a line of minima: JᵀJ is singular everywhere, and each step is a success that lowers the damping."""
+
+    def residuals(x):
+        return np.sum(x, axis=1, keepdims=True) ** 4
+
+    x, cost = brought_down(residuals, np.array([[0.5, 0.25], [0.75, 0.5]]), -np.ones(2), np.ones(2))
+    assert np.all(np.abs(np.sum(x, axis=1)) < 1e-6) and np.all(cost < 1e-40)
