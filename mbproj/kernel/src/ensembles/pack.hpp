@@ -1,6 +1,6 @@
-// Doubles that are computed at once, each the number of another case of an ensemble: what is written for doubles computes so many
-// cases with them, and each lane has the bits that a double would have. There are as many as the vectors hold that this is compiled for:
-// eight with AVX-512, else four.
+// Doubles that are computed at once, each the number of another case of an ensemble: what is written for doubles computes
+// several cases with them. Each lane has the bits that a double would have. There are eight lanes where this is compiled for
+// AVX-512, else four.
 //
 // The text branches for all lanes alike. Where lanes do not agree, those in the majority have their way, and the others leave:
 // what they compute from there on is worth nothing. `Lanes` says which are in.

@@ -1,5 +1,5 @@
-// The whole turns of the joints' angles in several cases at once: what `TurnCounter` counts. A lane of which the rates at both ends of a
-// step cannot tell the turns leaves.
+// The whole turns of the joints' angles in several cases at once: what `TurnCounter` counts. A lane leaves where the rates
+// at both ends of a step cannot tell its turns.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// The time loop of several cases at once. Each lane has its own time, step and samples; one that comes to its end takes the next case.
-// A lane that needs anything rare leaves: its case goes on by itself, from where the step began.
+// The time loop of several cases at once. Each lane has its own time, step and samples; one that comes to its end takes the
+// next case. A lane that needs anything rare leaves: its case goes on by itself, from where the step began.
 #pragma once
 
 #include <chrono>
