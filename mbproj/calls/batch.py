@@ -46,6 +46,7 @@ def batch(
     *,
     timeout: Quantity = 300.0,
     keep: str | Path | None = None,
+    fresh: bool = False,
     resume: bool = False,
     jobs: int | Cluster | None = None,
     scheduler: str | None = None,
@@ -54,9 +55,9 @@ def batch(
 ) -> Batch:
     """Runs the scenes at `paths` (files, folders or patterns such as "**/*.yaml") and checks their expectations.
 
-    A scene may take `timeout` s. `keep` is the folder for results files, which are removed otherwise. With `resume`
-    those that are complete there, and of the same scene, are not computed again. Raises InputError where there are no
-    scenes. A scene that fails is a row of the result.
+    A scene may take `timeout` s. `keep` is the folder for results files, which are removed otherwise. What is complete
+    there, of the same scene and by the same code, is not computed again, unless `fresh`. Raises InputError where there
+    are no scenes, or a batch is to `resume` without `keep`. A scene that fails is a row of the result.
     """
     given = [paths] if isinstance(paths, (str, Path)) else list(paths)
     with by_arguments():
@@ -69,21 +70,21 @@ def batch(
             results[number] = result
             progress("scenes", len(results), len(scenes))
 
-        with handed_out(scenes, None if keep is None else Path(keep), resume) as work:
+        with handed_out(scenes, None if keep is None else Path(keep), fresh=fresh, resume=resume) as work:
             run_batch(work, where, seconds, done)
     return Batch(tuple(results[number] for number in sorted(results)))
 
 
 @contextmanager
-def handed_out(scenes: Sequence[Path], keep: Path | None, resume: bool) -> Iterator[list[Task]]:
-    """Yield a task for each scene. Results are in the folder `keep`, or in a temporary folder that is removed when the
-    block ends: there is nothing to `resume` from, which raises InputError."""
+def handed_out(scenes: Sequence[Path], keep: Path | None, *, fresh: bool, resume: bool) -> Iterator[list[Task]]:
+    """Yield a task for each scene. Results are in the folder `keep`, from which the batch resumes unless it is `fresh`.
+    Otherwise they are in a temporary folder that is removed when the block ends: to `resume` raises InputError."""
     if resume and keep is None:
         raise InputError(
             Problem("there is nothing to resume from", Place("--resume"), "add --keep, as at the first time")
         )
     if keep is not None:
-        yield tasks(scenes, keep, True, resume)
+        yield tasks(scenes, keep, True, not fresh)
         return
     with TemporaryDirectory(prefix="mbproj-batch-", ignore_cleanup_errors=True) as directory:
         yield tasks(scenes, Path(directory), keep=False)

@@ -15,7 +15,7 @@ from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.sensitivity import Sensitivities, sensitivities
 from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.design.spec import read_spec as read_design
-from mbproj.studies.parallel.client import workplace
+from mbproj.studies.parallel.client import Cluster, workplace
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.sweep import summary
 from mbproj.studies.sweep.folder import Folder
@@ -41,7 +41,9 @@ def sweep(
     spec: str | Path,
     *,
     output: str | Path | None = None,
-    jobs: int | None = None,
+    jobs: int | Cluster | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
     timeout: float | None = None,
     most_failures: int | None = None,
     retry_failed: bool = False,
@@ -53,8 +55,8 @@ def sweep(
     table.
 
     `output` is the folder, by default that of the command; its summary.csv and summary.h5 are written too. A case may
-    take `timeout` s; `jobs` processes work. `force` replaces a table that was changed by hand. Raises InputError where
-    the file is wrong. A case that fails is a row.
+    take `timeout` s. The work is done by `jobs` processes, or by the Dask cluster whose `scheduler` is named. `force`
+    replaces a table that was changed by hand. Raises InputError where the file is wrong. A case that fails is a row.
     """
     path = Path(spec)
     with by_arguments():
@@ -65,7 +67,7 @@ def sweep(
             reached = run_sweep(
                 what,
                 folder,
-                jobs,
+                workplace(jobs, scheduler, scheduler_file),
                 timeout=timeout,
                 most_failures=most_failures,
                 retry_failed=retry_failed,

@@ -81,7 +81,7 @@ def where_of(options: dict[str, Any]) -> Where:
     """The place where the work is done; its options are removed from a command's options."""
     from mbproj.studies.parallel.client import workplace as where
 
-    return where(options.pop("jobs"), options.pop("scheduler"), options.pop("scheduler_file"))
+    return where(*(options.pop(name, None) for name in ("jobs", "scheduler", "scheduler_file")))
 
 
 fresh = option(Part.EFFORT, "--fresh", is_flag=True, help="Start over: use nothing of an earlier study.")
@@ -122,28 +122,31 @@ write_table = option(
     help="Write the table for a paper: FILE.csv, .tex for LaTeX, .md.",
 )
 force = option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mbproj did not write, too.")
+junit = option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
 
 
-as_json = option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
+NOTHING_ELSE = "Print nothing but errors and notes."
 
 
-def study(command: Command) -> Command:
-    """Decorate a command with the options that all studies have, which `Study` takes. They are those of `workplace`,
-    -o, --format, the look of the figure, --force, --write-table, --json and --fresh."""
-    command = look(force(write_table(as_json(fresh(command)))))
+def answer(command: Command, *, quiet: str = NOTHING_ELSE) -> Command:
+    """Decorate a command with the options of every report: --write-table, --json, --quiet with this help, --force."""
+    text = "Print one JSON object instead of the report."
+    as_json = option(Part.OUTPUT, "--json", "as_json", is_flag=True, help=text)
+    is_quiet = option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help=quiet)
+    return write_table(as_json(is_quiet(force(command))))
+
+
+def study(command: Command, *, quiet: str = NOTHING_ELSE) -> Command:
+    """Decorate a command with the options of every study: those of `workplace` and of `answer`, and --fresh."""
+    return workplace(fresh(answer(command, quiet=quiet)))
+
+
+def in_folder(command: Command) -> Command:
+    """Decorate a command that writes its table and its figure into a folder: -o, --format and the figure's look."""
     formats = click.Choice(["png", "svg", "pdf"])
-    command = option(Part.OUTPUT, "--format", "ending", default="png", type=formats, help="Format [default: png].")(
-        command
-    )
+    form = option(Part.OUTPUT, "--format", "ending", default="png", type=formats, help="Format [default: png].")
     folder = FolderPath(path_type=Path)
-    return workplace(
-        option(
-            Part.OUTPUT,
-            "-o",
-            "--output",
-            default=".",
-            type=folder,
-            metavar="DIR",
-            help="Output directory [default: .].",
-        )(command)
+    text = "Output directory [default: .]."
+    return option(Part.OUTPUT, "-o", "--output", default=".", type=folder, metavar="DIR", help=text)(
+        form(look(command))
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict
-from math import isfinite
+from math import inf, isfinite, nan
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +43,15 @@ class Check:
     verdict: str
     remark: str = ""
     at_least: bool = False
+
+    @property
+    def share(self) -> float:
+        """The part of what is allowed that the finding uses, above 1 where it fails. Infinite where the check failed
+        without a number, NaN where it does not apply."""
+        part, whole = (self.allowed, self.measured) if self.at_least else (self.measured, self.allowed)
+        if self.verdict == DOES_NOT_APPLY:
+            return nan
+        return part / whole if whole > 0.0 else 0.0 if part <= whole else inf
 
     def as_numbers(self) -> dict[str, Any]:
         """The finding as plain data for JSON, with None for NaN."""

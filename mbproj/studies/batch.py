@@ -21,15 +21,17 @@ from mbproj.integrate.reporting.report import summary
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.outputs import make_folder
-from mbproj.results import Results, ResultsWriter, check_results, open_results
+from mbproj.results import ResultsWriter, check_results, open_results
 from mbproj.results.files import part_path
-from mbproj.scene import Scene, settings_to_run
+from mbproj.scene import settings_to_run
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.read import SceneText
 from mbproj.scene.text.source import read_text
 from mbproj.studies.parallel.hand_out import Where, in_parallel
-from mbproj.version import __version__
+from mbproj.studies.store import key_of
 
+#: The attribute of a kept file that tells all that its numbers follow from.
+KEY = "follows_from"
 #: The current folder.
 HERE = Path()
 #: The exit code of a scene in one or two words.
@@ -46,7 +48,7 @@ WORDS = {
 @dataclass(frozen=True)
 class Task:
     """A scene, the file of its results, and whether that file is kept. With `resume` a complete file of the same scene,
-    by the same version of mbproj, is taken as it is."""
+    by the same code, is taken as it is."""
 
     scene: Path
     output: Path
@@ -148,10 +150,12 @@ def _output(task: Task, folder: Path) -> Iterator[Path]:
 def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...], str]:
     """Run a scene into `output`; return the outcomes of its expectations and the formulation that ran."""
     started = perf_counter()
-    scene = SceneText(read_text(path), str(task.scene), task.scene).scene()
+    text = SceneText(read_text(path), str(task.scene), task.scene)
+    scene, key = text.scene(), key_of(text.whole) if task.keep else ""
     if task.resume and output.exists():
         with suppress(InputError), open_results(output) as results:  # what is damaged is run again
-            if _is_of(scene, results) and not check_results(results).faults:
+            is_of = results.status == "complete" and results.attributes.get(KEY) == key
+            if is_of and not check_results(results).faults:
                 return tuple(outcomes(scene.expectations, results)), str(results.attributes["formulation"])
     settings = settings_to_run(scene)
     system = compile_system(scene)
@@ -163,7 +167,8 @@ def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...]
     ):
         report = simulate(system, state, settings, recorder, keep=recorder.keep)
         seconds = perf_counter() - started
-        recorder.attributes(summary(str(task.scene), str(task.output), report, total_seconds=seconds))
+        made = summary(str(task.scene), str(task.output), report, total_seconds=seconds)
+        recorder.attributes({**made, **({KEY: key} if task.keep else {})})
     with open_results(output) as results:
         return tuple(outcomes(scene.expectations, results)), report.formulation
 
@@ -195,12 +200,6 @@ def scene_paths(paths: Iterable[Path]) -> list[Path]:
         raise InputError(problems)
     first = {os.path.realpath(path): path for path in reversed(found)}
     return [path for path in dict.fromkeys(found) if first[os.path.realpath(path)] == path]
-
-
-def _is_of(scene: Scene, results: Results) -> bool:
-    """Whether these are the complete results of the scene, by this version of mbproj."""
-    is_complete = results.status == "complete" and results.attributes["mbproj_version"] == __version__
-    return is_complete and (results.scene_text, results.overrides) == (scene.text, dict(scene.overrides))
 
 
 def tasks(scenes: Sequence[Path], directory: Path, keep: bool, resume: bool = False) -> list[Task]:

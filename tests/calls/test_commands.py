@@ -67,7 +67,7 @@ ELSEWHERE = {
     "equilibrium": {"starts"},  # equilibria
     "modes": {"vary"},  # traces
     "run": {"accuracy"},  # recommend
-    "sweep": {"dry", "yes", "show", "scheduler", "scheduler_file"},
+    "sweep": {"dry", "yes", "show"},
     "stability": {"single"},
     "export": {"only_list", "mjcf", "urdf", "settings"},  # export_model
 }

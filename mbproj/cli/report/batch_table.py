@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
@@ -36,6 +37,8 @@ class BatchRows:
 
     def finish(self, results: Mapping[int, SceneResult]) -> None:
         """Print the remaining rows, with the scenes that did not run, and the totals."""
+        if not self._shown:
+            return
         for number in range(self._next, len(self._scenes)):
             if number in results:
                 self._row(results[number])
@@ -68,12 +71,12 @@ class BatchRows:
         click.echo(f"{scene:{self._width}}  {result:{RESULT_WIDTH}}  {hold:>7}  {time:>8}  {detail}".rstrip())
 
 
-def record(results: Sequence[SceneResult], scenes: Sequence[str], code: ExitCode) -> dict[str, Any]:
-    """The object that --json prints. `not_run` lists the scenes that were left when the batch was interrupted."""
+def record(results: Sequence[SceneResult], left: Sequence[Path], code: ExitCode) -> dict[str, Any]:
+    """The object that --json prints. `left` are the scenes that did not run because the batch was interrupted."""
     return {
         "exit_code": int(code),
         **_counts(results),
-        "not_run": [scene for scene in scenes if scene not in {str(result.scene) for result in results}],
+        "not_run": left,
         "scenes": [
             {
                 "scene": str(result.scene),

@@ -1,15 +1,12 @@
-"""The output of a sweep: before it runs, while it runs, and at its end."""
+"""The output of a sweep: before it runs, and at its end."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
 from itertools import islice
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from mbproj.cli.report.junit import TestCase, cases_as_xml
-from mbproj.cli.report.progress import line
 from mbproj.cli.report.text import columns
 
 if TYPE_CHECKING:
@@ -37,31 +34,6 @@ def preview(spec: SweepSpec, shown: int) -> str:
 
 def _item(value: Item) -> str:
     return f"{value:.10g}" if isinstance(value, float) else value
-
-
-class SweepProgress:
-    """The progress of a sweep, `reached`, which is shown on a line."""
-
-    def __init__(self, say: Callable[[str, float], None]) -> None:
-        self._say, self._begun = say, monotonic()
-        self.reached: Progress | None = None
-
-    def __call__(self, progress: Progress) -> None:
-        self.reached = progress
-        pace = (monotonic() - self._begun) / max(progress.computed, 1)
-        done = progress.whole - progress.left
-        failed = f", {progress.failed} failed" if progress.failed else ""
-        self._say(f"cases: {done} of {progress.whole}{failed}", pace * progress.left if progress.computed else 0.0)
-
-
-@contextmanager
-def showing(hidden: bool) -> Iterator[SweepProgress]:
-    """Yield the progress of a sweep, shown as the numbers of cases and failures and the time left."""
-    if hidden:
-        yield SweepProgress(lambda said, left: None)
-        return
-    with line() as shown:
-        yield SweepProgress(shown.say)
 
 
 def failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:

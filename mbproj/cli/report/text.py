@@ -35,6 +35,17 @@ def columns(headings: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join(lines)
 
 
+def number(value: float, form: str = ".1e") -> str:
+    """A number in a table; a dash for NaN."""
+    return "-" if value != value else format(value, form)
+
+
+def milliseconds(seconds: float) -> str:
+    """A time in ms with three digits; a dash where it is infinite or NaN."""
+    value = 1e3 * seconds
+    return "-" if not seconds < float("inf") else f"{value:.3g}" if value < 1000.0 else f"{value:.0f}"
+
+
 def json_text(contents: Any, indent: int | None = None) -> str:
     """Convert `contents` to JSON. NumPy's arrays become lists and paths become text; NaN and infinity, which JSON
     lacks, become null."""

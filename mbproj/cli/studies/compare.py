@@ -71,6 +71,7 @@ EXAMPLES = (
 @study_options.changes
 @study_options.repeat
 @study_options.study
+@study_options.in_folder
 def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     """Compares projection methods, integrators and steps on SCENE.
 
@@ -78,15 +79,16 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     projection, CPU time with its spread, counters. Writes CSV and a page of figures.
     """
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.studies.many_runs import Study
+    from mbproj.cli.study import Study
     from mbproj.scene import read_scene
     from mbproj.studies.compare.comparison import compare
 
     what = read_scene(scene, parameters(changes))
-    study = Study(options, f"{Path(scene).stem}-compare", ("label", "setting"))
+    study = Study(options, ("label", "setting"), f"{Path(scene).stem}-compare")
     found = study.result(compare, what, energy_rows=_truth_values(options.pop("energy_rows")), **options)
-    numbers = {"until": float(found.reference.times[-1]), "entries": found.table.records}
-    study.hand_over(found, _page(found, what.title), lambda: _table(found), lambda: numbers, found.notes)
+    table = found.table
+    numbers = {"until": float(found.reference.times[-1]), "entries": table.records}
+    study.hand_over(table, _table(found), numbers, lambda: _page(found, what.title), found.notes)
 
 
 def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
@@ -99,8 +101,7 @@ def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
 
 
 def _table(found: Comparison) -> str:
-    from mbproj.cli.report.text import columns
-    from mbproj.cli.studies.many_runs import milliseconds, number
+    from mbproj.cli.report.text import columns, milliseconds, number
 
     headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]
     cost = ["CPU, ms", "spread"] if found.cost_in_time else []

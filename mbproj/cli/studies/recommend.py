@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,9 +11,8 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, drawn
+from mbproj.cli.figure_options import drawn
 from mbproj.cli.quantity import Positive
-from mbproj.cli.report.text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
@@ -55,13 +54,8 @@ EXAMPLES = (
     is_flag=True,
     help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
 )
-@study_options.workplace
+@partial(study_options.study, quiet="Print only the command line.")
 @drawn
-@study_options.write_table
-@study_options.force
-@study_options.as_json
-@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print only the command line.")
-@study_options.fresh
 def command(
     scene: str,
     goal: float,
@@ -70,12 +64,6 @@ def command(
     output_step: str | None,
     changes: tuple[str, ...],
     write: bool,
-    picture_path: Path | None,
-    table_file: Path | None,
-    force: bool,
-    as_json: bool,
-    quiet: bool,
-    fresh: bool,
     **options: Any,
 ) -> int:
     """Finds the cheapest integrator and step that keep the error below E.
@@ -85,10 +73,8 @@ def command(
     where it stopped. Exit code 4: no setting keeps the error to the end; the printed one keeps it up to the time that
     is printed.
     """
-    from mbproj.cli.report.progress import telling
     from mbproj.cli.scene_options import parameters
-    from mbproj.figures.save import save
-    from mbproj.outputs.written_table import check_table, write_table
+    from mbproj.cli.study import Study
     from mbproj.scene import read_scene
     from mbproj.studies.recommend.recommendation import recommend
     from mbproj.studies.recommend.write_back import write_back
@@ -96,27 +82,17 @@ def command(
     if write and changes:
         hint = "change the parameter in the scene, and leave out --set"
         raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
-    check_table(table_file, ("kind", "setting"), force=force)
-    check_picture(picture_path, force=force)
-    where = study_options.where_of(options)
+    study = Study(options, ("kind", "setting"))
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
-    with telling(hidden=quiet) as tell:
-        found = recommend(what, goal, at or (), until, fresh=fresh, processes=where, tell=tell)
+    found = study.result(recommend, what, goal, at=at, until=until)
     line = _command_line(what, scene, changes, output_step, found)
-    if as_json:
-        click.echo(json_text({"command": line, **_numbers(found)}))
-    else:
-        click.echo("\n".join([line] if quiet else [line, *_lines(found)]))
-    if not found.reached:
-        click.echo(
-            f"note: no setting keeps {goal:g} m until t = {found.wanted:.6g} s: {found.why}; this one keeps it until "
-            f"{found.until:.6g} s",
-            err=True,
-        )
-    if table_file is not None:
-        click.echo(write_table(table_file, found.table.headings, found.table.rows, force=force), err=True)
-    if picture_path is not None:
-        click.echo(save(_page(found, what.title), picture_path, force=force), err=True)
+    short = (
+        f"no setting keeps {goal:g} m until t = {found.wanted:.6g} s: {found.why}; this one keeps it until "
+        f"{found.until:.6g} s"
+    )
+    text, notes = "\n".join([line, *_lines(found)]), [] if found.reached else [short]
+    numbers = {"command": line, **_numbers(found)}
+    study.hand_over(found.table, text, numbers, lambda: _page(found, what.title), notes, left=line)
     if write and found.reached:
         click.echo(f"written into {write_back(what, found.settings)}", err=True)
     return ExitCode.DONE if found.reached else ExitCode.CHECK_FAILED

@@ -72,6 +72,7 @@ EXAMPLES = (
     help="Largest relative energy error of a run that holds [default: 0.01].",
 )
 @study_options.study
+@study_options.in_folder
 def command(
     scene: str,
     settings: tuple[str, ...],
@@ -89,7 +90,7 @@ def command(
     points as CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes
     where it stopped.
     """
-    from mbproj.cli.studies.many_runs import Study
+    from mbproj.cli.study import Study
     from mbproj.scene import read_scene
     from mbproj.studies.stability import stability
     from mbproj.studies.stability.judge import Limits
@@ -100,7 +101,7 @@ def command(
         quantity_named(vary)
     if single is not None and projections is not None:
         raise InputError(Problem("--projection and --projections say the same", hint="give --projections alone"))
-    study = Study(options, f"{Path(scene).stem}-stability-{vary}", ("projection", vary))
+    study = Study(options, ("projection", vary), f"{Path(scene).stem}-stability-{vary}")
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
     with placed_at(Place("--vary")):
         found = study.result(
@@ -111,7 +112,7 @@ def command(
             limits=Limits(**given),
             **{name: options[name] for name in ("low", "high", "points")},
         )
-    study.hand_over(found, _page(found), lambda: _report(found), lambda: _numbers(found))
+    study.hand_over(found.table, _report(found), _numbers(found), lambda: _page(found))
 
 
 def _numbers(found: StabilityMap) -> dict[str, Any]:

@@ -11,9 +11,8 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, drawn
+from mbproj.cli.figure_options import drawn
 from mbproj.cli.quantity import Positive
-from mbproj.cli.report.text import json_text
 
 if TYPE_CHECKING:
     from mbproj.studies.sweep.run import Progress
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
 #: The cases that --dry-run prints, and the number of cases that needs a confirmation.
 SHOWN, MANY = 8, 1_000_000
-OTHER_REPORT = "choose another file with --junit"
 EXAMPLES = (
     ("See what would run.", "mbproj sweep lengths.yaml --dry-run"),
     ("Run it, or go on with it where it was interrupted.", "mbproj sweep lengths.yaml"),
@@ -31,7 +29,7 @@ EXAMPLES = (
 
 @explained("sweep", EXAMPLES)
 @click.argument("spec", type=scene_file(path_type=Path))
-@study_options.workplace
+@study_options.study
 @option(Part.EFFORT, "--timeout", type=Positive("s"), metavar="TIME", help="Stop a case that runs longer.")
 @option(
     Part.EFFORT,
@@ -42,7 +40,6 @@ EXAMPLES = (
     help="Stop when more than K cases have failed.",
 )
 @option(Part.EFFORT, "--retry-failed", is_flag=True, help="Run cases again that have failed before.")
-@option(Part.EFFORT, "--fresh", is_flag=True, help="Begin anew: forget what an earlier sweep has done in DIR.")
 @option(Part.EFFORT, "--dry-run", "dry", is_flag=True, help="Count the cases and print the first ones; run nothing.")
 @option(Part.EFFORT, "--yes", is_flag=True, help=f"Run more than {MANY} cases.")
 @option(
@@ -53,27 +50,16 @@ EXAMPLES = (
     metavar="DIR",
     help="Directory of the sweep [default: <spec>-sweep].",
 )
-@option(Part.OUTPUT, "--junit", "xml", type=click.Path(path_type=Path), metavar="FILE", help="Write JUnit XML.")
+@study_options.junit
 @drawn
-@study_options.force
-@study_options.write_table
-@study_options.as_json
-@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
     spec: Path,
     timeout: float | None,
     most_failures: int | None,
     retry_failed: bool,
-    fresh: bool,
     dry: bool,
     yes: bool,
     output: Path | None,
-    xml: Path | None,
-    picture_path: Path | None,
-    force: bool,
-    table_file: Path | None,
-    as_json: bool,
-    quiet: bool,
     **options: Any,
 ) -> int:
     """Runs a family of mechanisms and tabulates what it measures.
@@ -86,11 +72,11 @@ def command(
     has what was computed.
     """
     from mbproj.cli.report import sweep as report
-    from mbproj.cli.studies.sweep_pictures import draw_usual
+    from mbproj.cli.studies.sweep_pictures import usual
+    from mbproj.cli.study import Study
     from mbproj.errors import ExitCode
-    from mbproj.outputs import JUNIT, write_text
-    from mbproj.outputs.written_table import check_table
-    from mbproj.outputs.written_table import write_table as write_for_paper
+    from mbproj.results.views.table import Table
+    from mbproj.studies.parallel.progress import CASES, with_words
     from mbproj.studies.sweep import summary
     from mbproj.studies.sweep.folder import Folder as SweepFolder
     from mbproj.studies.sweep.run import run_sweep
@@ -101,53 +87,49 @@ def command(
         click.echo(report.preview(what, SHOWN))
         return int(ExitCode.DONE)
     _confirm_number(what, yes)
-    where = study_options.where_of(options)
-    folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, fresh)
+    study = Study(options, ("case",))
+    folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, study.fresh)
+    reached: list[Progress] = []
     interrupted = False
     with folder.store:
-        summary.check_summary(folder, force)  # before the work begins
-        check_table(table_file, ("case",), force=force)
-        check_picture(picture_path, force=force)
-        if xml is not None:
-            write_text(xml, report.junit(what, []), JUNIT, force=force, hint=OTHER_REPORT)
-        with report.showing(hidden=as_json or quiet) as tell:
+        summary.check_summary(folder, study.force)  # before the work begins
+        study.write_junit(lambda: report.junit(what, []))
+        with study.telling() as tell:
+
+            def reach(now: Progress) -> None:
+                reached[:] = [now]
+                tell(with_words(CASES, f"{now.failed} failed" if now.failed else ""), now.whole - now.left, now.whole)
+
             try:
                 run_sweep(
                     what,
                     folder,
-                    where,
+                    study.where,
                     timeout=timeout,
                     most_failures=most_failures,
                     retry_failed=retry_failed,
-                    tell=tell,
+                    tell=reach,
                 )
             except KeyboardInterrupt:
                 interrupted = True
-        reached = tell.reached
-        if reached is None:  # the sweep has not begun
+        if not reached:  # the sweep has not begun
             raise KeyboardInterrupt
-        written = summary.write_summary(what, folder, force)
-        if table_file is not None:
-            rows = summary.cells(what, folder)
-            written.append(write_for_paper(table_file, summary.headings(what), rows, force=force))
-        if xml is not None:
-            write_text(xml, report.junit(what, summary.entries(what, folder)), JUNIT, force=force, hint=OTHER_REPORT)
+        (progress,) = reached
+        written = summary.write_summary(what, folder, study.force)
+        rows = tuple(map(tuple, summary.cells(what, folder))) if study.writes_table else ()
+        study.write_junit(lambda: report.junit(what, summary.entries(what, folder)))
         failures = report.failures(summary.entries(what, folder))
-    if picture_path is not None:
-        picture = draw_usual(folder.arrays, picture_path, force=force)
-        if not quiet:
-            click.echo(picture, err=True)
-    numbers = _numbers(reached, written)
-    if as_json:
-        click.echo(json_text({**numbers, "failures": failures}))
-    elif not quiet:
-        click.echo(report.said(reached, failures))
-        for path in written:
-            click.echo(path)
+    study.hand_over(
+        Table(tuple(summary.headings(what)), rows),
+        report.said(progress, failures),
+        {**_numbers(progress), "failures": failures},
+        lambda: usual(folder.arrays),
+        beside=written,
+    )
     if interrupted:
         click.echo(f"interrupted; go on with: {_command_to_continue(spec, output, timeout, retry_failed)}", err=True)
         return int(ExitCode.INTERRUPTED)
-    return int(ExitCode.FAILED if reached.failed else ExitCode.DONE)
+    return int(ExitCode.FAILED if progress.failed else ExitCode.DONE)
 
 
 def _command_to_continue(spec: Path, output: Path | None, timeout: float | None, retry_failed: bool) -> str:
@@ -168,7 +150,7 @@ def _confirm_number(spec: SweepSpec, yes: bool) -> None:
         raise InputError(Problem(f"this makes {count} cases", place, "add --yes if you mean it, or vary less"))
 
 
-def _numbers(reached: Progress, written: list[Path]) -> dict[str, Any]:
+def _numbers(reached: Progress) -> dict[str, Any]:
     return {
         "cases": reached.whole,
         "computed": reached.computed,
@@ -176,5 +158,4 @@ def _numbers(reached: Progress, written: list[Path]) -> dict[str, Any]:
         "reused": reached.reused,
         "failed": reached.failed,
         "left": reached.left,
-        "files": [str(path) for path in written],
     }

@@ -13,6 +13,8 @@ from mbproj.figures.sweeps import PICTURES
 from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from mbproj.figures.sweeps.chosen import Chosen
 
 OTHER_DIRECTORY = "choose another directory with -o"
@@ -63,9 +65,8 @@ def draw_sweep(
         click.echo(save(draw(kind, chosen), target, force=force))
 
 
-def draw_usual(summary: Path, target: Path, *, force: bool) -> str:
-    """Draw the first picture that suits the design of a sweep; the path, or a note that there is nothing to draw."""
-    from mbproj.figures.save import save
+def usual(summary: Path) -> Figure | str:
+    """The first picture that suits the design of a sweep, or a note that there is nothing to draw."""
     from mbproj.figures.sweeps import draw
     from mbproj.figures.sweeps.chosen import choose
     from mbproj.results.sweep.table import read_table
@@ -74,8 +75,8 @@ def draw_usual(summary: Path, target: Path, *, force: bool) -> str:
         chosen = choose(read_table(summary), (), ())
         kind, *_ = _applicable(chosen, ())
     except InputError as nothing:
-        return f"note: no picture: {nothing}"
-    return str(save(draw(kind, chosen), target, force=force))
+        return f"no picture: {nothing}"
+    return draw(kind, chosen)
 
 
 def _applicable(chosen: Chosen, kinds: Sequence[str]) -> list[str]:

@@ -35,6 +35,7 @@ EXAMPLES = (
 @study_options.at
 @study_options.repeat
 @study_options.study
+@study_options.in_folder
 def command(
     scene: str,
     settings: tuple[str, ...],
@@ -48,26 +49,25 @@ def command(
     at most 10 %, compared with a projection after every step. Other options change the setting that is studied, as for
     `mbproj run`. An interrupted study resumes where it stopped.
     """
-    from mbproj.cli.studies.many_runs import Study
+    from mbproj.cli.study import Study
     from mbproj.scene import read_scene
     from mbproj.studies.threshold import threshold_study
 
     chosen = overrides(options)
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
-    study = Study(options, f"{Path(scene).stem}-threshold", ("threshold", "projection"))
+    study = Study(options, ("threshold", "projection"), f"{Path(scene).stem}-threshold")
     found = study.result(threshold_study, what, thresholds=thresholds, at=at)
     numbers = {
         "recommended": found.recommended,
         "until": float(found.reference.times[-1]),
         "trials": found.table.records,
     }
-    study.hand_over(found, _page(found), lambda: _report(found), lambda: numbers, found.notes)
+    study.hand_over(found.table, _report(found), numbers, lambda: _page(found), found.notes)
 
 
 def _report(found: ThresholdStudy) -> str:
-    from mbproj.cli.report.text import columns
-    from mbproj.cli.studies.many_runs import milliseconds, number
+    from mbproj.cli.report.text import columns, milliseconds, number
 
     lines = []
     for index, row in enumerate(found.table.records):

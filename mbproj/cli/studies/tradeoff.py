@@ -52,6 +52,7 @@ EXAMPLES = (
 )
 @study_options.repeat
 @study_options.study
+@study_options.in_folder
 def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     """Measures accuracy against cost on SCENE over a grid of settings.
 
@@ -60,21 +61,19 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     stopped.
     """
     from mbproj.cli.scene_options import parameters
-    from mbproj.cli.studies.many_runs import OTHER_FOLDER, Study
-    from mbproj.outputs import check_replaceable
+    from mbproj.cli.study import Study
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff.front import tradeoff
     from mbproj.studies.tradeoff.table import KIND, write_hdf5
 
     what = read_scene(scene, parameters(changes))
-    study = Study(options, f"{Path(scene).stem}-tradeoff", ("setting", "projection"))
+    study = Study(options, ("setting", "projection"), f"{Path(scene).stem}-tradeoff")
     whole = Path(f"{study.stem}.h5")
-    check_replaceable(whole, KIND, force=study.force, hint=OTHER_FOLDER)
+    study.check(whole, KIND)
     found = study.result(tradeoff, what, **options)
     beside = [write_hdf5(whole, found, force=study.force)]
-    study.hand_over(
-        found, _page(found), lambda: "\n".join(_report(found)), lambda: _numbers(found), found.notes, beside
-    )
+    text = "\n".join(_report(found))
+    study.hand_over(found.table, text, _numbers(found), lambda: _page(found), found.notes, beside)
 
 
 def _numbers(found: Tradeoff) -> dict[str, Any]:
@@ -135,7 +134,7 @@ HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "set
 
 
 def _cells(found: Tradeoff, index: int) -> list[str]:
-    from mbproj.cli.studies.many_runs import milliseconds, number
+    from mbproj.cli.report.text import milliseconds, number
 
     trial, timing = found.trials[index], found.timings.get(index)
     spread = " to ".join(milliseconds(end) for end in timing.spread) if timing else "-"
@@ -152,7 +151,7 @@ def _cells(found: Tradeoff, index: int) -> list[str]:
 
 def _own(found: Tradeoff, own: int) -> Iterator[str]:
     """Yield how far the scene's own setting is from the front."""
-    from mbproj.cli.studies.many_runs import milliseconds
+    from mbproj.cli.report.text import milliseconds
 
     trial = found.trials[own]
     if trial.failure is not None:

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from mbproj.cli import study_options
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.report.text import json_text
+from mbproj.cli.figure_options import drawn
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, Place, placed_at
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from mbproj.results.verification import Verification
 
 EXAMPLES = (
     ("Check every claim that applies to the mechanism.", "mbproj verify five_bar.yaml"),
@@ -29,16 +34,12 @@ EXAMPLES = (
     metavar="RESULTS",
     help="Store the findings in a results file of this scene.",
 )
-@study_options.write_table
-@study_options.force
-@study_options.as_json
+@drawn
+@study_options.answer
 def command(
     scene: str,
     settings: tuple[str, ...],
     store: Path | None,
-    table_file: Path | None,
-    force: bool,
-    as_json: bool,
     **options: Any,
 ) -> int:
     """Checks the paper's mathematics on SCENE, against its round-off.
@@ -47,10 +48,8 @@ def command(
     difference is compared with a bound on the round-off of the same computation on this mechanism. Exit code 4: a
     check fails.
     """
-    from mbproj.cli.report.progress import telling
-    from mbproj.cli.report.verification import as_json as numbers
-    from mbproj.cli.report.verification import lines
-    from mbproj.outputs.written_table import check_table, write_table
+    from mbproj.cli.report.verification import as_json, lines
+    from mbproj.cli.study import Study
     from mbproj.results.verification import check_store
     from mbproj.results.verification import store as keep
     from mbproj.scene import read_scene
@@ -60,17 +59,21 @@ def command(
     with placed_at(Place("--store")):
         if store is not None:
             check_store(store, what)
-    check_table(table_file, ("name", "claim"), force=force)
-    with telling(hidden=False) as tell:
+    study = Study(options, ("name", "claim"))
+    with study.telling() as tell:
         found = verify(what, tell)
-    if as_json:
-        click.echo(json_text({"scene": scene, **numbers(found)}))
-    else:
-        click.echo("\n".join([what.title or Path(scene).stem, *lines(found)]))
-    if table_file is not None:
-        click.echo(write_table(table_file, found.table.headings, found.table.rows, force=force), err=True)
+    text, numbers = "\n".join([what.title or Path(scene).stem, *lines(found)]), {"scene": scene, **as_json(found)}
+    study.hand_over(found.table, text, numbers, lambda: _page(found))
     if store is not None:
         with placed_at(Place("--store")):
             keep(store, what, found)
         click.echo(f"stored in {store}", err=True)
     return int(ExitCode.DONE if found.holds else ExitCode.CHECK_FAILED)
+
+
+def _page(found: Verification) -> Figure | str:
+    """How much of what is allowed each check uses."""
+    from mbproj.figures.pages.expectations import draw_expectations
+
+    shares = {check.name: check.share for check in found.checks if check.share == check.share}
+    return draw_expectations(shares) if shares else "no check to draw"

@@ -36,7 +36,7 @@ Value = TypeVar("Value")
 def cached(what: Any, compute: Callable[[], Value], records: Sequence[type]) -> Value:
     """The value that `compute` gives for `what` (anything JSON can hold), from the store where it is there. `records`:
     the classes of the records that it consists of."""
-    study = _study(what)
+    study = key_of(what)
     for data in database.read(study).values():
         with suppress(ValueError):  # written by a version with other fields, or damaged
             kept: Value = decoded(data, records)
@@ -54,7 +54,7 @@ class ValueCache:
     the records among its values."""
 
     def __init__(self, what: Any = None, fresh: bool = False, records: Sequence[type] = ()) -> None:
-        self._study = None if what is None else _study([platform.node(), what])
+        self._study = None if what is None else key_of([platform.node(), what])
         self._records: dict[str, Any] = {}
         if self._study is not None and fresh:
             database.forget(self._study)
@@ -80,7 +80,8 @@ class ValueCache:
             database.write(self._study, name, encoded(record))
 
 
-def _study(what: Any) -> str:
+def key_of(what: Any) -> str:
+    """The key of what follows from `what` (anything JSON can hold), the code of mbproj, its kernel and plug-ins."""
     return hashlib.sha256(json.dumps([_code(), build_info(), what, *marks()], default=_plain).encode()).hexdigest()
 
 

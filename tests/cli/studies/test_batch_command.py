@@ -12,9 +12,11 @@ from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
+import h5py
 import pytest
 
 from mbproj.kernel import core
+from mbproj.results.file.checksums import stamp_attributes
 from tests.cli.commands import mbproj
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
 from tests.support import ROOT
@@ -40,7 +42,8 @@ def test_table_messages_and_exit_code(tmp_path: Path) -> None:
 
 
 def test_what_is_complete_is_not_run_again(tmp_path: Path) -> None:
-    """But checked: against what the scene expects now. A scene that has changed, or a damaged file, runs again."""
+    """But checked: against what the scene expects now. A scene that has changed, or a damaged file, runs again, and so
+    does what other code has made. All run again with --fresh."""
     for name in ("a", "b", "c"):
         write(tmp_path, name, HOLDS)
 
@@ -51,15 +54,23 @@ def test_what_is_complete_is_not_run_again(tmp_path: Path) -> None:
         return {Path(each["scene"]).stem: (each["result"], kept[Path(each["scene"]).stem]) for each in scenes}
 
     first = batch()
-    assert batch("--resume") == first
+    assert batch() == first
+    with h5py.File(tmp_path / "kept" / "a.h5", "r+") as file:
+        file.attrs["follows_from"] = "other code"
+        stamp_attributes(file)
+    changed = batch()
+    assert [changed[name][1] > first[name][1] for name in "abc"] == [True, False, False]
+    first = changed
     write(tmp_path, "b", HOLDS + SHORT)
     damaged = bytearray((tmp_path / "kept" / "c.h5").read_bytes())
     damaged[len(damaged) // 2] ^= 255
     (tmp_path / "kept" / "c.h5").write_bytes(damaged)
-    again = batch("--resume")
+    again = batch()
     assert again["a"] == first["a"]
     assert again["b"][0] == "falls short"
     assert all(again[name][1] > first[name][1] for name in ("b", "c"))
+    fresh = batch("--fresh")
+    assert all(fresh[name][1] > again[name][1] for name in "abc")
     alone = mbproj("batch", ".", "--resume", folder=tmp_path)
     assert (alone.returncode, "--resume: error: there is nothing to resume from" in alone.stderr) == (2, True)
 
@@ -70,6 +81,8 @@ def test_it_draws_how_much_of_the_allowed_errors_is_used(tmp_path: Path) -> None
     done = mbproj("batch", "some", "none", "--plot", "shares.svg", "--size", "120", folder=tmp_path)
     assert (done.returncode, done.stderr) == (4, "shares.svg\n")
     assert (tmp_path / "shares.svg").read_text(encoding="utf-8").startswith("<?xml")
+    done = mbproj("batch", "some", "--plot", "shares.svg", "--write-table", "t.md", "--json", folder=tmp_path)
+    assert json.loads(done.stdout)["files"] == ["shares.svg", "t.md"]
     done = mbproj("batch", "none", "--plot", "no.png", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "note: no expectation to draw\n")
     assert mbproj("batch", "none", "--plot", "no.gif", folder=tmp_path).returncode == 2

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from mbproj.cli.main import STUDIES
 from tests.cli.commands import SLIDER_CRANK, kept, mbproj
 from tests.cli.examples import named
 from tests.support import ROOT
@@ -60,12 +61,13 @@ def test_json_of_a_comparison_with_runs_that_fail_is_json(tmp_path):
     (tmp_path / "t.tex").read_text(encoding="utf-8").encode("latin-1")  # what LaTeX's fonts for text have
 
 
-@pytest.mark.parametrize("study", ["compare", "tradeoff", "threshold", "stability", "recommend", "sweep", "batch"])
-def test_every_study_resumes_or_is_quick_and_writes_json_and_tables_for_a_paper(study):
+@pytest.mark.parametrize("study", sorted(STUDIES - {"paper"}))
+def test_every_study_resumes_or_is_quick_and_writes_json_tables_for_a_paper_and_a_figure(study):
     command, _ = named(study)
     known = {name for option in command.params for name in option.opts}
-    assert {"--json", "--write-table"} <= known
-    assert study == "batch" or "--fresh" in known
+    assert {"--json", "--quiet", "--write-table", "--force", "--size"} <= known
+    assert known & {"--plot", "--format"}
+    assert study == "verify" or {"--fresh", "--jobs", "--scheduler"} <= known
 
 
 def test_tradeoff_again_is_the_same(tmp_path):

@@ -53,6 +53,9 @@ def test_it_draws_what_it_has_measured(tmp_path):
     assert (done.returncode, done.stderr) == (0, "drop.png\n")
     assert mbproj("plot", "spec-sweep", folder=tmp_path).stdout == "spec-sweep-lines.png\n"
     np.testing.assert_array_equal(imread(tmp_path / "drop.png"), imread(tmp_path / "spec-sweep-lines.png"))
+    done = mbproj("sweep", "spec.yaml", "--plot", "drop.png", "--write-table", "t.csv", "--json", folder=tmp_path)
+    tables = ["spec-sweep/summary.csv", "spec-sweep/summary.h5"]
+    assert json.loads(done.stdout)["files"] == [*tables, "drop.png", "t.csv"]
     refused = mbproj("sweep", "spec.yaml", "--plot", "drop.doc", folder=tmp_path)
     assert refused.returncode == 2 and "'drop.doc'" in refused.stderr
     write(tmp_path, "  fails: [1]\n")

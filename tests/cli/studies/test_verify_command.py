@@ -19,6 +19,11 @@ def test_the_table(tmp_path):
     assert lines[1].split() == ["check", "what", "must", "hold", "measured", "allowed"]
     assert lines[-1] == "  19 hold, 1 do not apply, 0 fail; runs take the planar formulation"
     assert max(map(len, lines)) < 200
+    done = mbproj("verify", FIVE_BAR, "--json", "--plot", "checks.svg", "--write-table", "checks.md", folder=tmp_path)
+    assert json.loads(done.stdout)["files"] == ["checks.svg", "checks.md"]
+    drawn = (tmp_path / "checks.svg").read_text(encoding="utf-8")
+    assert "orthogonal" in drawn
+    assert "turns" not in drawn  # the check that does not apply
 
 
 def test_a_failing_check_ends_with_4(tmp_path):
