@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.cli.design.pictures import KINDS as OF_DESIGNS
 from mbproj.cli.main import COMMANDS
+from mbproj.cli.studies.pictures import OF_DESIGNS
 from mbproj.figures.kinds import KINDS
 from mbproj.figures.sweeps import PICTURES
 from mbproj.guide.pages import pages

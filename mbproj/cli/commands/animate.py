@@ -95,8 +95,8 @@ def command(
 
 
 def _film(sources: Sequence[Path], start: float | None, stop: float | None, path: Path, *, force: bool) -> Path:
-    from mbproj.cli.linear.pictures import is_linear
     from mbproj.cli.results_shown import opened, selected
+    from mbproj.cli.studies.pictures import is_linear
     from mbproj.figures.kinds.film import save_film
     from mbproj.outputs import check_replaceable, film
 
@@ -116,7 +116,7 @@ def _page(
     full: bool,
     limit: float | None,
 ) -> PageData:
-    from mbproj.cli.linear.pictures import is_linear
+    from mbproj.cli.studies.pictures import is_linear
     from mbproj.pages.data.pages import page_of, start_of
 
     if any(map(is_linear, sources)):

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from mbproj.cli.completion import FolderPath, one_of, results_file
-from mbproj.cli.design.pictures import KINDS as OF_DESIGNS
-from mbproj.cli.design.pictures import draw_design, is_design
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import look
-from mbproj.cli.linear.pictures import draw_linear, is_linear
 from mbproj.cli.quantity import AnyNumber, Corners, Positive, Times
 from mbproj.cli.results_shown import opened, require_markers, selected
-from mbproj.cli.studies.sweep_pictures import draw_sweep, is_sweep
+from mbproj.cli.studies.pictures import DESIGN, LINEAR, OF_DESIGNS, OTHER_DIRECTORY, SWEEP, draw_pictures
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem
 from mbproj.figures.kinds import KINDS
@@ -29,7 +26,6 @@ if TYPE_CHECKING:
 
     from mbproj.results import Results
 
-OTHER_DIRECTORY = "choose another directory with -o"
 KINDS_HELP = "; ".join(f"{name}: {kind.summary}" for name, kind in KINDS.items())
 EXAMPLES = (
     ("Draw every picture that applies.", "mbproj plot results.h5 -o pictures"),
@@ -163,17 +159,11 @@ def command(
         "--per-turn": per_turn or None,
         "--transmission": corners,
     }
-    if any(map(is_design, results)):
-        more = _given({**of_runs, "--of": of, "--over": over})
-        draw_design(results, kinds, directory, file_format, unfit=more, force=force)
-        return
-    if any(map(is_sweep, results)) or len(over) > 1:
-        draw_sweep(results, kinds, directory, file_format, of, over, unfit=_given(of_runs), force=force)
-        return
-    of_runs |= {"--over": over, "--of": of}
-    if any(map(is_linear, results)):
-        draw_linear(results, kinds, directory, file_format, unfit=_given(of_runs), force=force)
-        return
+    given = [name for name, value in {**of_runs, "--of": of, "--over": over}.items() if value not in (None, ())]
+    for kind_of_file in (DESIGN, SWEEP, LINEAR):
+        if any(map(kind_of_file.is_one, results)) or (kind_of_file is SWEEP and len(over) > 1):
+            draw_pictures(kind_of_file, results, kinds, directory, file_format, of, over, given, force=force)
+            return
     kinds = (*kinds, "transmission") if corners and "transmission" not in kinds else kinds
     _check(results, kinds, labels, times or ())
     if per_turn and not over:
@@ -221,11 +211,6 @@ def _report_step_limits(results: Sequence[Results], figure: Figure) -> None:
         return
     small_print(figure, step_limits.remark(found))
     click.echo("\n".join(step_limits.table(results[0], found)), err=True)
-
-
-def _given(options: Mapping[str, object]) -> list[str]:
-    """The names of the options that were given."""
-    return [name for name, value in options.items() if value not in (None, ())]
 
 
 def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str], times: Sequence[float]) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +13,9 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import drawn
+from mbproj.cli.report.expectations import error_words, verdict
+from mbproj.cli.report.expectations import record as outcome_record
+from mbproj.errors import ExitCode
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -19,6 +24,7 @@ if TYPE_CHECKING:
 
 #: The largest timeout (s) of a scene: 30 years, which every clock can count.
 LONGEST = 1e9
+RESULT_WIDTH = len("fault of mbproj")
 KEEP = "Keep the results files in DIR. What is complete there is only checked again."
 EXAMPLES = (
     ("Run a scene and all scenes of a folder, and check what they expect.", "mbproj batch five_bar.yaml validation"),
@@ -55,10 +61,8 @@ def command(
     ran, and an expectation does not hold; 2: wrong options, or no scenes.
     """
     from mbproj.calls.batch import Batch, handed_out
-    from mbproj.cli.report import batch_table as table
     from mbproj.cli.report.junit import junit
     from mbproj.cli.study import Study
-    from mbproj.errors import ExitCode
     from mbproj.scene.fields.given import given_number
     from mbproj.scene.fields.quantities import Number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
@@ -68,7 +72,7 @@ def command(
     study = Study(options, ("scene", "result"))
     study.write_junit(lambda: junit([]))
     results: dict[int, SceneResult] = {}
-    rows = table.BatchRows([str(scene) for scene in scenes], shown=study.shows_table)
+    rows = BatchRows([str(scene) for scene in scenes], shown=study.shows_table)
 
     def done(number: int, result: SceneResult) -> None:
         results[number] = result
@@ -91,8 +95,8 @@ def command(
     left = [scene for number, scene in enumerate(scenes) if number not in results]
     study.write_junit(lambda: junit(ended, left))
     rows.finish(results)
-    study.hand_over(Batch(tuple(ended)).table, "", table.record(ended, left, code), lambda: _page(ended))
-    for message in table.messages(ended):
+    study.hand_over(Batch(tuple(ended)).table, "", _numbers(ended, left, code), lambda: _page(ended))
+    for message in _messages(ended):
         click.echo(message, err=True)
     if interrupted:
         click.echo("interrupted", err=True)
@@ -106,3 +110,98 @@ def _page(ended: list[SceneResult]) -> Figure | str:
     judged = [(each.scene, outcome) for each in ended for outcome in each.outcomes]
     shares = {f"{scene}: {outcome.expectation.name}": outcome.share for scene, outcome in judged}
     return draw_expectations(shares) if shares else "no expectation to draw"
+
+
+class BatchRows:
+    """The table on stdout. A row is printed as soon as all rows before it are."""
+
+    def __init__(self, scenes: Sequence[str], shown: bool) -> None:
+        self._scenes, self._shown, self._next = scenes, shown, 0
+        self._width = max(map(len, scenes))
+        self._started = perf_counter()
+        if shown:
+            self._print("scene", "result", "hold", "time", "error against what is allowed")
+
+    def show(self, results: Mapping[int, SceneResult]) -> None:
+        """Print the rows that can be printed now."""
+        while self._shown and self._next in results:
+            self._row(results[self._next])
+            self._next += 1
+
+    def finish(self, results: Mapping[int, SceneResult]) -> None:
+        """Print the remaining rows, with the scenes that did not run, and the totals."""
+        if not self._shown:
+            return
+        for number in range(self._next, len(self._scenes)):
+            if number in results:
+                self._row(results[number])
+            else:
+                self._print(self._scenes[number], "not run", "", "", "")
+        counts = _counts(list(results.values()))
+        scenes = "scene" if len(self._scenes) == 1 else "scenes"
+        click.echo(
+            f"{len(self._scenes)} {scenes} in {perf_counter() - self._started:.1f} s: {counts['hold']} as expected, "
+            f"{counts['fall_short']} short of it, {counts['failed']} failed"
+            + (f", {counts['without_expectations']} without expectations" if counts["without_expectations"] else "")
+            + f"; {counts['expectations_hold']} of {counts['expectations']} expectations hold"
+        )
+
+    def _row(self, result: SceneResult) -> None:
+        hold, detail = "", result.message.partition("\n")[0]
+        if result.outcomes:
+            hold = f"{sum(outcome.holds for outcome in result.outcomes)} of {len(result.outcomes)}"
+            assert result.worst is not None
+            detail = f"{result.worst.expectation.name}: {error_words(result.worst)}"
+        elif result.code == ExitCode.DONE:
+            detail = "(it expects nothing)"
+        self._print(str(result.scene), result.word, hold, f"{result.seconds:.2f} s", detail)
+        short = [outcome for outcome in result.outcomes if not outcome.holds and outcome is not result.worst]
+        for outcome in short:
+            detail = f"{outcome.expectation.name}: {error_words(outcome)}"
+            self._print("", verdict(outcome), "", "", detail)
+
+    def _print(self, scene: str, result: str, hold: str, time: str, detail: str) -> None:
+        click.echo(f"{scene:{self._width}}  {result:{RESULT_WIDTH}}  {hold:>7}  {time:>8}  {detail}".rstrip())
+
+
+def _numbers(results: Sequence[SceneResult], left: Sequence[Path], code: ExitCode) -> dict[str, Any]:
+    """The object that --json prints. `left` are the scenes that did not run because the batch was interrupted."""
+    return {
+        "exit_code": int(code),
+        **_counts(results),
+        "not_run": left,
+        "scenes": [
+            {
+                "scene": str(result.scene),
+                "result": result.word,
+                "exit_code": int(result.code),
+                "seconds": result.seconds,
+                "formulation": result.formulation,
+                "message": result.message or None,
+                "output": None if result.output is None else str(result.output),
+                "expectations": [outcome_record(outcome) for outcome in result.outcomes],
+            }
+            for result in results
+        ],
+    }
+
+
+def _messages(results: Sequence[SceneResult]) -> Iterator[str]:
+    """Yield the full messages of scenes that could not run."""
+    for result in results:
+        if result.message:
+            yield result.message if result.code == ExitCode.BAD_INPUT else f"{result.scene}: {result.message}"
+
+
+def _counts(results: Sequence[SceneResult]) -> dict[str, int]:
+    codes = [result.code for result in results]
+    outcomes = [outcome for result in results for outcome in result.outcomes]
+    unjudged = sum(result.code == ExitCode.DONE and not result.outcomes for result in results)
+    return {
+        "hold": codes.count(ExitCode.DONE) - unjudged,
+        "without_expectations": unjudged,
+        "fall_short": codes.count(ExitCode.CHECK_FAILED),
+        "failed": len(codes) - codes.count(ExitCode.DONE) - codes.count(ExitCode.CHECK_FAILED),
+        "expectations": len(outcomes),
+        "expectations_hold": sum(outcome.holds for outcome in outcomes),
+    }

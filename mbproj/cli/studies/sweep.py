@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Iterable
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +17,13 @@ from mbproj.cli.figure_options import drawn
 from mbproj.cli.quantity import Positive
 
 if TYPE_CHECKING:
+    from mbproj.scene.ranges import Item
     from mbproj.studies.sweep.run import Progress
     from mbproj.studies.sweep.spec import SweepSpec
+    from mbproj.studies.sweep.summary import CaseEntry
 
-#: The cases that --dry-run prints, and the number of cases that needs a confirmation.
-SHOWN, MANY = 8, 1_000_000
+#: The cases that --dry-run prints, the kinds of failure that are shown, and the number of cases to confirm.
+SHOWN, KINDS, MANY = 8, 10, 1_000_000
 EXAMPLES = (
     ("See what would run.", "mbproj sweep lengths.yaml --dry-run"),
     ("Run it, or go on with it where it was interrupted.", "mbproj sweep lengths.yaml"),
@@ -71,8 +75,7 @@ def command(
     Exit code 0: all cases ran; 3: some failed, and the table says why; 2: wrong input; 130: interrupted, and the table
     has what was computed.
     """
-    from mbproj.cli.report import sweep as report
-    from mbproj.cli.studies.sweep_pictures import usual
+    from mbproj.cli.studies.pictures import usual_of_sweep
     from mbproj.cli.study import Study
     from mbproj.errors import ExitCode
     from mbproj.results.views.table import Table
@@ -84,7 +87,7 @@ def command(
 
     what = read_spec(spec)
     if dry:
-        click.echo(report.preview(what, SHOWN))
+        click.echo(_preview(what, SHOWN))
         return int(ExitCode.DONE)
     _confirm_number(what, yes)
     study = Study(options, ("case",))
@@ -93,7 +96,7 @@ def command(
     interrupted = False
     with folder.store:
         summary.check_summary(folder, study.force)  # before the work begins
-        study.write_junit(lambda: report.junit(what, []))
+        study.write_junit(lambda: _junit(what, []))
         with study.telling() as tell:
 
             def reach(now: Progress) -> None:
@@ -117,13 +120,13 @@ def command(
         (progress,) = reached
         written = summary.write_summary(what, folder, study.force)
         rows = tuple(map(tuple, summary.cells(what, folder))) if study.writes_table else ()
-        study.write_junit(lambda: report.junit(what, summary.entries(what, folder)))
-        failures = report.failures(summary.entries(what, folder))
+        study.write_junit(lambda: _junit(what, summary.entries(what, folder)))
+        kinds = _failures(summary.entries(what, folder))
     study.hand_over(
         Table(tuple(summary.headings(what)), rows),
-        report.said(progress, failures),
-        {**_numbers(progress), "failures": failures},
-        lambda: usual(folder.arrays),
+        _said(progress, kinds),
+        {**_numbers(progress), "failures": kinds},
+        lambda: usual_of_sweep(folder.arrays),
         beside=written,
     )
     if interrupted:
@@ -159,3 +162,65 @@ def _numbers(reached: Progress) -> dict[str, Any]:
         "failed": reached.failed,
         "left": reached.left,
     }
+
+
+def _preview(spec: SweepSpec, shown: int) -> str:
+    """The number of cases, and the first of them."""
+    from mbproj.cli.report.text import columns
+    from mbproj.scene.ranges.family import column_of, with_unit
+
+    design = spec.design
+    count = f"{design.count} {'case' if design.count == 1 else 'cases'} ({design.name})"
+    names = [with_unit(column_of(path), spec.units[path]) for path in design.paths]
+    rows = [[str(number), *map(_item, design.case(number))] for number in range(min(design.count, shown))]
+    more = [] if design.count <= shown else ["..."]
+    measures = f"measured: {', '.join(with_unit(each.name, each.unit) for each in spec.measures)}"
+    return "\n".join([count, "", columns(["case", *names], rows), *more, "", measures])
+
+
+def _item(value: Item) -> str:
+    return f"{value:.10g}" if isinstance(value, float) else value
+
+
+def _failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:
+    """The failed cases by their message, most frequent first: each message with its number of cases and the first of
+    them."""
+    found: dict[str, dict[str, Any]] = {}
+    for number, entry in enumerate(entries):
+        if entry.row is None or entry.status == "done":
+            continue
+        known = found.setdefault(
+            entry.row.message, {"message": entry.row.message, "status": entry.status, "count": 0, "first_case": number}
+        )
+        known["count"] += 1
+    return sorted(found.values(), key=lambda kind: -int(kind["count"]))
+
+
+def _said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
+    """The numbers of cases, and the kinds of failure."""
+    left = f", {reached.left} left" if reached.left else ""
+    arrays = f" ({reached.by_arrays} by arrays)" if reached.by_arrays else ""
+    counts = f"{reached.computed} computed{arrays}, {reached.reused} reused, {reached.failed} failed{left}"
+    lines = [f"{reached.whole} {'case' if reached.whole == 1 else 'cases'}: {counts}"]
+    for kind in islice(kinds, KINDS):
+        lines.append(f"  {kind['count']} {kind['status']}, the first is case {kind['first_case']}: {kind['message']}")
+    if len(kinds) > KINDS:
+        lines.append(f"  and {len(kinds) - KINDS} other messages, in summary.csv")
+    return "\n".join(lines)
+
+
+def _junit(spec: SweepSpec, entries: Iterable[CaseEntry]) -> str:
+    """A testsuite with a testcase for each case."""
+    from mbproj.cli.report.junit import TestCase, cases_as_xml
+
+    found = []
+    for number, entry in enumerate(entries):
+        values = ", ".join(
+            f"{path}={_item(value)}" for path, value in zip(spec.design.paths, entry.values, strict=True)
+        )
+        if entry.row is None:
+            found.append(TestCase(f"{number}: {values}", 0.0, "skipped", entry.status))
+        else:
+            ended = () if entry.status == "done" else ("error", entry.row.message, entry.status)
+            found.append(TestCase(f"{number}: {values}", entry.row.seconds, *ended))
+    return cases_as_xml(spec.path, found)

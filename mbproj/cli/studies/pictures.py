@@ -1,0 +1,166 @@
+"""Pictures of files that are not results of runs, for `mbproj plot`: sweeps, designs, modes and linear models."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from mbproj.dataclass import dataclass
+from mbproj.errors import InputError, Problem
+from mbproj.scene.text.suggestions import choose_from
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: The names of the file formats, as their layouts define them.
+MODES, MODEL = "mbproj modes", "mbproj linear model"
+#: The kinds of pictures in `figures.pages.designs`.
+OF_DESIGNS = ("fit", "convergence", "correlation", "front")
+OTHER_DIRECTORY = "choose another directory with -o"
+
+
+@dataclass(frozen=True)
+class FilePictures:
+    """The pictures of a file: `title` begins their names. `why_not` has the reason why a kind does not apply, or None.
+    `usual` are the kinds that are drawn where none is asked for."""
+
+    title: str
+    draw: Mapping[str, Callable[[], Figure]]
+    why_not: Mapping[str, str | None]
+    usual: tuple[str, ...]
+
+    def chosen(self, path: Path, kinds: Sequence[str], what: str) -> tuple[str, ...]:
+        """The kinds to draw. Raises InputError where one that is asked for does not apply, or none does."""
+        able = [kind for kind, reason in self.why_not.items() if reason is None]
+        for kind in kinds:
+            if kind not in self.draw:
+                raise InputError(Problem(f"--kind: unknown kind '{kind}'{what}", hint=choose_from(kind, self.draw)))
+            if self.why_not[kind]:
+                hint = f"kinds that apply: {', '.join(able)}" if able else ""
+                raise InputError(Problem(f"--kind {kind}: {self.why_not[kind]}", hint=hint))
+        found = tuple(dict.fromkeys(kinds)) or self.usual or tuple(able)
+        if not found:
+            raise InputError(Problem(f"'{path}' has nothing to draw: {next(iter(self.why_not.values()))}"))
+        return found
+
+
+@dataclass(frozen=True)
+class DrawnFile:
+    """A kind of file that has pictures: `many` and `one` are its names in messages. `pictures` reads a file; it is also
+    given the values of --of and --over. `takes` are the options that it takes besides the common ones."""
+
+    many: str
+    one: str
+    is_one: Callable[[Path], bool]
+    pictures: Callable[[Path, Sequence[str], Sequence[str]], FilePictures]
+    takes: tuple[str, ...] = ()
+
+
+def draw_pictures(
+    kind_of_file: DrawnFile,
+    paths: Sequence[Path],
+    kinds: Sequence[str],
+    directory: Path,
+    file_format: str,
+    of: Sequence[str],
+    over: Sequence[str],
+    given: Sequence[str],
+    *,
+    force: bool,
+) -> None:
+    """Draw pictures of one file, the usual ones or those of these `kinds`, and print their paths. `given` are the names
+    of the options that are given besides, --of and --over included."""
+    from mbproj.figures.save import save
+    from mbproj.outputs import check_replaceable, make_folder, picture
+
+    path, what = paths[0], kind_of_file
+    if len(paths) > 1:
+        raise InputError(Problem(f"{what.many} are drawn one at a time", hint=f"give '{path}' alone"))
+    for name in given:
+        if name not in what.takes:
+            raise InputError(Problem(f"{name} is for results of runs, and '{path}' is {what.one or 'none'}"))
+    found = what.pictures(path, of, over)
+    drawn = found.chosen(path, kinds, f" of {what.one}" if what.one else "")
+    make_folder(directory, OTHER_DIRECTORY)
+    targets = {kind: directory / f"{found.title}-{kind}.{file_format}" for kind in drawn}
+    for target in targets.values():  # check all files before the first is written
+        check_replaceable(target, picture(file_format), force=force, hint=OTHER_DIRECTORY)
+    for kind, target in targets.items():
+        click.echo(save(found.draw[kind](), target, force=force))
+
+
+def usual_of_sweep(summary: Path) -> Figure | str:
+    """The first picture that suits the design of a sweep, or a note that there is nothing to draw."""
+    try:
+        found = _of_sweep(summary, (), ())
+        return found.draw[found.chosen(summary, (), "")[0]]()
+    except InputError as nothing:
+        return f"no picture: {nothing}"
+
+
+def _of_sweep(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictures:
+    from mbproj.figures.sweeps import PICTURES, draw, why_not
+    from mbproj.figures.sweeps.chosen import choose
+    from mbproj.results.sweep.table import read_table
+
+    table = read_table(path)
+    chosen = choose(table, of, over)
+    reasons = {kind: why_not(kind, chosen) for kind in PICTURES}
+    usual = (kind for kind in PICTURES if not reasons[kind] and table.combine in PICTURES[kind].designs)
+    return FilePictures(table.name, {kind: partial(draw, kind, chosen) for kind in PICTURES}, reasons, tuple(usual))
+
+
+def _of_design(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictures:
+    from mbproj.figures.pages.designs import PICTURES, why_not
+    from mbproj.results.design.drawn import read_drawn
+
+    drawn = read_drawn(path)
+    draw = {kind: partial(draw, drawn) for kind, draw in PICTURES.items()}
+    return FilePictures(path.resolve().name, draw, {kind: why_not(kind, drawn) for kind in PICTURES}, ())
+
+
+def _of_linear(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictures:
+    if _is_of_format(path, MODEL):
+        from mbproj.figures.pages.bode import PICTURES as OF_MODELS
+        from mbproj.results.linear.model_file import read_model
+
+        model = read_model(path)
+        drawn: dict[str, Callable[[], Figure]] = {kind: partial(draw, model) for kind, draw in OF_MODELS.items()}
+        return FilePictures(path.stem, drawn, dict.fromkeys(OF_MODELS), ())
+    from mbproj.figures.pages.modes import PICTURES, why_not
+    from mbproj.results.linear.modes_file import read_modes
+
+    modes = read_modes(path)
+    drawn = {kind: partial(draw, modes) for kind, draw in PICTURES.items()}
+    return FilePictures(path.stem, drawn, {kind: why_not(kind, modes) for kind in PICTURES}, ())
+
+
+def _is_of_format(path: Path, file_format: str) -> bool:
+    from mbproj.outputs import hdf5
+
+    return path.is_file() and hdf5(file_format).wrote(path)
+
+
+def _is_design(path: Path) -> bool:
+    return path.is_dir() and ((path / "design.json").exists() or (path / "best.yaml").exists())
+
+
+def _is_sweep(path: Path) -> bool:
+    """Whether the path is a folder, which results of runs never are, or the summary of a sweep."""
+    from mbproj.results.sweep.layout import FORMAT
+
+    return path.is_dir() or _is_of_format(path, FORMAT)
+
+
+def is_linear(path: Path) -> bool:
+    """Whether the file is one of modes or a linear model."""
+    return _is_of_format(path, MODES) or _is_of_format(path, MODEL)
+
+
+DESIGN = DrawnFile("designs", "a design", _is_design, _of_design)
+SWEEP = DrawnFile("sweeps", "a sweep", _is_sweep, _of_sweep, ("--of", "--over"))
+LINEAR = DrawnFile("modes and linear models", "", is_linear, _of_linear)
