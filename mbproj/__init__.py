@@ -64,7 +64,7 @@ HOMES: Mapping[str, str] = MappingProxyType(
         "mbproj.studies.recommend.recommendation": "Recommendation",
         "mbproj.studies.stability": "StabilityMap",
         "mbproj.studies.threshold": "ThresholdStudy threshold_study",
-        "mbproj.studies.tradeoff.front": "Tradeoff",
+        "mbproj.studies.tradeoff.result": "Tradeoff",
     }
 )
 _HOME_OF = {name: home for home, names in HOMES.items() for name in names.split()}

@@ -78,7 +78,7 @@ from mbproj.studies.measure.solve import Solution as Solution, sample_times as s
 from mbproj.studies.recommend.recommendation import Recommendation as Recommendation
 from mbproj.studies.stability import StabilityMap as StabilityMap
 from mbproj.studies.threshold import ThresholdStudy as ThresholdStudy, threshold_study as threshold_study
-from mbproj.studies.tradeoff.front import Tradeoff as Tradeoff
+from mbproj.studies.tradeoff.result import Tradeoff as Tradeoff
 from mbproj.version import __version__ as __version__
 
 HOMES: Mapping[str, str]

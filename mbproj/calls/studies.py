@@ -35,7 +35,8 @@ from mbproj.studies.stability.judge import Limits
 from mbproj.studies.stability.quantities import quantity_named
 from mbproj.studies.threshold import ThresholdStudy, threshold_study
 from mbproj.studies.tradeoff import front
-from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED, Tradeoff
+from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED
+from mbproj.studies.tradeoff.result import Tradeoff
 from mbproj.studies.verify import checks
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from mbproj.registry import FORMULATIONS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.studies.tradeoff.front import Tradeoff
+    from mbproj.studies.tradeoff.result import Tradeoff
 
 EXAMPLES = (
     ("Draw error against cost for every method.", "mbproj tradeoff five_bar.yaml --until 2 -o tradeoff"),
@@ -64,7 +64,7 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     from mbproj.cli.study import Study
     from mbproj.scene import read_scene
     from mbproj.studies.tradeoff.front import tradeoff
-    from mbproj.studies.tradeoff.table import KIND, write_hdf5
+    from mbproj.studies.tradeoff.result import KIND, write_hdf5
 
     what = read_scene(scene, parameters(changes))
     study = Study(options, ("setting", "projection"), f"{Path(scene).stem}-tradeoff")

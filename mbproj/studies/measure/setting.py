@@ -105,6 +105,14 @@ class Setting:
         parts += [words for on, words in ((self.energy_row, "energy row"), (self.momentum_row, "momentum rows")) if on]
         return ", ".join(parts)
 
+    @property
+    def schedule(self) -> str:
+        """The projection and when it is applied, e.g. "gpopm every 5 steps"."""
+        text = self.projection + " with energy row" * self.energy_row
+        if self.every != 1:
+            text += f" every {self.every} steps"
+        return text if self.threshold is None else f"{text} above {shortest(self.threshold)}"
+
     def settings(self, duration: float, output_step: float) -> Settings:
         """The settings of a run over `duration` with a sample every `output_step`, both in s.
 

@@ -3,159 +3,54 @@
 First each integrator is swept with one projection. Integrators that need few evaluations for some error are then swept
 with the other projections and schedules. All sweeps run in parallel. Then the settings near the front are timed: alone,
 in turn, several times over.
+
+The settings of a ladder differ only in the size of their steps, from coarse to fine. A ladder is swept until a finer
+setting brings nothing more.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, replace
-from functools import cached_property
 from itertools import product
 from math import inf
-from typing import Any
 
 import numpy as np
 
 from mbproj import registry
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.studies.measure.accuracy import Yardstick, attempt
 from mbproj.studies.measure.certain import certain_reference
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import Reference
 from mbproj.studies.measure.setting import Setting, only_full
-from mbproj.studies.measure.spans import span
-from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings, timing_columns
+from mbproj.studies.measure.spans import divisors, span
+from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.store import ValueCache
-from mbproj.studies.tradeoff.fronts import CLOSED, cheapest, front, projections_at_one_size, promising, to_time
-from mbproj.studies.tradeoff.ladders import (
-    Ladder,
-    SweepSetup,
-    integrator_ladders,
-    projection_ladders,
-    schedule_ladders,
-    sweeps,
-)
+from mbproj.studies.tradeoff.fronts import CLOSED, NONE, projections_at_one_size, to_time
+from mbproj.studies.tradeoff.result import Tradeoff
 
 #: Projections of the grid by default: one of each kind that every formulation has.
 PROJECTIONS_TRIED = ("gpopm", "gopm", "none", "baumgarte")
 #: Sweeps end at an error of this multiple of the reference's uncertainty, or of this part of the mechanism's size.
 ABOVE_FLOOR, FINEST = 3.0, 1e-11
-
-#: Columns of the table: options of a setting, and counters of its run.
-SETTING = ("projection", "integrator", "step", "tolerance", "every", "threshold")
-COUNTERS = (
-    "steps",
-    "rejected_steps",
-    "evaluations",
-    "projections",
-    "projection_iterations",
-    "velocity_iterations",
-    "factorisations",
-)
-
-
-@dataclass(frozen=True, eq=False)
-class Tradeoff(Tabled):
-    """The trials of a grid of settings on a mechanism of `size` (m). The largest error of `points` counts.
-
-    `timings` are those of the trials that were timed, by their index. `own` is the index of the scene's own setting, or
-    None. `compared` are the indices of settings that differ only in their projection. `notes` are for the reader."""
-
-    title: str
-    size: float
-    points: tuple[str, ...]
-    trials: tuple[Measurement, ...]
-    timings: Mapping[int, Timing]
-    own: int | None
-    compared: tuple[int, ...]
-    reference: Reference
-    notes: tuple[str, ...]
-
-    @cached_property
-    def error(self) -> Array:
-        """The largest error of the points, (N,) in m."""
-        return np.array([trial.at(self.points) for trial in self.trials])
-
-    @cached_property
-    def violation(self) -> Array:
-        """The largest |C|, (N,) in m or rad."""
-        return np.array([trial.position_violation for trial in self.trials])
-
-    @cached_property
-    def seconds(self) -> Array:
-        """The processor time of settings that were timed alone, (N,) in s; infinite for the others."""
-        timed = np.full(len(self.trials), inf)
-        for index, timing in self.timings.items():
-            timed[index] = timing.median
-        return timed
-
-    @cached_property
-    def front(self) -> tuple[int, ...]:
-        """Indices of the Pareto front, the cheapest setting first: no other setting is both cheaper and more
-        accurate."""
-        return tuple(front(self.seconds, np.maximum(self.error, self.floor)).tolist())
-
-    @cached_property
-    def violation_front(self) -> tuple[int, ...]:
-        """Indices of the Pareto front with |C| in place of the error, the cheapest setting first."""
-        return tuple(front(self.seconds, self.violation).tolist())
-
-    def cheapest(self, limit: float, closed: float = inf) -> int | None:
-        """The index of the cheapest setting with an error (m) of at most `limit` and |C| (m or rad) of at most
-        `closed`."""
-        return cheapest(self.seconds, np.where(self.violation <= closed, self.error, inf), limit)
-
-    def most_accurate(self, seconds: float) -> int | None:
-        """The index of the most accurate setting that takes at most `seconds`."""
-        return cheapest(self.error, self.seconds, seconds)
-
-    @property
-    def floor(self) -> float:
-        """The uncertainty of the reference over the whole span, m."""
-        columns = [self.reference.points.index(name) for name in self.points]
-        return float(self.reference.uncertainty[-1, columns].max())
-
-    @property
-    def table(self) -> Table:
-        """A table with a row for each setting. `mbproj.studies.tradeoff.table.MEANING` describes its columns."""
-        return Table.of(map(self._row, range(len(self.trials))))
-
-    @property
-    def line(self) -> str:
-        """A line with the number of settings, the duration, and the number of failures."""
-        failed = sum(trial.failure is not None for trial in self.trials)
-        until = self.reference.times[-1]
-        return (
-            f"{self.title or 'The mechanism'}: {len(self.trials)} settings up to {until:g} s, of which {failed} failed"
-        )
-
-    __repr__ = Tabled.__repr__
-
-    def _row(self, index: int) -> dict[str, Any]:
-        trial = self.trials[index]
-        return {
-            "setting": trial.setting.command_line(),
-            **{name: getattr(trial.setting, name) for name in SETTING},
-            "formulation": trial.formulation,
-            "error": float(self.error[index]),
-            **{f"error_{name}": trial.error[name] for name in self.reference.points},
-            "position_violation": trial.position_violation,
-            "velocity_violation": trial.velocity_violation,
-            "energy_drift": trial.energy_drift,
-            "warned": trial.doubt > 1.0,
-            **{name: trial.counters.get(name, 0) for name in COUNTERS},
-            **timing_columns(self.timings.get(index)),
-            "first_cpu_seconds": trial.seconds,
-            "on_front": index in self.front,
-            "on_violation_front": index in self.violation_front,
-            "failure": trial.failure or "",
-        }
+#: The fewest and the most steps over the whole span, and the least ratio between neighbouring numbers.
+FEWEST, MOST, RATIO = 20, 400_000, 1.4
+#: Exponents of the tolerances, from the loosest to the tightest, a decade apart.
+TOLERANCES = range(2, 14)
+#: Schedules of the projection: every k-th step, or above thresholds that are parts of the mechanism's size.
+EVERY = (2, 5, 20)
+THRESHOLDS = (1e-3, 1e-6, 1e-9)
+#: A sweep ends when this many settings in a row have not brought the error below this part of the best error.
+PATIENCE, FALLING = 3, 0.7
+#: A ladder is promising where its evaluations are within this factor of the fewest for some error limit. At most
+#: `PROMISING` ladders are chosen. The limits are a decade apart.
+NEAR_IN_EVALUATIONS, PROMISING = 1.5, 2
 
 
 def tradeoff(
@@ -255,3 +150,126 @@ def _accuracy(
     second = sweeps(track, others, kept, processes, "projections and schedules", tell)
     unique = {trial.setting: trial for swept in (*first, *second) for trial in swept}
     return list(unique.values())
+
+
+def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Measurement]]) -> list[Ladder]:
+    """The ladders that need about the fewest evaluations for most of the error limits, which are a decade apart."""
+    flat = [(number, trial) for number, trials in enumerate(swept) for trial in trials if np.isfinite(trial.at())]
+    errors = np.array([trial.at() for _, trial in flat])
+    evaluations = np.array([trial.counters["evaluations"] for _, trial in flat], dtype=float)
+    owner = np.array([number for number, _ in flat])
+    if not len(flat):
+        return []
+    wins = np.zeros(len(ladders))
+    lowest, highest = np.log10(np.array([errors.min(), errors.max()]).clip(NONE))
+    for limit in 10.0 ** np.arange(np.ceil(lowest), highest + 1.0):
+        able = np.where(errors <= limit, evaluations, inf)
+        best = np.array([able[owner == number].min(initial=inf) for number in range(len(ladders))])
+        wins += best <= NEAR_IN_EVALUATIONS * best.min()
+    chosen = [number for number in np.argsort(-wins, kind="stable") if wins[number]][:PROMISING]
+    return [ladders[number] for number in sorted(chosen)]
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """Settings that add to `base` a step or, with `by_tolerance`, a tolerance."""
+
+    base: Setting
+    by_tolerance: bool
+
+    @property
+    def label(self) -> str:
+        """A short label, e.g. "rk4, gpopm every 5 steps" or "dop853 to a tolerance, none"."""
+        base, method = self.base, f"{self.base.integrator}{' to a tolerance' if self.by_tolerance else ''}"
+        return f"{method}, {base.schedule}"
+
+    def holds(self, setting: Setting) -> bool:
+        """Whether a setting has the integrator and the kind of step of this ladder."""
+        by_tolerance = setting.tolerance is not None
+        return (setting.integrator, by_tolerance) == (self.base.integrator, self.by_tolerance)
+
+    def sizes(self, times: Array) -> list[Setting]:
+        """The settings of the ladder from coarse to fine: all tolerances, or steps that meet some of `times`."""
+        if self.by_tolerance:
+            return [replace(self.base, step=None, tolerance=float(f"1e-{k}")) for k in TOLERANCES]
+        until = float(times[-1])
+        return [replace(self.base, step=until / steps, tolerance=None) for steps in step_numbers(len(times) - 1)]
+
+
+def step_numbers(intervals: int) -> list[int]:
+    """Numbers of steps that divide `intervals` or are multiples of it, in ratios of at least `RATIO`."""
+    parts = [part for part in divisors(intervals) if part >= FEWEST]
+    numbers = [*parts, *(intervals * k for k in range(2, MOST // intervals + 1))]
+    chosen: list[int] = []
+    for number in numbers:
+        if not chosen or number >= RATIO * chosen[-1]:
+            chosen.append(number)
+    return chosen
+
+
+def integrator_ladders(base: Setting, names: Sequence[str]) -> list[Ladder]:
+    """A ladder with fixed steps for each integrator, and one with tolerances where the integrator estimates its
+    error."""
+    found = []
+    for name in names:
+        if name != registry.AUTOMATIC:
+            found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=False))
+        if registry.is_embedded(name):
+            found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=True))
+    return found
+
+
+def projection_ladders(ladder: Ladder, methods: Sequence[Setting]) -> list[Ladder]:
+    """The ladder with other projections: those of the settings `methods`."""
+    base = ladder.base
+    return [
+        Ladder(_sizeless(method, integrator=base.integrator, formulation=base.formulation), ladder.by_tolerance)
+        for method in methods
+    ]
+
+
+def schedule_ladders(ladder: Ladder, size: float) -> list[Ladder]:
+    """The ladder with an energy row, and with less frequent projections. `size` (m) is the mechanism's."""
+    often = [replace(ladder.base, every=k) for k in EVERY]
+    above = [replace(ladder.base, threshold=float(f"{part * size:.1g}")) for part in THRESHOLDS]
+    kept = [] if ladder.base.energy_row else [replace(ladder.base, energy_row=True)]
+    return [Ladder(base, ladder.by_tolerance) for base in (*kept, *often, *above)]
+
+
+def _sizeless(setting: Setting, **changes: str) -> Setting:
+    return replace(setting, step=None, tolerance=None, **changes)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class SweepSetup:
+    """The common data of all sweeps: the yardstick, the error (m) at which a sweep may end, and the seconds of a run
+    from which on no finer one is tried."""
+
+    yardstick: Yardstick
+    goal: float
+    longest: float
+
+
+def sweep(track: SweepSetup, ladder: Ladder) -> list[Measurement]:
+    """Run a ladder's settings from coarse to fine and return their measurements."""
+    trials: list[Measurement] = []
+    best, stuck = float("inf"), 0
+    for setting in ladder.sizes(track.yardstick.reference.times):
+        trials.append(track.yardstick.measure(setting))
+        reached = trials[-1].at()
+        if reached < float("inf"):
+            stuck = 0 if reached < FALLING * best else stuck + 1
+            best = min(best, reached)
+            if best <= track.goal or trials[-1].seconds > track.longest or stuck >= PATIENCE:
+                break
+    return trials
+
+
+def sweeps(
+    track: SweepSetup, ladders: Sequence[Ladder], kept: ValueCache, processes: Where, phase: str, tell: Tell
+) -> list[list[Measurement]]:
+    """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `kept` are
+    not run again."""
+    keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
+    found = resumable(sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
+    return [found[key] for key in keys]

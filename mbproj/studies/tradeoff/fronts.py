@@ -1,4 +1,4 @@
-"""What a grid of settings shows: Pareto fronts, the settings near them that deserve more work, and the families of
+"""What a grid of settings shows: Pareto fronts, the settings near them that are timed, and the families of
 settings that are the lines of the diagrams."""
 
 from __future__ import annotations
@@ -12,11 +12,7 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.tradeoff.ladders import Ladder, schedule_label
 
-#: A ladder is promising where its evaluations are within this factor of the fewest for some error limit. At most
-#: `PROMISING` ladders are chosen. The limits are a decade apart.
-NEAR_IN_EVALUATIONS, PROMISING = 1.5, 2
 #: A setting is timed where its first time is within this factor of the cheapest one that is as good. At most
 #: `MOST_TIMED` settings are.
 NEAR_IN_TIME, MOST_TIMED = 1.5, 40
@@ -54,24 +50,6 @@ def cheapest(cost: Sequence[float] | Array, error: Sequence[float] | Array, limi
     costs = np.where(np.asarray(error, dtype=float) <= limit, np.asarray(cost, dtype=float), np.inf)
     index = int(np.argmin(costs)) if len(costs) else 0
     return index if len(costs) and np.isfinite(costs[index]) else None
-
-
-def promising(ladders: Sequence[Ladder], swept: Sequence[Sequence[Measurement]]) -> list[Ladder]:
-    """The ladders that need about the fewest evaluations for most of the error limits, which are a decade apart."""
-    flat = [(number, trial) for number, trials in enumerate(swept) for trial in trials if np.isfinite(trial.at())]
-    errors = np.array([trial.at() for _, trial in flat])
-    evaluations = np.array([trial.counters["evaluations"] for _, trial in flat], dtype=float)
-    owner = np.array([number for number, _ in flat])
-    if not len(flat):
-        return []
-    wins = np.zeros(len(ladders))
-    lowest, highest = np.log10(np.array([errors.min(), errors.max()]).clip(NONE))
-    for limit in 10.0 ** np.arange(np.ceil(lowest), highest + 1.0):
-        able = np.where(errors <= limit, evaluations, inf)
-        best = np.array([able[owner == number].min(initial=inf) for number in range(len(ladders))])
-        wins += best <= NEAR_IN_EVALUATIONS * best.min()
-    chosen = [number for number in np.argsort(-wins, kind="stable") if wins[number]][:PROMISING]
-    return [ladders[number] for number in sorted(chosen)]
 
 
 def projections_at_one_size(trials: Sequence[Measurement], errors: Array, own: Setting | None) -> list[int]:
@@ -114,15 +92,15 @@ def kind(setting: Setting) -> str:
 def by_integrator(trials: Sequence[Measurement]) -> dict[str, list[int]]:
     """Indices of the trials that have the projection and schedule of the first trial, by integrator and kind of
     step."""
-    plain = schedule_label(trials[0].setting)
-    return grouped(trials, lambda setting: kind(setting) if schedule_label(setting) == plain else None)
+    plain = trials[0].setting.schedule
+    return grouped(trials, lambda setting: kind(setting) if setting.schedule == plain else None)
 
 
 def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
     """The integrator and kind of step with most settings on the front, among those that were tried with several
     projections."""
     tried = {
-        name: len({schedule_label(trials[index].setting) for index in indices})
+        name: len({trials[index].setting.schedule for index in indices})
         for name, indices in grouped(trials, kind).items()
     }
     wins = {name: sum(kind(trials[index].setting) == name for index in front) for name in tried}
@@ -131,7 +109,7 @@ def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
 
 def by_projection(trials: Sequence[Measurement], name: str) -> dict[str, list[int]]:
     """Indices of the trials of one integrator and kind of step, by projection and schedule."""
-    return grouped(trials, lambda setting: schedule_label(setting) if kind(setting) == name else None)
+    return grouped(trials, lambda setting: setting.schedule if kind(setting) == name else None)
 
 
 def grouped(trials: Sequence[Measurement], key: Callable[[Setting], str | None]) -> dict[str, list[int]]:

@@ -16,7 +16,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.tradeoff.front import tradeoff
 from mbproj.studies.tradeoff.fronts import by_integrator, by_projection, studied
-from mbproj.studies.tradeoff.table import write_hdf5
+from mbproj.studies.tradeoff.result import write_hdf5
 from tests.support import ROOT
 
 PENDULUM = ROOT / "mechanisms" / "physical_pendulum.yaml"

@@ -1,0 +1,186 @@
+"""`Tradeoff`: the trials of a grid of settings, with their Pareto fronts, as a table and as an HDF5 file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from math import inf, nan
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
+from mbproj.outputs import hdf5, replacing
+from mbproj.results.views.table import Table, Tabled
+from mbproj.studies.measure.measurement import Measurement
+from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.timing import Timing, timing_columns
+from mbproj.studies.tradeoff.fronts import cheapest, front
+from mbproj.version import __version__
+
+#: Columns of the table: options of a setting, and counters of its run.
+SETTING = ("projection", "integrator", "step", "tolerance", "every", "threshold")
+COUNTERS = (
+    "steps",
+    "rejected_steps",
+    "evaluations",
+    "projections",
+    "projection_iterations",
+    "velocity_iterations",
+    "factorisations",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Tradeoff(Tabled):
+    """The trials of a grid of settings on a mechanism of `size` (m). The largest error of `points` counts.
+
+    `timings` are those of the trials that were timed, by their index. `own` is the index of the scene's own setting, or
+    None. `compared` are the indices of settings that differ only in their projection. `notes` are for the reader."""
+
+    title: str
+    size: float
+    points: tuple[str, ...]
+    trials: tuple[Measurement, ...]
+    timings: Mapping[int, Timing]
+    own: int | None
+    compared: tuple[int, ...]
+    reference: Reference
+    notes: tuple[str, ...]
+
+    @cached_property
+    def error(self) -> Array:
+        """The largest error of the points, (N,) in m."""
+        return np.array([trial.at(self.points) for trial in self.trials])
+
+    @cached_property
+    def violation(self) -> Array:
+        """The largest |C|, (N,) in m or rad."""
+        return np.array([trial.position_violation for trial in self.trials])
+
+    @cached_property
+    def seconds(self) -> Array:
+        """The processor time of settings that were timed alone, (N,) in s; infinite for the others."""
+        timed = np.full(len(self.trials), inf)
+        for index, timing in self.timings.items():
+            timed[index] = timing.median
+        return timed
+
+    @cached_property
+    def front(self) -> tuple[int, ...]:
+        """Indices of the Pareto front, the cheapest setting first: no other setting is both cheaper and more
+        accurate."""
+        return tuple(front(self.seconds, np.maximum(self.error, self.floor)).tolist())
+
+    @cached_property
+    def violation_front(self) -> tuple[int, ...]:
+        """Indices of the Pareto front with |C| in place of the error, the cheapest setting first."""
+        return tuple(front(self.seconds, self.violation).tolist())
+
+    def cheapest(self, limit: float, closed: float = inf) -> int | None:
+        """The index of the cheapest setting with an error (m) of at most `limit` and |C| (m or rad) of at most
+        `closed`."""
+        return cheapest(self.seconds, np.where(self.violation <= closed, self.error, inf), limit)
+
+    def most_accurate(self, seconds: float) -> int | None:
+        """The index of the most accurate setting that takes at most `seconds`."""
+        return cheapest(self.error, self.seconds, seconds)
+
+    @property
+    def floor(self) -> float:
+        """The uncertainty of the reference over the whole span, m."""
+        columns = [self.reference.points.index(name) for name in self.points]
+        return float(self.reference.uncertainty[-1, columns].max())
+
+    @property
+    def table(self) -> Table:
+        """A table with a row for each setting. `MEANING` describes its columns."""
+        return Table.of(map(self._row, range(len(self.trials))))
+
+    @property
+    def line(self) -> str:
+        """A line with the number of settings, the duration, and the number of failures."""
+        failed = sum(trial.failure is not None for trial in self.trials)
+        until = self.reference.times[-1]
+        return (
+            f"{self.title or 'The mechanism'}: {len(self.trials)} settings up to {until:g} s, of which {failed} failed"
+        )
+
+    __repr__ = Tabled.__repr__
+
+    def _row(self, index: int) -> dict[str, Any]:
+        trial = self.trials[index]
+        return {
+            "setting": trial.setting.command_line(),
+            **{name: getattr(trial.setting, name) for name in SETTING},
+            "formulation": trial.formulation,
+            "error": float(self.error[index]),
+            **{f"error_{name}": trial.error[name] for name in self.reference.points},
+            "position_violation": trial.position_violation,
+            "velocity_violation": trial.velocity_violation,
+            "energy_drift": trial.energy_drift,
+            "warned": trial.doubt > 1.0,
+            **{name: trial.counters.get(name, 0) for name in COUNTERS},
+            **timing_columns(self.timings.get(index)),
+            "first_cpu_seconds": trial.seconds,
+            "on_front": index in self.front,
+            "on_violation_front": index in self.violation_front,
+            "failure": trial.failure or "",
+        }
+
+
+#: Descriptions of the columns, for the HDF5 file. The other columns are options and counters of a run.
+MEANING = {
+    "setting": "options of mbproj run",
+    "formulation": "coordinates of the run; empty where it failed",
+    "error": "largest error of the points that count, m; infinite where the run failed",
+    "position_violation": "largest |C|, m or rad",
+    "velocity_violation": "largest |C'|, per s",
+    "energy_drift": "largest |E - W + D|, J",
+    "warned": "whether the run notes that its energy tells of a wrong motion",
+    "cpu_seconds": "processor time of the steps of one run, median of the timings, s; NaN where it was not timed",
+    "cpu_seconds_lowest": "the smallest of the timings, s",
+    "cpu_seconds_highest": "the largest of the timings, s",
+    "first_cpu_seconds": "processor time of the first run, beside others, s",
+    "on_front": "whether no other timed setting is both cheaper and more accurate",
+    "on_violation_front": "whether no other timed setting is both cheaper and better closed",
+    "failure": "why the run did not get to its end",
+}
+
+
+FORMAT = "mbproj tradeoff"
+KIND = hdf5(FORMAT)
+
+
+def write_hdf5(path: Path, found: Tradeoff, *, force: bool = False) -> Path:
+    """Write a trade-off: /trials has an array for each column of its table, /reference has times, positions and
+    uncertainty."""
+    with replacing(path, KIND, force=force) as draft, h5py.File(draft, "w") as file:
+        file.attrs.update(
+            {
+                "format": FORMAT,
+                "mbproj_version": __version__,
+                "title": found.title,
+                "points": list(found.points),
+                "notes": list(found.notes),
+            }
+        )
+        table = found.table
+        for name, column in zip(table.headings, zip(*table.rows, strict=True), strict=True):
+            values = [nan if value is None else value for value in column]
+            text = isinstance(values[0], str)
+            data = np.array(values, dtype=h5py.string_dtype() if text else None)
+            dataset = file.create_dataset(f"trials/{name}", data=data)
+            dataset.attrs["description"] = MEANING.get(name, name.replace("_", " "))
+        truth = found.reference
+        for name, array, unit in (
+            ("time", truth.times, "s"),
+            ("position", truth.position, "m"),
+            ("uncertainty", truth.uncertainty, "m"),
+        ):
+            file.create_dataset(f"reference/{name}", data=array).attrs["units"] = unit
+        file["reference"].attrs.update({"points": list(truth.points), "method": truth.method, "check": truth.check})
+    return path
