@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -14,29 +13,23 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
-from mbproj.cli.report.text import json_text
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, Place, Problem
 from mbproj.scene.ranges.family import column_of
 
 if TYPE_CHECKING:
+    from mbproj.cli.study import Study
     from mbproj.studies.design.run import FoundDesign
-    from mbproj.studies.parallel.hand_out import Where
-    from mbproj.studies.parallel.progress import Tell
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 #: Searches found the same design where their numbers differ from the best by at most this part of their ranges.
 SAME = 1e-4
-OTHER = "choose another folder with -o"
 DIFFERENCES = "differences of runs"
 
 
 def options(command: Command) -> Command:
     """Decorate a command with the argument and the options of both commands."""
     for decorate in (
-        option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors."),
-        option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report."),
-        study_options.force,
         look,
         option(
             Part.OUTPUT,
@@ -46,8 +39,7 @@ def options(command: Command) -> Command:
             metavar="DIR",
             help="Directory of the design [default: <spec>-design].",
         ),
-        study_options.fresh,
-        study_options.workplace,
+        study_options.study,
         option(
             Part.WHAT,
             "--engine",
@@ -62,63 +54,51 @@ def options(command: Command) -> Command:
 
 @dataclass(frozen=True)
 class DesignOptions:
-    """The values of the options of both commands, and the place where the work is done."""
+    """The values of the options of both commands."""
 
     spec: Path
     engine: str | None
     output: Path | None
-    force: bool
-    as_json: bool
-    quiet: bool
-    fresh: bool
-    where: Where
+    study: Study
 
     @classmethod
-    def of(cls, given: dict[str, Any]) -> DesignOptions:
-        """Build from the options that `options` declares."""
-        where = study_options.where_of(given)
-        return cls(where=where, **given)
+    def of(cls, given: dict[str, Any], first: Sequence[str]) -> DesignOptions:
+        """Build from the options that `options` declares. `first` are the first headings of the table."""
+        from mbproj.cli.study import Study
+
+        study = Study(given, first)
+        return cls(study=study, **given)
 
     def folder(self, kind: str) -> Path:
         """The folder asked for, or one named after the file."""
         return self.output or self.spec.with_name(f"{self.spec.stem}-{kind}")
 
-    def telling(self) -> AbstractContextManager[Tell]:
-        """Show the progress of the search, unless it is hidden."""
-        from mbproj.cli.report.progress import telling
 
-        return telling(hidden=self.as_json or self.quiet)
-
-
-def search(asked: DesignOptions, *, fits: bool) -> int:
+def search(given: dict[str, Any], *, fits: bool) -> int:
     """Run the command: read, search, write, report."""
     from mbproj.calls.sweep import spec_of
     from mbproj.figures.pages.designs import whole_page
     from mbproj.figures.save import save
-    from mbproj.outputs import check_replaceable, picture
+    from mbproj.outputs import picture
     from mbproj.studies.design.drawn import drawn
     from mbproj.studies.design.run import find_design
-    from mbproj.studies.design.written import DesignFolder
+    from mbproj.studies.design.written import FIRST, DesignFolder, starts_table
     from mbproj.studies.synthesis.wish import is_synthesis
 
+    asked = DesignOptions.of(given, FIRST)
+    study = asked.study
     if is_synthesis(asked.spec):
         hint = f"use: mbproj optimise {asked.spec.name} --topologies all"
         place = Place(str(asked.spec))
         raise InputError(Problem("the file asks for a synthesis, which finds mechanisms", place, hint))
-    what, folder = spec_of(asked.spec, fits), DesignFolder(asked.folder("design"), asked.force)
+    what, folder = spec_of(asked.spec, fits), DesignFolder(asked.folder("design"), study.force)
     figure = folder.path / "design.png"
-    check_replaceable(figure, picture("png"), force=asked.force, hint=OTHER)
-    with asked.telling() as tell:
-        found = find_design(what, asked.where, engine=asked.engine, fresh=asked.fresh, tell=tell)
-    written = [*folder.write(found), save(whole_page(drawn(found)), figure, force=asked.force)]
-    if asked.as_json:
-        click.echo(json_text({**numbers(found), "files": written}))
-    elif not asked.quiet:
-        click.echo("\n".join(report(found)))
-        for note in found.notes:
-            click.echo(f"note: {note}", err=True)
-        for path in written:
-            click.echo(path)
+    study.check(figure, picture("png"))
+    with study.telling() as tell:
+        found = find_design(what, study.where, engine=asked.engine, fresh=study.fresh, tell=tell)
+    written = [*folder.write(found), save(whole_page(drawn(found)), figure, force=study.force)]
+    text = "\n".join(report(found))
+    study.hand_over(starts_table(found), text, numbers(found), notes=found.notes, beside=written)
     return int(ExitCode.FAILED if found.searches[0].broken > 0.0 else ExitCode.DONE)
 
 
@@ -150,7 +130,6 @@ def numbers(found: FoundDesign) -> dict[str, Any]:
         },
         "constraints": dict(zip((limit.name for limit in found.spec.limits), found.trial.limits.tolist(), strict=True)),
         "unseen": [] if known is None else [*known.unseen],
-        "notes": [*found.notes],
     }
 
 

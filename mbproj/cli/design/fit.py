@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbproj.cli.design.design_command import DesignOptions, options, search
+from mbproj.cli.design.design_command import options, search
 from mbproj.cli.explained import explained
 
 EXAMPLES = (
@@ -24,4 +24,4 @@ def command(**given: Any) -> int:
 
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
-    return search(DesignOptions.of(given), fits=True)
+    return search(given, fits=True)

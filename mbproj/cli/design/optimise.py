@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-import click
-
-from mbproj.cli.design.design_command import OTHER, DesignOptions, options, search
+from mbproj.cli.design.design_command import DesignOptions, options, search
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import QuantityNames
-from mbproj.cli.report.text import json_text
 from mbproj.errors import ExitCode, InputError, Place, Problem
 
 if TYPE_CHECKING:
@@ -25,6 +22,8 @@ EXAMPLES = (
     ),
 )
 ALL = "all"
+#: The first headings of the table of topologies.
+FIRST = ("topology", "rms")
 
 
 @explained("optimise", EXAMPLES)
@@ -48,13 +47,14 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
     if topologies is not None:
-        return synthesise_of(topologies, DesignOptions.of(given))
-    return search(DesignOptions.of(given), fits=False)
+        return synthesise_of(topologies, DesignOptions.of(given, FIRST))
+    return search(given, fits=False)
 
 
 def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     """Run the command: read, search, write, report."""
-    from mbproj.outputs import DESIGNED, PAGE, check_replaceable, csv, make_folder, write_csv, write_text
+    from mbproj.cli.study import OTHER_FOLDER
+    from mbproj.outputs import DESIGNED, PAGE, csv, make_folder, write_csv, write_text
     from mbproj.pages.page.write import designs_page
     from mbproj.studies.design.written import best_scene
     from mbproj.studies.synthesis.shown import shown
@@ -63,30 +63,24 @@ def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
 
     if asked.engine is not None:
         raise InputError(Problem("topologies are brought down by least squares", Place("--engine"), "leave it out"))
-    wanted, force = read_wanted(asked.spec), asked.force
-    folder = make_folder(asked.folder("topologies"), OTHER)
+    wanted, study = read_wanted(asked.spec), asked.study
+    folder = make_folder(asked.folder("topologies"), OTHER_FOLDER)
     best, rows, page = (folder / name for name in ("best.yaml", "topologies.csv", "designs.html"))
-    for path, kind in ((best, DESIGNED), (rows, csv(("topology", "rms"))), (page, PAGE)):
-        check_replaceable(path, kind, force=force, hint=OTHER)
+    for path, kind in ((best, DESIGNED), (rows, csv(FIRST)), (page, PAGE)):
+        study.check(path, kind)
     names = () if topologies == (ALL,) else topologies
-    with asked.telling() as tell:
-        found = synthesise(wanted, names, folder, asked.where, fresh=asked.fresh, force=force, tell=tell)
+    with study.telling() as tell:
+        found = synthesise(wanted, names, folder, study.where, fresh=study.fresh, force=study.force, tell=tell)
     design, listed = found.found[0].design, table(found)
     assert design is not None
+    title = f"{wanted.kind} of {asked.spec.name}"
     written = [
-        write_text(best, best_scene(design), DESIGNED, force=force, hint=OTHER),
-        write_csv(rows, listed.headings, listed.rows, force=force, hint=OTHER),
-        write_text(
-            page, designs_page(f"{wanted.kind} of {asked.spec.name}", shown(found)), PAGE, force=force, hint=OTHER
-        ),
+        write_text(best, best_scene(design), DESIGNED, force=study.force, hint=OTHER_FOLDER),
+        write_csv(rows, listed.headings, listed.rows, force=study.force, hint=OTHER_FOLDER),
+        write_text(page, designs_page(title, shown(found)), PAGE, force=study.force, hint=OTHER_FOLDER),
     ]
-    if asked.as_json:
-        given = [dict(zip(listed.headings, row, strict=True)) for row in listed.rows]
-        click.echo(json_text({"best": found.found[0].topology, "topologies": given, "files": written}))
-    elif not asked.quiet:
-        click.echo("\n".join(report(found)))
-        for path in written:
-            click.echo(path)
+    numbers = {"best": found.found[0].topology, "topologies": listed.records}
+    study.hand_over(listed, "\n".join(report(found)), numbers, beside=written)
     return int(ExitCode.DONE)
 
 
