@@ -1,4 +1,4 @@
-"""Runs the command line in a process of its own, as a user does; see `fork_server.py`."""
+"""Runs the command line, or a program, in a process of its own, as a user does; see `fork_server.py`."""
 
 from __future__ import annotations
 
@@ -29,12 +29,21 @@ def environment() -> dict[str, str]:
 
 def mbproj(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS` in `folder`."""
+    return _run({"arguments": [str(each) for each in arguments]}, folder)
+
+
+def python(program: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """`python -c PROGRAM` in `folder`."""
+    return _run({"program": program}, folder)
+
+
+def _run(what: dict[str, object], folder: Path) -> subprocess.CompletedProcess[str]:
     with _ONE_AT_A_TIME, tempfile.TemporaryDirectory() as streams:
         paths = {name: Path(streams) / name for name in ("out", "err")}
         for path in paths.values():
             path.touch()
         request = {
-            "arguments": [str(each) for each in arguments],
+            **what,
             "folder": str(folder),
             "environment": {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")},
             **{name: str(path) for name, path in paths.items()},
@@ -45,7 +54,7 @@ def mbproj(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
         server.stdin.flush()
         code = int(server.stdout.readline())
         out, err = (path.read_text() for path in paths.values())
-        return subprocess.CompletedProcess(["mbproj", *arguments], code, out, err)
+        return subprocess.CompletedProcess([*what], code, out, err)
 
 
 _ONE_AT_A_TIME = Lock()

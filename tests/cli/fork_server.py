@@ -1,7 +1,9 @@
-"""A process that has imported mbproj, and runs command lines in forks of itself: a test need not import it anew.
+"""A process that has imported mbproj, and runs command lines and programs in forks of itself: a test need not import it
+anew.
 
-Requests come as lines of JSON on standard input: `arguments`, `folder`, `environment`, and the files `out` and `err`
-for the streams. The answer to each is a line with the exit code, negative where a signal ended the command.
+Requests come as lines of JSON on standard input: `arguments` of the command line, or the text of a `program`, `folder`,
+`environment`, and the files `out` and `err` for the streams. The answer to each is a line with the exit code, negative
+where a signal ended the command.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import os
 import pkgutil
 import sys
 import traceback
+import types
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
@@ -24,20 +27,20 @@ from mbproj.studies.parallel import bundles, hand_out
 OTHERS = ("matplotlib.backends.backend_agg", "scipy.integrate", "scipy.optimize", "scipy.sparse.linalg", "scipy.stats")
 
 
-def serve() -> None:
-    """Returns in each fork, which is to run the command line, and in the server when there is nothing more to do."""
+def serve() -> dict[str, Any]:
+    """Returns in each fork with the request, which it is to run; ends the server when there is nothing more to do."""
     for request in map(json.loads, sys.stdin):
         child = os.fork()
         if child == 0:
             become(request)
-            return
+            return request  # type: ignore[no-any-return]
         _, status = os.waitpid(child, 0)
         print(os.waitstatus_to_exitcode(status), flush=True)
     os._exit(0)
 
 
 def become(request: dict[str, Any]) -> None:
-    """Takes on the folder, the environment, the streams and the arguments of a request."""
+    """Takes on the folder, the environment and the streams of a request."""
     os.chdir(request["folder"])
     os.environ.clear()
     os.environ.update(request["environment"])
@@ -47,7 +50,6 @@ def become(request: dict[str, Any]) -> None:
         os.dup2(stream, number)
         os.close(stream)
     sys.stdin, sys.stdout, sys.stderr = open(0), open(1, "w"), open(2, "w", buffering=1)  # noqa: SIM115
-    sys.argv = ["mbproj", *request["arguments"]]
     hand_out.processors = lambda: 1  # the tests take all, and starting a worker takes longer than most studies here
     bundles.in_parallel = in_this_process
 
@@ -68,12 +70,16 @@ def preload() -> None:
             importlib.import_module(module.name)
 
 
-def run() -> int:
-    """The command line as `mbproj` runs it; the exit code."""
+def run(request: dict[str, Any]) -> int:
+    """The command line as `mbproj` runs it, or the program as `python -c` does; the exit code."""
     from mbproj.cli import main
 
     try:
-        main()
+        if "program" in request:
+            run_program(request["program"])
+        else:
+            sys.argv = ["mbproj", *request["arguments"]]
+            main()
     except SystemExit as end:
         return int(end.code or 0)
     except BaseException:
@@ -82,12 +88,18 @@ def run() -> int:
     return 0
 
 
+def run_program(text: str) -> None:
+    """Runs it as the main module, which imports from its folder."""
+    sys.argv, sys.path[:0] = ["-c"], [""]
+    sys.modules["__main__"] = module = types.ModuleType("__main__")
+    exec(compile(text, "<string>", "exec"), vars(module))
+
+
 if __name__ == "__main__":
     preload()
     gc.collect()
     gc.freeze()  # pages that nobody writes to are shared with the forks
-    serve()
-    code = run()
+    code = run(serve())
     atexit._run_exitfuncs()
     sys.stdout.flush()
     sys.stderr.flush()

@@ -13,12 +13,9 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 import shutil
-import subprocess
-import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +27,7 @@ from mbproj.scene import read_scene
 from mbproj.studies.design import spec as designs
 from mbproj.studies.sweep import spec as sweeps
 from mbproj.studies.synthesis.wish import is_synthesis, read_wanted
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, python
 from tests.support import ROOT
 
 LANGUAGES = ("yaml", "console", "python", "text", "sh", "xml", "json", "cpp")
@@ -93,14 +90,7 @@ def run_page(page: GuidePage, folder: Path, *, slow: bool = False) -> None:
         elif fence.language == "console":
             _run_console(fence, folder, where)
         elif fence.language == "python" and not fence.words:
-            done = subprocess.run(
-                [sys.executable, "-c", fence.text],
-                capture_output=True,
-                text=True,
-                cwd=folder,
-                check=False,
-                env={**os.environ, "PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")},
-            )
+            done = python(fence.text, folder)
             assert done.returncode == 0, f"{where}: {done.stderr}"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from fnmatch import fnmatch
+from functools import cache
 
 import pytest
 from click.testing import CliRunner
@@ -16,6 +17,7 @@ from scripts.draw_guide import FIGURES, MEASURED
 from tests.guide.fences import fences, run_page
 from tests.support import ROOT as CHECKOUT
 
+shown = cache(rendered)
 every_page = pytest.mark.parametrize("page", list(pages().values()), ids=list(pages()))
 
 
@@ -48,17 +50,17 @@ def test_a_page_begins_with_its_title_and_has_no_sentence_of_more_than_thirty_wo
 
 @every_page
 def test_a_page_fits_a_terminal(page):
-    longest = max(rendered(page).splitlines(), key=len)
+    longest = max(shown(page).splitlines(), key=len)
     assert len(longest) <= WIDTH, longest
-    assert "…" not in rendered(page), "a word without a space is cut in a narrow column"
+    assert "…" not in shown(page), "a word without a space is cut in a narrow column"
 
 
 @every_page
 def test_words_in_tables_of_three_columns_stay_whole(page):
-    shown = set(rendered(page).split())
+    words_shown = set(shown(page).split())
     for row in re.findall(r"^\|(?:[^|\n]+\|){2,3}$", page.text, re.MULTILINE):
         words = re.findall(r"(?<= )[a-z]{4,12}(?=[ ,;.])", re.sub(r"\[[^\]]*\]\([^)]*\)|\*[^*]*\*|`[^`]*`", "", row))
-        assert all(any(word in each for each in shown) for word in words), (page.topic, row)
+        assert all(any(word in each for each in words_shown) for word in words), (page.topic, row)
 
 
 @every_page
