@@ -90,15 +90,15 @@ def markdown() -> FileKind:
     return FileKind("a table in Markdown", _has_near_start(MARKDOWN_MARK.encode()))
 
 
-def hdf5(file_format: str) -> FileKind:
-    """An HDF5 file whose attribute `format` is `file_format`."""
+def hdf5(*file_formats: str) -> FileKind:
+    """An HDF5 file whose attribute `format` is one of these."""
 
     def names_it(path: Path) -> bool:
         import h5py
 
         try:
             with h5py.File(path, "r") as file:
-                return bool(file.attrs.get("format") == file_format)
+                return file.attrs.get("format") in file_formats
         except (OSError, RuntimeError, ValueError, KeyError, TypeError):  # h5py raises these for damaged files
             return False
 
