@@ -25,11 +25,6 @@ class Difference:
         """The largest distance in m; NaN where a path has a NaN."""
         return float(np.max(self.distance))
 
-    def first_above(self, limit: float) -> float | None:
-        """The first common time (s) at which the distance is above `limit` or NaN; None where there is none."""
-        beyond = np.flatnonzero(~(self.distance <= limit))
-        return float(self.time[beyond[0]]) if len(beyond) else None
-
 
 def common_samples(first: Array, second: Array) -> tuple[Integers, Integers]:
     """Indices (S), (S) of the sample times that two increasing series (s) share. Nothing is interpolated."""

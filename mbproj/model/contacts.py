@@ -39,7 +39,7 @@ class Contacts:
 
     Where rows of touching stops depend on each other, only some are held. `shares` gives for each such stop pairs (held
     stop, part): its push is the sum of these parts of the pushes that the held stops would have alone. Stops that are
-    `idle` touch and do not push. `decides`: whether the motion depends on how the stops share."""
+    `idle` touch and do not push."""
 
     held: tuple[int, ...] = ()
     pushing: Mapping[int, float] = field(default_factory=dict)
@@ -50,7 +50,6 @@ class Contacts:
     starting: frozenset[int] = frozenset()
     shares: Mapping[int, tuple[tuple[int, float], ...]] = field(default_factory=dict)
     idle: frozenset[int] = frozenset()
-    decides: bool = False
 
     @property
     def touching(self) -> list[int]:

@@ -15,7 +15,6 @@ from mbproj.thresholds import THRESHOLDS
 
 __all__ = [
     "Mobility",
-    "full_rank",
     "mobility",
     "refuse_unsolvable",
     "row_distances",
@@ -55,11 +54,6 @@ class Mobility:
     def massless(self) -> tuple[str, ...]:
         """The bodies that can move without kinetic energy."""
         return tuple(dict.fromkeys(name for motion in self.massless_motions for name, _ in motion.bodies))
-
-
-def full_rank(system: System) -> Mobility:
-    """Return the ranks of a system whose rows are known to be independent."""
-    return Mobility(7 * system.bodies, system.constraints, system.constraints, {}, ())
 
 
 def mobility(system: System, pose: Pose) -> Mobility:

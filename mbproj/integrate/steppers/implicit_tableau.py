@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from functools import cache
 
-import numpy as np
-
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.integrate.steppers.tableau import matrix, vector
@@ -39,12 +37,6 @@ class ImplicitTableau:
     def stages(self) -> int:
         """s, the number of stages with the first."""
         return len(self.b)
-
-    @property
-    def is_coupled(self) -> bool:
-        """Whether the stages must be solved together. In a diagonally implicit method they are solved one after
-        another."""
-        return bool(np.triu(self.a, 1).any())
 
 
 def load_implicit_tableau(name: str) -> ImplicitTableau:

@@ -97,7 +97,6 @@ def contacts_of(system: System, state: Mapping[str, Any]) -> Contacts:
         dict(state["stuck"]),
         dict(state.get("bearing", ())),
         shares={k: tuple((own, part) for own, part in parts) for k, parts in state.get("shares", ())},
-        decides=bool(state.get("decides", False)),
         **{name: frozenset(state.get(name, ())) for name in MARKED},
     )
     return at_walls(system, found, held)

@@ -13,7 +13,7 @@ from typing import Any, Protocol, overload
 
 import numpy as np
 
-from mbproj.analysis.trust import horizons
+from mbproj.analysis.growth import Growth
 from mbproj.arrays import Array
 from mbproj.dynamics import State
 from mbproj.dynamics.assembly.assemble import moved_by, nearest, scaled_rows
@@ -34,7 +34,7 @@ from mbproj.integrate.steppers.kinematic_steps import branch_untold
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene, Settings
-from mbproj.studies.certify.horizon import LIMITS, certify
+from mbproj.studies.certify.horizon import LIMITS, certify, trust_of
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.thresholds import THRESHOLDS
@@ -178,23 +178,8 @@ def certify_kinematic(
         remark = f"the poses could not be followed to the end: {cause}"
     error = np.linalg.norm(position - own, axis=-1)
     uncertainty[:] = largest
-    found = horizons(times, error, uncertainty, np.asarray(limits))
-    unknown = np.full(len(mechanism.points), np.nan)
-    return Trust(
-        names=mechanism.points,
-        limits=np.asarray(limits, dtype=float),
-        time=times,
-        error=error,
-        uncertainty=uncertainty,
-        horizon=found.time,
-        horizon_low=found.low,
-        horizon_high=found.high,
-        growth_rate=unknown,
-        growth_power=unknown,
-        growth_law=("",) * len(mechanism.points),
-        solution=SOLUTION,
-        remark=remark,
-    )
+    unknown = [Growth()] * len(mechanism.points)
+    return trust_of(mechanism.points, times, error, uncertainty, limits, unknown, SOLUTION, remark)
 
 
 def _poses_along(mechanism: Mechanism, times: Array) -> Iterator[Array]:

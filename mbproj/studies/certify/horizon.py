@@ -9,6 +9,7 @@ how far any solution in double precision may be from the truth. Horizons then be
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -101,11 +102,28 @@ def _trust(
     remark: str,
 ) -> Trust:
     error = np.linalg.norm(position - (position if better is None else better.position), axis=-1)
-    found = horizons(times, error, uncertainty, np.asarray(limits))
     extent = np.ptp(position, axis=0).max(axis=-1)
     fits = [_growth(times, error[:, k], uncertainty[:, k], float(extent[k])) for k in range(len(extent))]
+    solution = "" if better is None else better.setting.label
+    found = trust_of(mechanism.points, times, error, uncertainty, limits, fits, solution, remark)
+    return replace(found, better=None if better is None else Poses(better.body_position, better.body_orientation))
+
+
+def trust_of(
+    names: tuple[str, ...],
+    times: Array,
+    error: Array,
+    uncertainty: Array,
+    limits: Sequence[float],
+    fits: Sequence[Growth],
+    solution: str,
+    remark: str,
+) -> Trust:
+    """Return the certificate of k points, by `names`, with their errors and uncertainties (T, k), m, at the times (T,),
+    s, and the growth of each. `limits` are in m; `solution` is the label of what the run was compared with."""
+    found = horizons(times, error, uncertainty, np.asarray(limits))
     return Trust(
-        names=mechanism.points,
+        names=names,
         limits=np.asarray(limits, dtype=float),
         time=times,
         error=error,
@@ -116,9 +134,8 @@ def _trust(
         growth_rate=np.array([fit.rate for fit in fits]),
         growth_power=np.array([fit.power for fit in fits]),
         growth_law=tuple(fit.law for fit in fits),
-        solution="" if better is None else better.setting.label,
+        solution=solution,
         remark=remark,
-        better=None if better is None else Poses(better.body_position, better.body_orientation),
     )
 
 
