@@ -15,9 +15,11 @@ import json
 import os
 import pkgutil
 import sys
+import tempfile
 import traceback
 import types
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import mbproj
@@ -70,6 +72,16 @@ def preload() -> None:
             importlib.import_module(module.name)
 
 
+def warm_up() -> None:
+    """Makes what is made on first use, such as the fields of scenes: it takes half of a short run."""
+    from mbproj.cli.main import mbproj as commands
+
+    scene = Path(__file__).parents[2] / "mechanisms" / "five_bar.yaml"
+    with tempfile.TemporaryDirectory() as folder:
+        arguments = ["run", str(scene), "--duration", "20 ms", "-o", f"{folder}/results.h5", "--quiet"]
+        commands.main(arguments, standalone_mode=False)
+
+
 def run(request: dict[str, Any]) -> int:
     """The command line as `mbproj` runs it, or the program as `python -c` does; the exit code."""
     from mbproj.cli import main
@@ -97,6 +109,7 @@ def run_program(text: str) -> None:
 
 if __name__ == "__main__":
     preload()
+    warm_up()
     gc.collect()
     gc.freeze()  # pages that nobody writes to are shared with the forks
     code = run(serve())
