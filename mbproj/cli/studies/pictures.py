@@ -139,10 +139,10 @@ def _of_linear(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictur
     return FilePictures(path.stem, drawn, {kind: why_not(kind, modes) for kind in PICTURES}, ())
 
 
-def _is_of_format(path: Path, file_format: str) -> bool:
+def _is_of_format(path: Path, *file_formats: str) -> bool:
     from mbproj.outputs import hdf5
 
-    return path.is_file() and hdf5(file_format).wrote(path)
+    return path.is_file() and hdf5(*file_formats).wrote(path)
 
 
 def _is_design(path: Path) -> bool:
@@ -158,7 +158,7 @@ def _is_sweep(path: Path) -> bool:
 
 def is_linear(path: Path) -> bool:
     """Whether the file is one of modes or a linear model."""
-    return _is_of_format(path, MODES) or _is_of_format(path, MODEL)
+    return _is_of_format(path, MODES, MODEL)
 
 
 DESIGN = DrawnFile("designs", "a design", _is_design, _of_design)
