@@ -13,7 +13,7 @@ from types import ModuleType
 
 from mbproj.version import __version__
 
-__all__ = ["build_info", "core", "fingerprint", "has_wide_vectors", "left_out"]
+__all__ = ["build_info", "core", "fingerprint", "left_out", "pack_width"]
 
 
 def core() -> ModuleType | None:
@@ -37,11 +37,10 @@ def fingerprint() -> str:
     return f"mbproj {__version__} ({built}, numpy {np.__version__})"
 
 
-def has_wide_vectors() -> bool:
-    """Return whether the extension is compiled for vectors of four doubles or more. Without them packs are slower than
-    single runs, by 0.85 to 1.02 in `scripts/bench_packs.py`."""
-    kernel = build_info()
-    return not isinstance(kernel, str) and "AVX2" in kernel["instruction_set"]
+def pack_width() -> int:
+    """How many cases of a sweep a pack holds on this processor; 0 where there are no packs."""
+    found = core()
+    return 0 if found is None else int(found.pack_width())
 
 
 def left_out() -> bool:

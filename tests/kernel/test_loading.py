@@ -59,16 +59,30 @@ def test_an_extension_that_does_not_load_is_a_reason_and_no_error(fresh, tmp_pat
     assert str(tmp_path) in reason
 
 
+def processor_flags() -> set[str]:
+    """What Linux says that this processor has."""
+    lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    return set(next(line for line in lines if line.startswith("flags")).split())
+
+
 @needs_kernel
 @pytest.mark.skipif(not ON_LINUX, reason="x86-64 and Linux only")
 def test_it_uses_what_this_processor_has_unless_it_is_portable():
     """The build for AVX2 and FMA loads where both are there; where it does not, the message says what to do."""
-    flags = next(line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("flags")).split()
+    flags = processor_flags()
     if "AVX2" in kernel.build_info()["instruction_set"]:
-        assert {"avx2", "fma"} <= set(flags)
+        assert {"avx2", "fma"} <= flags
         assert "-mavx2 -mfma" in kernel.build_info()["flags"]
     else:
         assert "avx" not in kernel.build_info()["flags"]
+
+
+@needs_kernel
+@pytest.mark.skipif(not ON_LINUX, reason="x86-64 and Linux only")
+def test_packs_are_as_wide_as_the_vectors_of_this_processor():
+    """What decides is the processor that runs, not how the kernel itself was compiled."""
+    flags = processor_flags()
+    assert kernel.pack_width() == (8 if {"avx512f", "avx512dq"} <= flags else 4 if "avx2" in flags else 0)
 
 
 def test_importing_the_package_loads_nothing():

@@ -15,7 +15,6 @@ from mbproj.integrate.events.time_events import events_of
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.loop.compiled_march import RETURN_SECONDS
 from mbproj.integrate.loop.interruption import TimeIsUp, interruption, time_limit
-from mbproj.kernel import has_wide_vectors
 from mbproj.lanes import Each, Parted, lane, restacked
 from mbproj.scene.records import Expectation
 from mbproj.studies.measure.measured_samples import MeasuredSamples
@@ -80,11 +79,10 @@ def _measured_samples(
 
 def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None) -> list[Mapping[str, Any] | None]:
     """Return the samples of each run, or None where it has not come to its end. Runs go side by side in packs as far
-    as these compute them, and the processor has wide vectors; each goes on by itself from where packs have left it. A
-    limit of time is for single runs."""
+    as these compute them; each goes on by itself from where packs have left it. A limit of time is for single runs."""
     runs = run.items if isinstance(run, Each) else [run]  # nothing that varies has a say
     found: list[Mapping[str, Any] | None] = [None] * len(runs)
-    if timeout is None and len(runs) > 1 and has_wide_vectors():
+    if timeout is None and len(runs) > 1:
         with interruption() as asked:
             found = compiled.core.together(list(runs), RETURN_SECONDS, asked.check)
     for at, run in enumerate(runs):

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from mbproj.integrate.formulations.choice import choose
-from mbproj.kernel import core
+from mbproj.kernel import core, pack_width
 from mbproj.scene import read_scene, read_scene_text
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
-from tests.kernel.scenes import assembled, loops, needs_kernel, star, tree
+from tests.kernel.scenes import assembled, loops, star, tree
 from tests.support import MECHANISMS, random_chain
 
-pytestmark = needs_kernel
+pytestmark = pytest.mark.skipif(pack_width() == 0, reason="packs need the kernel, and a processor with AVX2")
 MOST, FOREVER = 2**31, 1e9
 DOP853 = {"integrator": "dop853", "tolerance": 1e-8, "output_step": 0.013}
 RK4 = {"integrator": "rk4", "step": 0.005, "output_step": 0.02}

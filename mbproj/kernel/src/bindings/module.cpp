@@ -34,9 +34,6 @@ nb::dict build_info() {
 
 // Whether this processor and its operating system run what was compiled.
 bool runs_here() {
-#if defined(MBPROJ_NEEDS_AVX512)
-    if (!(__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq"))) return false;
-#endif
 #if defined(MBPROJ_NEEDS_V3)
     return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 #else
@@ -250,8 +247,8 @@ void add_settings(nb::module_& m) {
 NB_MODULE(_core, m) {
     using namespace mbproj;
     if (!runs_here())
-        throw nb::import_error("it was compiled for processors with more instructions (AVX2 and FMA, or AVX-512) than "
-                               "this one has: install mbproj on this machine, or with MBPROJ_PORTABLE=1");
+        throw nb::import_error("it was compiled for processors with AVX2 and FMA, which this one has not: install "
+                               "mbproj on this machine, or with MBPROJ_PORTABLE=1");
     m.def(
         "primitives",
         [] {

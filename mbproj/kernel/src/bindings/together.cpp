@@ -18,8 +18,9 @@ nb::list run_together(const std::vector<TimeLoop<D>*>& runs, double seconds, con
         if (auto own = runs[i]->as_case(); own && is_like) which.push_back(i), cases.push_back(std::move(*own));
     }
     std::vector<nb::object> found(runs.size(), nb::none());
-    if (!cases.empty())
-        if (auto ensemble = ensemble_of(std::move(cases), runs.front()->tableau(), runs.front()->projection())) {
+    if (const PackLibrary* library = packs(); library != nullptr && !cases.empty()) {
+        const auto ensemble_of_these = std::get<PackLibrary::EnsembleOf<D>>(library->ensembles);
+        if (auto ensemble = ensemble_of_these(std::move(cases), runs.front()->tableau(), runs.front()->projection())) {
             const auto goes_on = [&] {
                 nb::gil_scoped_release released;
                 return !ensemble->advance(seconds);
@@ -34,12 +35,16 @@ nb::list run_together(const std::vector<TimeLoop<D>*>& runs, double seconds, con
                     found[which[i]] = samples(run);
                 }
         }
+    }
     nb::list list;
     for (nb::object& each : found) list.append(std::move(each));
     return list;
 }
 
 void bind_together(nb::module_& m) {
+    m.def(
+        "pack_width", [] { return packs() == nullptr ? 0 : packs()->width; },
+        "How many cases a pack holds on this processor; 0 without packs.");
     m.def("together", &run_together<Plane<double>>, nb::arg("runs"), nb::arg("seconds"), nb::arg("look"));
     m.def("together", &run_together<Space<double>>, nb::arg("runs"), nb::arg("seconds"), nb::arg("look"));
 }

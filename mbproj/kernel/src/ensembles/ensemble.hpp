@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include "stepping/mark.hpp"
@@ -26,8 +27,20 @@ protected:
     Ensemble() = default;
 };
 
-// Of these cases, which stay where they are; null where packs do not compute the first.
+// Of these cases; null where packs do not compute the first.
 template <class D> std::unique_ptr<Ensemble<D>> ensemble_of(std::vector<Case<D>> cases, const Tableau& tableau,
                                                             const ProjectionSettings& projection);
+
+// What a library of packs shows. There is one for each kind of vector, so that no code for other processors gets into the module.
+struct PackLibrary {
+    int width = 0;  // how many cases a pack holds
+    // Bytes; those of the module are the same where both are compiled from the same sources.
+    std::size_t plane_case = sizeof(Case<Plane<double>>), space_case = sizeof(Case<Space<double>>);
+    template <class D> using EnsembleOf = decltype(&ensemble_of<D>);
+    std::tuple<EnsembleOf<Plane<double>>, EnsembleOf<Space<double>>> ensembles{};
+};
+
+// The library with the widest packs that this processor runs. The first call loads it. Null where there is none.
+const PackLibrary* packs();
 
 }  // namespace mbproj

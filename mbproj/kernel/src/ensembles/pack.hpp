@@ -1,16 +1,14 @@
 // Doubles that are computed at once, each the number of another case of an ensemble: what is written for doubles computes
 // several cases with them. Each lane has the bits that a double would have. There are eight lanes where this is compiled for
-// AVX-512, else four.
+// AVX-512, else four, for AVX2.
 //
 // The text branches for all lanes alike. Where lanes do not agree, those in the majority have their way, and the others leave:
 // what they compute from there on is worth nothing. `Lanes` says which are in.
 #pragma once
 
-#include "algebra/scalar.hpp"
-
-#ifdef __AVX__
 #include <immintrin.h>
-#endif
+
+#include "algebra/scalar.hpp"
 
 namespace mbproj {
 
@@ -34,12 +32,8 @@ struct Mask {
     int bits() const {
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
         return _mm512_movepi64_mask(reinterpret_cast<__m512i>(lanes));
-#elif defined(__AVX__)
-        return _mm256_movemask_pd(reinterpret_cast<__m256d>(lanes));
 #else
-        int found = 0;
-        for (int k = 0; k < pack_width; ++k) found |= static_cast<int>(lanes[k] & 1) << k;
-        return found;
+        return _mm256_movemask_pd(reinterpret_cast<__m256d>(lanes));
 #endif
     }
     bool any() const { return bits() != 0; }
@@ -122,13 +116,14 @@ struct Pack {
     friend Mask operator!=(const Pack& a, const Pack& b) { return a.lanes != b.lanes; }
 };
 
+// Rounded once where the module's own is.
 [[gnu::always_inline]] inline Pack multiply_add(const Pack& a, const Pack& b, const Pack& c) {
-#if defined(__AVX512F__) && defined(__AVX512DQ__)
-    return static_cast<Pack::Numbers>(_mm512_fmadd_pd(a.lanes, b.lanes, c.lanes));
-#elif defined(__FMA__)
-    return static_cast<Pack::Numbers>(_mm256_fmadd_pd(a.lanes, b.lanes, c.lanes));
-#else
+#ifndef __FMA__
     return a * b + c;
+#elif defined(__AVX512F__) && defined(__AVX512DQ__)
+    return static_cast<Pack::Numbers>(_mm512_fmadd_pd(a.lanes, b.lanes, c.lanes));
+#else
+    return static_cast<Pack::Numbers>(_mm256_fmadd_pd(a.lanes, b.lanes, c.lanes));
 #endif
 }
 
@@ -154,10 +149,8 @@ template <class Function> Pack lane_by_lane(const Pack& x, const Pack& y, Functi
 inline Pack sqrt(const Pack& x) {
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
     return static_cast<Pack::Numbers>(_mm512_maskz_sqrt_pd(0xff, x.lanes));  // GCC 12 warns of the plain one
-#elif defined(__AVX__)
-    return static_cast<Pack::Numbers>(_mm256_sqrt_pd(x.lanes));
 #else
-    return lane_by_lane(x, [](double number) { return std::sqrt(number); });
+    return static_cast<Pack::Numbers>(_mm256_sqrt_pd(x.lanes));
 #endif
 }
 // Of the standard library, whose bits are those of each lane.
