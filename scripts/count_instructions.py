@@ -1,9 +1,12 @@
-"""Instructions a step of the compiled kernel, by callgrind: they repeat where times do not.
+"""Instructions a step of the compiled kernel, by callgrind, and the arithmetic among them: counts repeat where times do
+not.
 
     python scripts/count_instructions.py [--only NAME ...]
 
-RK4 and GPOPM with the steps of the scenes; needs valgrind. Each case runs twice, with so many runs and more: their
-difference leaves out what starting Python costs. A comparison is fair on one machine with one compiler.
+RK4 and GPOPM with the steps of the scenes; needs valgrind and objdump. Each case runs twice, with so many runs and
+more: their difference leaves out what starting Python costs. The arithmetic is what the kernel itself does to doubles:
+sums, products, quotients and roots. A vector of four counts as four, a fused product and sum as two. A comparison is
+fair on one machine with one compiler.
 """
 
 from __future__ import annotations
@@ -12,6 +15,10 @@ import argparse
 import re
 import subprocess
 import sys
+import tempfile
+from collections import Counter
+from functools import cache
+from pathlib import Path
 
 from kernel_bench.case import paper_case
 
@@ -25,6 +32,9 @@ CASES = {
 #: Runs of a short process, and by how many more a long one makes.
 FEW, MORE = 1, 2
 FOREVER = 1e6
+#: Arithmetic of doubles as objdump writes it, alone (`sd`) or in vectors (`pd`).
+ARITHMETIC = re.compile(r"v?(add|sub|mul|div|sqrt|fn?m(?:add|sub)\d+)([sp])d\b")
+KINDS = {"add": "sums", "sub": "sums", "mul": "products", "div": "quotients", "sqrt": "roots"}
 
 
 def main() -> int:
@@ -39,8 +49,10 @@ def main() -> int:
         print("needs the compiled kernel", file=sys.stderr)
         return 2
     for name in given.only:
-        per_step = (counted(name, FEW + MORE) - counted(name, FEW)) / (MORE * steps_of(name))
-        print(f"{name:24s} {per_step:10.0f} instructions a step", flush=True)
+        more, few = counted(name, FEW + MORE), counted(name, FEW)
+        per_step = {key: (more[key] - few[key]) / (MORE * steps_of(name)) for key in more}
+        arithmetic = ", ".join(f"{per_step[kind]:.0f} {kind}" for kind in dict.fromkeys(KINDS.values()))
+        print(f"{name:24s} {per_step['instructions']:10.0f} instructions a step, of them {arithmetic}", flush=True)
     return 0
 
 
@@ -55,19 +67,57 @@ def run(name: str, runs: int) -> None:
         case.compiled.run(case.start, case.settings).advance(2, FOREVER)
 
 
-def counted(name: str, runs: int) -> int:
-    """Instructions of a process that makes so many runs."""
-    command = [sys.executable, __file__, "--only", name, "--runs", str(runs)]
-    done = subprocess.run(
-        ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *command],
-        capture_output=True,
-        text=True,
-        check=True,
+def counted(name: str, runs: int) -> Counter[str]:
+    """Instructions of a process that makes so many runs, and the operations of the kernel on doubles by kind."""
+    with tempfile.TemporaryDirectory() as folder:
+        profile = Path(folder) / "profile"
+        callgrind = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}", "--dump-instr=yes"]
+        form = ["--dump-line=no", "--compress-strings=no", "--compress-pos=no"]
+        command = [*callgrind, *form, sys.executable, __file__, "--only", name, "--runs", str(runs)]
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        collected = re.search(r"Collected : (\d+)", done.stderr)
+        if collected is None:
+            raise RuntimeError(f"callgrind counted nothing: {done.stderr[-500:]}")
+        found = Counter(instructions=int(collected[1]))
+        for address, times in executed(profile).items():
+            for kind, operations in arithmetic_of_kernel().get(address, {}).items():
+                found[kind] += times * operations
+    return found
+
+
+def executed(profile: Path) -> Counter[int]:
+    """How many times each instruction of the kernel ran, by its address."""
+    found: Counter[int] = Counter()
+    inside = after_call = False
+    for line in profile.read_text(encoding="utf-8").splitlines():
+        if line.startswith("ob="):
+            inside = "_core" in Path(line[3:]).name
+        elif line.startswith("calls="):
+            after_call = True  # the next line is what was called
+        elif line.startswith("0x"):
+            if inside and not after_call:
+                address, times = line.split()
+                found[int(address, 16)] += int(times)
+            after_call = False
+    return found
+
+
+@cache
+def arithmetic_of_kernel() -> dict[int, Counter[str]]:
+    """The operations on doubles of each instruction of the kernel that has any, by its address."""
+    kernel = core()
+    assert kernel is not None
+    listing = subprocess.run(
+        ["objdump", "-d", "--no-show-raw-insn", str(kernel.__file__)], capture_output=True, text=True, check=True
     )
-    found = re.search(r"Collected : (\d+)", done.stderr)
-    if found is None:
-        raise RuntimeError(f"callgrind counted nothing: {done.stderr[-500:]}")
-    return int(found[1])
+    found: dict[int, Counter[str]] = {}
+    for line in listing.stdout.splitlines():
+        address, _, instruction = line.partition(":\t")
+        if what := ARITHMETIC.match(instruction):
+            lanes = 1 if what[2] == "s" else 4 if "%ymm" in instruction else 2
+            kinds = [KINDS[what[1]]] if what[1] in KINDS else ["sums", "products"]
+            found[int(address, 16)] = Counter(dict.fromkeys(kinds, lanes))
+    return found
 
 
 if __name__ == "__main__":
