@@ -1,12 +1,16 @@
-"""Errors as values: each has a place or a time, a cause and a next step, and an exit code for the command line."""
+"""Errors as values: each has a place or a time, a cause and a next step, and an exit code for the command line.
+
+The next step is often the name that was meant: `did_you_mean`, `choose_from`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from enum import IntEnum
 from functools import cache
+from itertools import islice
 from warnings import warn
 
 from mbproj.dataclass import dataclass
@@ -115,3 +119,26 @@ def placed_at(place: Place | None) -> Iterator[None]:
     except InputError as error:
         placed = [problem if problem.place else replace(problem, place=place) for problem in error.problems]
         raise InputError(placed) from error
+
+
+#: The most names among which one is suggested: a generated scene may have thousands of wrong names.
+MAX_NAMES = 300
+
+
+def did_you_mean(word: str, names: Iterable[str]) -> str | None:
+    """A hint with the name that is closest to `word`, whatever its case; None where none is close."""
+    import difflib
+
+    few = list(islice(names, MAX_NAMES + 1))
+    if len(few) > MAX_NAMES or len(word) > 200:
+        return None
+    by_folded = {name.casefold(): name for name in few}
+    close = difflib.get_close_matches(word.casefold(), by_folded, n=1, cutoff=0.7)
+    return f"did you mean '{by_folded[close[0]]}'?" if close else None
+
+
+def choose_from(word: str, names: Iterable[str], what: str = "choose from") -> str:
+    """A hint with the closest of `names`, or else a list of the first twenty."""
+    few = list(islice(names, MAX_NAMES + 1))  # a scene may have thousands of wrong words, and of names for each
+    shown = ", ".join(few[:20]) + (", ..." if len(few) > 20 else "")
+    return did_you_mean(word, few) or (f"{what}: {shown}" if few else "there is none")

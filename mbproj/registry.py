@@ -10,11 +10,23 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any, final
 
 from mbproj.dataclass import dataclass
 from mbproj.plugins import Registry
+
+
+def named(where: str) -> Any:
+    """What `where` names as "module:name". Its module is imported when somebody first asks."""
+    module, _, name = where.partition(":")
+    return getattr(import_module(module), name)
+
+
+def calling(where: str) -> Callable[..., Any]:
+    """A function that calls the one that `where` names as "module:name". Its module is imported at the first call."""
+    return lambda *given, **options: named(where)(*given, **options)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from mbproj.registry import named
 from tests.support import ROOT
 
 PACKAGE = ROOT / "mbproj"
@@ -191,14 +192,26 @@ def headers() -> list[Path]:
 
 
 def imports(path: Path) -> set[str]:
-    """The modules of ours, and names in them, that a module imports at run time, at any depth of its code."""
-    found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    """The modules of ours, and names in them, that a module imports at run time, at any depth of its code; and those
+    that it names as "module:name", to be imported when they are first used."""
+    text = path.read_text(encoding="utf-8")
+    found = {name.replace(":", ".") for name in NAMED.findall(text)}
+    for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             found |= {f"{node.module}.{alias.name}" for alias in node.names}
     return {name for name in found if name.startswith("mbproj.")}
+
+
+#: How a table names what is imported when it is first used: "module:name".
+NAMED = re.compile(r'"(mbproj(?:\.\w+)+:\w+)"')
+
+
+def test_what_a_table_names_exists():
+    for path in modules():
+        for where in NAMED.findall(path.read_text(encoding="utf-8")):
+            assert named(where) is not None, where
 
 
 def includes(path: Path) -> set[str]:
@@ -326,6 +339,17 @@ def test_running_imports_neither_scipy_nor_matplotlib():
     for name in ("stops", "automatic", "formulations.full", "loop.march"):  # what this scene has no use for
         assert f"mbproj.integrate.{name}" not in imported
     assert not imported & {"mbproj.dynamics.derivatives", "mbproj.dynamics.friction", "mbproj.projection"}
+
+
+#: The most modules of ours that a run of the five-bar imports: a scene pays only for what it contains.
+MOST_IN_A_RUN = 328
+
+
+def test_a_run_passes_few_modules(tmp_path):
+    run = f"mbproj(['run', 'mechanisms/five_bar.yaml', '-o', {str(tmp_path / 'results.h5')!r}])"
+    code = f"from mbproj.cli.main import mbproj\ntry: {run}\nexcept SystemExit as end: assert not end.code"
+    ours = {name for name in imported_by(code) if name.partition(".")[0] == "mbproj"}
+    assert len(ours) <= MOST_IN_A_RUN
 
 
 def test_help_and_the_package_itself_import_no_numbers():

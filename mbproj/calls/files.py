@@ -11,7 +11,7 @@ from mbproj.analysis.same_motion import MotionComparison, compare_motions
 from mbproj.analysis.tables import QuantityTable, tables
 from mbproj.calls.again import opened
 from mbproj.calls.given import Quantity, amount, by_arguments, names_of
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.figures.labels import stem
 from mbproj.outputs import check_replaceable, csv, latex, make_folder, write_csv, write_latex
 from mbproj.results import Results
@@ -19,7 +19,6 @@ from mbproj.results.loads.largest import Load
 from mbproj.results.views.table import Table
 from mbproj.scene.fields.given import given_number
 from mbproj.scene.fields.quantities import Number
-from mbproj.scene.text.suggestions import choose_from
 
 OTHER_DIRECTORY = "choose another directory"
 CSV, LATEX = "csv", "latex"

@@ -9,7 +9,7 @@ from typing import Any
 
 from mbproj.calls.given import Given, Quantity, by_arguments, scene_of
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.couplers import without_refused
 from mbproj.formats.export.mjcf import as_mjcf
@@ -21,7 +21,6 @@ from mbproj.scene.read import read_scene_text
 from mbproj.scene.records import Scene
 from mbproj.scene.schema import scene_schema
 from mbproj.scene.text.nodes import flow, from_value
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.templates import TEMPLATES, written
 from mbproj.version import __version__
 

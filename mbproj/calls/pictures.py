@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 from mbproj.calls.given import Quantity, amount, by_arguments
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.figures.kinds import KINDS, draw, why_not
 from mbproj.figures.pages import paper_figures
 from mbproj.figures.save import save
 from mbproj.outputs import PAGE, check_replaceable, write_text
 from mbproj.results import Results
 from mbproj.results.members import ACTING
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.paper import Example, run_example
 from mbproj.studies.parallel.progress import Tell, silent
 

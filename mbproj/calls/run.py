@@ -13,7 +13,7 @@ import numpy as np
 from mbproj.calls.given import Given, by_arguments, scene_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
 from mbproj.dynamics import State, unique_components
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.reporting.report import summary
 from mbproj.integrate.simulate import Progress
@@ -26,7 +26,6 @@ from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import settings_to_run
-from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypedDict, TypeVar
 
 from mbproj.calls.given import Quantity
-from mbproj.scene.text.suggestions import choose_from
+from mbproj.errors import choose_from
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 

@@ -38,9 +38,9 @@ def selected(
     have a sample. `acting` are forces, motions, stops and frictions."""
     from math import inf
 
+    from mbproj.errors import choose_from
     from mbproj.results.faults import no_such_name
     from mbproj.results.members import ACTING
-    from mbproj.scene.text.suggestions import choose_from
 
     low, high = -inf if start is None else start, inf if stop is None else stop
     if not low <= high:

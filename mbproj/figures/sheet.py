@@ -11,8 +11,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib import style
 
-from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.text.suggestions import choose_from, did_you_mean
+from mbproj.errors import InputError, Place, Problem, choose_from, did_you_mean
 
 #: A comment begins at a # outside quotes.
 COMMENT = re.compile(r'^((?:[^"#]|"[^"]*")*)#.*$')

@@ -175,7 +175,7 @@ def _present(font: str) -> str:
     """Return the font's name. Raises InputError where it is not installed."""
     from matplotlib.font_manager import fontManager
 
-    from mbproj.scene.text.suggestions import choose_from
+    from mbproj.errors import choose_from
 
     names = sorted(set(fontManager.get_font_names()))
     if font not in names:

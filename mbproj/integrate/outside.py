@@ -9,7 +9,7 @@ from typing import Any, final
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.functions.program import CHANNELS
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice
@@ -21,7 +21,6 @@ from mbproj.kernel.loads import programs
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC
 from mbproj.scene.records import Settings
-from mbproj.scene.text.suggestions import choose_from
 
 #: Called with the time in s and the signals by name; returns states by name, or None.
 Function = Callable[[float, Mapping[str, float]], Mapping[str, float] | None]

@@ -7,6 +7,7 @@ from inspect import Parameter, Signature
 from types import MappingProxyType
 from typing import Any, ClassVar
 
+from mbproj.errors import choose_from
 from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.curves.block import CURVE
 from mbproj.scene.blocks.elements import ELEMENTS
@@ -14,12 +15,10 @@ from mbproj.scene.blocks.expectations import EXPECTATION
 from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS, OWN_RECORDS
 from mbproj.scene.blocks.motions import MOTION
 from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import NameChoice
+from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import Record
-from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
+from mbproj.scene.fields.fields import Converted, Deferred, Field, Flag, List, Text
 from mbproj.scene.grammar import JOINT, MARKER
-from mbproj.scene.text.suggestions import choose_from
 
 
 class ScenePart(Mapping[str, Any]):
@@ -81,7 +80,7 @@ NUMBER, NUMBERS, MAPPING = "Quantity", "Vector", "Mapping[str, Any]"
 
 def annotation_of(field: Field[Any]) -> str:
     """The type of what a field takes, as `__init__.pyi` writes it."""
-    if isinstance(field, Converted):
+    if isinstance(field, Converted | Deferred):
         return annotation_of(field.field)
     if isinstance(field, Flag):
         return "bool"
@@ -154,7 +153,7 @@ def class_of_plugin(name: str) -> type[ScenePart] | None:
 
 def _record(field: Field[Any]) -> Record[Any]:
     """What a field reads before it converts it."""
-    while isinstance(field, Converted):
+    while isinstance(field, Converted | Deferred):
         field = field.field
     assert isinstance(field, Record)
     return field

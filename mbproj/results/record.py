@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
+from mbproj.errors import choose_from
 from mbproj.results import events as happening
 from mbproj.results import members
 from mbproj.results import trust as trusting
@@ -31,7 +32,6 @@ from mbproj.results.verification import Verification
 from mbproj.results.views.doors import Shown
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Settings, Vector
-from mbproj.scene.text.suggestions import choose_from
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in ALL_NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *LATER)})

@@ -2,46 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from functools import cache
+from typing import Any, final
 
-from mbproj.functions.program import COORDINATE, Program, variable
-from mbproj.functions.standard import tabulated
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
+from mbproj.registry import calling, named
 from mbproj.scene.blocks.body import BODY
-from mbproj.scene.blocks.control.controllers import CONTROLLER
-from mbproj.scene.blocks.control.expression import NOT_FREE
-from mbproj.scene.blocks.control.signals import SIGNAL, STATE
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
-from mbproj.scene.blocks.couplings import Weights, WithUnit, couple_coordinates
-from mbproj.scene.blocks.curves.block import CURVE
-from mbproj.scene.blocks.curves.fit import CURVE_CHECK
 from mbproj.scene.blocks.expectation_checks import CHECKS
 from mbproj.scene.blocks.expectations import EXPECTATION
-from mbproj.scene.blocks.forces.dry_joints import slides_in_joints
-from mbproj.scene.blocks.forces.force_types import FORCE
-from mbproj.scene.blocks.forces.stops import limit_field
-from mbproj.scene.blocks.joint_parameters import parameter
-from mbproj.scene.blocks.motions import MOTION
-from mbproj.scene.blocks.parameters import NAME, NAME_RULE, Parameters
-from mbproj.scene.blocks.ropes.block import rope_record
-from mbproj.scene.blocks.ropes.fit import ROPE_CHECK
+from mbproj.scene.blocks.parameters import Parameters
 from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.coupled import FUNCTION, Coupled
-from mbproj.scene.fields.alternatives import Alternatives, Variants
 from mbproj.scene.fields.checks import (
     Placed,
-    different,
     not_along,
     of_these_bodies,
     pair_of,
     same_kind,
 )
-from mbproj.scene.fields.choices import NameChoice, NameReference
-from mbproj.scene.fields.containers import Named, Record, Rule
-from mbproj.scene.fields.fields import Converted, Field, Flag, List, Text
-from mbproj.scene.fields.functions import Function, table
+from mbproj.scene.fields.choices import NameChoice, NameReference, Variants
+from mbproj.scene.fields.containers import Complaint, Named, Record, Rule
+from mbproj.scene.fields.fields import Converted, Deferred, Field, Flag, Text
 from mbproj.scene.fields.placing import (
     AXES,
     AXIS,
@@ -72,39 +55,24 @@ FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
 }
 
 
-NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 JOINT_TYPE = NameChoice("joint type", lambda: JOINTS)
-#: The keys of a coupler in place of the names of joints.
-COUPLER: Mapping[str, Field[Any]] = {
-    "of": Weights(),
-    "function": WithUnit(
-        Alternatives(
-            (
-                Function(None, ("s",), (COORDINATE,)),
-                Converted(
-                    table(None, None, ("natural", "clamped", "periodic")),
-                    lambda found: Program(tabulated(found, variable(COORDINATE))),
-                ),
-            )
-        )
-    ),
-    "constant": WithUnit(Number(None)),
-    "pressure_angle": parameter(Parameter("rad", "pressure")),
-}
+
+
+@cache
+def _joint_record(type_name: str) -> Record[Joint]:
+    return replace(_joint_variant(type_name, JOINTS[type_name]), elsewhere=_JointKeys())
 
 
 def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     """The record that reads a joint of this type."""
     units = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
-    if kind.frame == "joints" and not kind.couples:
-        return Record(f"a {type_name} joint", {"type": JOINT_TYPE, **COUPLER}, _coupler, ("type", "of"), named=True)
     if kind.frame == "joints":
-        own = {name: parameter(each) for name, each in kind.parameters.items()}
-        names = List(NameReference("joint", "joints"), len(kind.couples), "names of joints")
-        coupling = {"type": JOINT_TYPE, "joints": Converted(names, different), **own}
-        both = tuple(key for key in coupling if key not in own or key in kind.required_parameters)
-        return Record(f"a {type_name} joint", coupling, _coupling, both, named=True)
+        from mbproj.scene.blocks.couplings import coupling_record
+
+        return coupling_record(type_name, JOINT_TYPE)
     if kind.frame == "path":
+        from mbproj.scene.blocks.ropes.block import rope_record
+
         return rope_record(type_name, {"type": JOINT_TYPE, **_of_coordinates(type_name, units)})
     if kind.is_on_plane:
         return _on_plane(type_name, kind, units)
@@ -112,7 +80,7 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
     two_points = ORIGIN_AND_POINT if {"curve", "curves"} & kind.parameters.keys() else TWO_POINTS
     place = {"locations": two_points} if kind.separate else {"location": JOINT_POINT}
     keys: dict[str, Field[Any]] = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **place, **frame}
-    keys |= {name: parameter(each) for name, each in kind.parameters.items()}
+    keys |= {name: _parameter(each) for name, each in kind.parameters.items()}
     if kind.merges:
         keys |= {"reaction": Flag(), "axes": FRAMES}
     keys |= _of_coordinates(type_name, units)
@@ -140,7 +108,7 @@ def _on_plane(type_name: str, kind: JointType, units: Mapping[str, str]) -> Reco
         **({"axis": BODY_DIRECTION} if kind.has_axis else {}),
         **({"x_axis": BODY_DIRECTION} if kind.x_axis == "required" else {}),
     }
-    own |= {name: parameter(each) for name, each in kind.parameters.items()}
+    own |= {name: _parameter(each) for name, each in kind.parameters.items()}
     keys = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **own, **_of_coordinates(type_name, units)}
     sides = {"plane": 0, "centre": 1, "axis": 1, "x_axis": 1}
     checks = [Rule(("bodies", key), of_side(key, side)) for key, side in sides.items() if key in own]
@@ -153,13 +121,19 @@ def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field
     if not units:
         return {}
     inertias = {name: Number(INERTIA_UNITS[unit], minimum=0.0) for name, unit in units.items()}
-    limits = {name: limit_field(unit) for name, unit in units.items()}
+    limits = {
+        name: Deferred[Any]("mbproj.scene.blocks.forces.stops:limit_field", (unit,)) for name, unit in units.items()
+    }
     return {
         "speed": _each("a speed", {name: Number(f"{unit}/s") for name, unit in units.items()}),
         "reflected_inertia": _each("a reflected inertia", inertias),
         "limits": Record(f"a {type_name} joint", limits, dict, elsewhere=frozenset(COORDINATES)),
         **{name: position_in(unit) for name, unit in units.items()},
     }
+
+
+def _parameter(given: Parameter) -> Field[Any]:
+    return Deferred("mbproj.scene.blocks.joint_parameters:parameter", (given,))
 
 
 def _each(what: str, numbers: Mapping[str, Field[float]]) -> Field[dict[str, float]]:
@@ -208,44 +182,29 @@ def _joint(
     )
 
 
-def _coupling(name: str, type: str, joints: tuple[str, ...], **parameters: Any) -> Joint:
-    """The joint of a coupling. `read` fills in its bodies, which are those of the joints it couples, and the names of
-    the coordinates."""
-    coupling = JOINTS[type].coupling
-    assert coupling is not None
-    ratio = coupling(**parameters)
-    coupled = Coupled(dict(zip(joints, ratio.weights, strict=True)), ratio.function, period=ratio.period)
-    return Joint(name, type, ("", ""), NOWHERE, parameters=parameters, couples=coupled)
+@final
+class _JointRecords(Mapping[str, Record[Joint]]):
+    """The record of each type of joint, which is made when a scene first has a joint of the type."""
+
+    def __getitem__(self, name: str) -> Record[Joint]:
+        return _joint_record(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(JOINTS)
+
+    def __len__(self) -> int:
+        return len(JOINTS)
 
 
-def _coupler(
-    name: str,
-    type: str,
-    of: Mapping[str, tuple[float, str]],
-    function: tuple[Program, str] | None = None,
-    constant: tuple[float, str] | None = None,
-    pressure_angle: float | None = None,
-) -> Joint:
-    """With a pressure angle its weights are the teeth of two wheels."""
-    weights = {each: weight for each, (weight, _) in of.items()}
-    units = {each: unit for each, (_, unit) in of.items()}
-    teeth: dict[str, Any] = {}
-    if pressure_angle is not None:
-        teeth = {"teeth": tuple(weights.values()), "pressure_angle": pressure_angle}
-    value, units[""] = (None, "") if constant is None else constant
-    program, units[FUNCTION] = (None, "") if function is None else function
-    coupled = Coupled(weights, program, value, units=units)
-    return Joint(name, type, ("", ""), NOWHERE, parameters=teeth, couples=coupled)
+@final
+class _JointKeys(Container[str]):
+    """The keys of all joints, which each record of a joint knows for its messages."""
+
+    def __contains__(self, key: object) -> bool:
+        return any(key in record.keys for record in JOINT.variants.values())
 
 
-def _joint_variants() -> dict[str, Record[Joint]]:
-    """The record of each type of joint, by name. Each knows the keys of the others, for its messages."""
-    records = {name: _joint_variant(name, kind) for name, kind in JOINTS.items()}
-    every = frozenset(key for record in records.values() for key in record.keys)
-    return {name: replace(record, elsewhere=every) for name, record in records.items()}
-
-
-JOINT: Variants[Joint] = Variants("type", JOINT_TYPE, _joint_variants())
+JOINT: Variants[Joint] = Variants("type", JOINT_TYPE, _JointRecords())
 
 MARKER: Record[Marker] = Record(
     "a marker",
@@ -258,6 +217,21 @@ MARKER: Record[Marker] = Record(
     named=True,
 )
 
+
+def _couplings_fit(joints: Mapping[str, Joint]) -> Iterable[Complaint]:
+    found: Iterable[Complaint] = ()
+    if any(joint.couples is not None for joint in joints.values()):
+        found = named("mbproj.scene.blocks.couplings:couple_coordinates")(joints)
+    return found
+
+
+def _ropes_fit(joints: Mapping[str, Joint], *others: Any) -> Iterable[Complaint]:
+    found: Iterable[Complaint] = ()
+    if any("path" in joint.parameters for joint in joints.values()):
+        found = named("mbproj.scene.blocks.ropes.fit:run_over_places")(joints, *others)
+    return found
+
+
 #: `parameters` comes first: reading it defines the names that later numbers may use.
 SCENE: Record[dict[str, Any]] = Record(
     "a scene",
@@ -268,25 +242,25 @@ SCENE: Record[dict[str, Any]] = Record(
         "gravity": vector("m/s^2"),
         "simulation": SIMULATION,
         "bodies": Named("body", BODY, needed=True, reserved=frozenset({GROUND})),
-        "curves": Named("curve", CURVE),
+        "curves": Named("curve", Deferred("mbproj.scene.blocks.curves.block:CURVE")),
         "joints": Named("joint", JOINT),
-        "forces": Named("force", FORCE),
-        "motions": Named("motion", MOTION),
-        "signals": Named("signal", SIGNAL, reserved=NOT_FREE, names=NAME, rule=NAME_RULE),
-        "states": Named("state", STATE, reserved=NOT_FREE, names=NAME, rule=NAME_RULE),
-        "controllers": Named("controller", CONTROLLER),
+        "forces": Named("force", Deferred("mbproj.scene.blocks.forces.force_types:FORCE")),
+        "motions": Named("motion", Deferred("mbproj.scene.blocks.motions:MOTION")),
+        "signals": Deferred("mbproj.scene.blocks.control.signals:SIGNALS"),
+        "states": Deferred("mbproj.scene.blocks.control.signals:STATES"),
+        "controllers": Named("controller", Deferred("mbproj.scene.blocks.control.controllers:CONTROLLER")),
         "markers": Named("marker", MARKER),
         "expect": Named("expectation", EXPECTATION),
     },
     dict,
     required=("mbproj", "gravity", "bodies"),
     checks=(
-        Rule(("joints",), couple_coordinates),
-        CURVE_CHECK,
-        ROPE_CHECK,
+        Rule(("joints",), _couplings_fit),
+        Rule(("curves", "joints"), calling("mbproj.scene.blocks.curves.fit:fit_curves"), besides=("forces", "motions")),
+        Rule(("joints", "bodies"), _ropes_fit, besides=("motions",)),
         Rule(("bodies", "forces"), on_bodies),
         Rule(("joints", "forces"), act_on_coordinates),
-        Rule(("joints", "forces"), slides_in_joints),
+        Rule(("joints", "forces"), calling("mbproj.scene.blocks.forces.dry_joints:slides_in_joints")),
         Rule(("joints", "motions"), drive_coordinates),
         *CHECKS,
     ),

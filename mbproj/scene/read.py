@@ -12,20 +12,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.blocks.control.expanded import expanded
-from mbproj.scene.blocks.control.instants import note_instants
-from mbproj.scene.blocks.control.matrix_files import with_matrices
-from mbproj.scene.blocks.control.named import check_names
+from mbproj.registry import named
 from mbproj.scene.blocks.coordinates import with_coordinates
-from mbproj.scene.blocks.couplings import with_coupled
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
-from mbproj.scene.blocks.ropes.block import connected
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.grammar import SCENE
 from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
 from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
-from mbproj.scene.text.changes import Change, changed
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import (
     MappingNode,
@@ -39,15 +33,17 @@ from mbproj.scene.text.nodes import (
     from_value,
     mapping,
 )
-from mbproj.scene.text.reading_cache import ReadingCache
 from mbproj.scene.text.source import MAX_BYTES, read_text
 from mbproj.several import Several
 
 if TYPE_CHECKING:
     from mbproj.functions.curves.track import Track
+    from mbproj.scene.text.reading_cache import ReadingCache
 
 #: The blocks whose items other items may name.
 _REFERRED = ("bodies", "curves", "joints", "forces", "motions", "markers", "signals", "states", "controllers")
+#: The blocks whose expressions may name signals, states and coordinates.
+WITH_EXPRESSIONS = ("forces", "signals", "states", "controllers")
 _NOTHING: Mapping[str, Any] = {}
 #: The most characters of a text that stays in memory after it was read.
 KEPT_CHARACTERS = 100_000
@@ -95,12 +91,13 @@ class SceneText:
             problem = Problem(wrong, root.place, "it begins with 'mbproj: 1'")
             raise InputError(in_text_order([*self._problems, problem]))
         self.root, self.text, self.path = root, text, path
-        self._is_read, self._kept = False, ReadingCache()
+        self._is_read = False
+        self._kept: ReadingCache | None = None
 
     @property
     def whole(self) -> str:
         """All that its scenes follow from: the text, and the numbers of the files that it names."""
-        _, from_files, _ = with_matrices(self.root, self.path)
+        _, from_files, _ = _with_matrices(self.root, self.path)
         return "\n".join([self.text, *(f"{path}: {numbers}" for path, numbers in from_files.items())])
 
     def units(self) -> Mapping[KeyPath, str]:
@@ -111,29 +108,30 @@ class SceneText:
 
     def numbers(self, paths: Sequence[str], parameters: Mapping[str, object] = _NOTHING) -> list[float]:
         """The numbers at these paths, in SI, with these changes; NaN where the scene has none there, or no constant."""
-        root, _ = changed(self.root, parameters)
+        root, _ = _changed(self.root, parameters)
         reading = Reading(items=_items(root), places={(): root.place})
         SCENE.read(root, (), reading)
         return [_number_at(root, path, reading) for path in paths]
 
     def scene(self, parameters: Mapping[str, object] = _NOTHING, simulation: Mapping[str, object] = _NOTHING) -> Scene:
         """The scene with these changes, as `read_scene` takes them."""
-        root, wrong_changes = changed(self.root, parameters)
-        root, from_files, wrong_files = with_matrices(root, self.path)
+        root, wrong_changes = _changed(self.root, parameters)
+        root, from_files, wrong_files = _with_matrices(root, self.path)
         # The first reading stores nothing, since most texts are read once; nor do readings of several cases.
         of_cases = any(isinstance(value, Several) for value in parameters.values())
-        again = self._is_read and not of_cases
-        kept = self._kept if self._kept.is_full else ReadingCache() if again else None
-        places = {**self._kept.places, (): root.place}
+        kept = self._kept
+        if kept is None and self._is_read and not of_cases:
+            from mbproj.scene.text.reading_cache import ReadingCache
+
+            kept = ReadingCache()
+        places = {**(self._kept.places if self._kept else {}), (): root.place}
         problems = [*self._problems, *wrong_changes, *wrong_files]
         reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
         with _without_cycles():
             found: Mapping[str, Any] | None = SCENE.read(root, (), reading)
         settings = _settings(root, found, simulation, reading)
-        if found is not None:
-            found = expanded(found, reading)
-            check_names(found, reading)
-            note_instants(found, settings, reading)
+        if found is not None and not found.keys().isdisjoint(WITH_EXPRESSIONS):
+            found = named("mbproj.scene.blocks.control.named:with_known_names")(found, settings, reading)
         if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(found, reading)
         if reading.problems or found is None or settings is None:
@@ -181,6 +179,22 @@ def _without_cycles() -> Iterator[None]:
             gc.enable()
 
 
+def _changed(root: MappingNode, parameters: Mapping[str, object]) -> tuple[MappingNode, list[Problem]]:
+    """The document with these changes, and the problems of the changes."""
+    changed: tuple[MappingNode, list[Problem]] = (root, [])
+    if parameters:
+        changed = named("mbproj.scene.text.changes:changed")(root, parameters)
+    return changed
+
+
+def _with_matrices(root: MappingNode, scene: Path | None) -> tuple[MappingNode, Mapping[str, str], list[Problem]]:
+    """The document with the numbers of files that its signals name, these numbers as changes, and the problems."""
+    filled: tuple[MappingNode, Mapping[str, str], list[Problem]] = (root, {}, [])
+    if "signals" in root.values:
+        filled = named("mbproj.scene.blocks.control.matrix_files:with_matrices")(root, scene)
+    return filled
+
+
 def _number_at(root: MappingNode, path: str, reading: Reading) -> float:
     """The number at a path, or of the parameter with this name; NaN where there is no constant number."""
     keys = path.split(".")
@@ -225,14 +239,14 @@ def _connected(found: Mapping[str, Any]) -> Iterator[Joint]:
     curves: Mapping[str, Track] = found.get("curves", {})
     for joint in joints.values():
         if "path" in joint.parameters:
-            yield connected(joint, found["bodies"], found.get("motions", {}))
+            yield named("mbproj.scene.blocks.ropes.block:connected")(joint, found["bodies"], found.get("motions", {}))
         elif "curve" in joint.parameters:
             yield replace(joint, parameters={**joint.parameters, "curve": curves[joint.parameters["curve"]]})
         elif "curves" in joint.parameters:
             both = tuple(curves[name] for name in joint.parameters["curves"])
             yield replace(joint, parameters={**joint.parameters, "curves": both})
         else:
-            yield joint if joint.couples is None else with_coupled(joint, joints)
+            yield joint if joint.couples is None else named("mbproj.scene.blocks.couplings:with_coupled")(joint, joints)
 
 
 def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) -> Iterator[Force]:
@@ -279,4 +293,6 @@ def _written(value: object) -> str:
     """A change as a text from which the same value is read."""
     if isinstance(value, str):
         return value
+    from mbproj.scene.text.changes import Change
+
     return flow(value.node if isinstance(value, Change) else from_value(value, Place("")))

@@ -11,21 +11,21 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mbproj.dataclass import dataclass
-from mbproj.elements import Element, Kind
-from mbproj.elements.controlled import Controller, ScalarState, Signal
 from mbproj.errors import Place, Problem
-from mbproj.functions.program import Program
-from mbproj.scene.appearance import Appearance, PlacedShape
 from mbproj.scene.asked import Expectation as Expectation
 from mbproj.scene.asked import Passage as Passage
 from mbproj.scene.asked import ProjectionSettings as ProjectionSettings
 from mbproj.scene.asked import Settings as Settings
-from mbproj.scene.coupled import Coupled
-from mbproj.scene.friction import DryFriction
-from mbproj.scene.stops import DistanceStop, Limit, PlaneStop
 
 if TYPE_CHECKING:
+    from mbproj.elements import Element, Kind
+    from mbproj.elements.controlled import Controller, ScalarState, Signal
     from mbproj.functions.curves.track import SpaceTrack, Track
+    from mbproj.functions.program import Program
+    from mbproj.scene.appearance import Appearance, PlacedShape
+    from mbproj.scene.coupled import Coupled
+    from mbproj.scene.friction import DryFriction
+    from mbproj.scene.stops import DistanceStop, Limit, PlaneStop
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

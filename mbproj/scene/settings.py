@@ -7,14 +7,13 @@ from dataclasses import fields, replace
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
 from mbproj.scene.blocks.simulation import LIST_OPTIONS, OPTIONS, SIMULATION
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath, ProjectionSettings, Scene, Settings
 from mbproj.scene.sampling import too_many
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
-from mbproj.scene.text.suggestions import choose_from
 
 #: Values by their path within the `simulation` block.
 Values = Mapping[KeyPath, Any]

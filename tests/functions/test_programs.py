@@ -18,8 +18,7 @@ from mbproj.functions.switches import SWITCHING
 from mbproj.functions.table import polygon, spline
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
-from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from tests.functions.texts import SMOOTH, T, expression
 
 

@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.results import Results
 from mbproj.results.loads.between_samples import size
 from mbproj.results.loads.largest import SOURCES, Cycle, Load, Recorded, loads
-from mbproj.scene.text.suggestions import choose_from
 
 
 def loads_of(results: Results, over: str | None = None) -> Sequence[Load]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from mbproj.calls.given import Given, by_arguments, scene_of
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.assembly.assemblies import Assemblies, assemblies, conditions, freedom_left
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.model import System, compile_system, initial_guess
 from mbproj.model.system import Conditions
@@ -15,7 +15,6 @@ from mbproj.scene.fields.given import given_number
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.problem_places import placed_in
 from mbproj.scene.records import Scene
-from mbproj.scene.text.suggestions import choose_from
 
 _NOTHING: Mapping[str, object] = {}
 #: The most coordinates that a message names.

@@ -16,10 +16,9 @@ from mbproj.cli.quantity import AnyNumber, Corners, Positive, Times
 from mbproj.cli.results_shown import opened, require_markers, selected
 from mbproj.cli.studies.pictures import DESIGN, LINEAR, OF_DESIGNS, OTHER_DIRECTORY, SWEEP, draw_pictures
 from mbproj.cli.study_options import force as force_option
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.figures.kinds import KINDS
 from mbproj.figures.sweeps import PICTURES
-from mbproj.scene.text.suggestions import choose_from
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,10 +10,9 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.figures.sweeps.scales import Scale, scale_of
 from mbproj.results.sweep.table import GRID, Column, SweepCases
-from mbproj.scene.text.suggestions import choose_from
 
 #: Marks of cases (N,).
 Cases: TypeAlias = npt.NDArray[np.bool_]

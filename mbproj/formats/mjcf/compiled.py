@@ -8,11 +8,10 @@ from importlib.util import find_spec
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem, warn_once
+from mbproj.errors import InputError, Place, Problem, choose_from, warn_once
 from mbproj.formats.mechanism import ImportOptions
 from mbproj.formats.mjcf.source import MjcfSource
 from mbproj.formats.xml import XmlElement
-from mbproj.scene.text.suggestions import choose_from
 
 _LINE = re.compile(r"[Ll]ine:? *=? *(\d+)")
 #: An element by its number, as in "actuator 0", in messages of MuJoCo's compiler that have no line.

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.chains import Coordinates, Single, add_one, connect, follow, span
 from mbproj.formats.geometry import Frame, turn, unit
 from mbproj.formats.loops import Loop
@@ -19,7 +19,6 @@ from mbproj.formats.mechanism import Connection, ImportedMechanism, ImportedName
 from mbproj.formats.sdf.frames import SdfFrames
 from mbproj.formats.sdf.scopes import Scope, number, text, vector
 from mbproj.formats.xml import XmlElement
-from mbproj.scene.text.suggestions import choose_from
 
 #: The joint of a scene for each type; that of a universal joint, and of two turns in a row, depends on the axes.
 TYPES = {

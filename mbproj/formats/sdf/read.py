@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.formats.chains import Coordinates
 from mbproj.formats.geometry import IDENTITY, Frame
 from mbproj.formats.loops import add_loops
@@ -25,7 +25,6 @@ from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
 from mbproj.scene.records import GROUND
-from mbproj.scene.text.suggestions import choose_from
 
 #: SDF's default gravity of a world, in m/s².
 GRAVITY = "0 0 -9.8"

@@ -10,11 +10,10 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion, from_rpy, numbers
 from mbproj.formats.included import include, inside
 from mbproj.formats.xml import XmlElement
-from mbproj.scene.text.suggestions import choose_from
 
 #: The elements that define a named frame.
 FRAMES = ("link", "joint", "frame")

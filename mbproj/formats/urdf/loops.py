@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.geometry import IDENTITY, Frame, numbers
 from mbproj.formats.loops import Loop
 from mbproj.formats.urdf.model import Urdf, axis_of, origin_of
@@ -25,7 +25,6 @@ from mbproj.formats.xml import XmlElement
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from mbproj.scene.text.source import read_text
-from mbproj.scene.text.suggestions import choose_from
 
 #: The joint of the scene, by the word of a dialect.
 TYPES = {

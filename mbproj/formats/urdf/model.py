@@ -9,10 +9,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.geometry import IDENTITY, Frame, check_inertia, from_rpy, numbers, unit
 from mbproj.formats.xml import XmlElement
-from mbproj.scene.text.suggestions import choose_from
 
 #: The number of coordinates of each type of joint.
 TYPES = {"fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1, "planar": 3, "floating": 6}

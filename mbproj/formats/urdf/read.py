@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.formats.chains import Coordinates, Single, connect, follow, span
 from mbproj.formats.geometry import Frame, numbers, turn
 from mbproj.formats.loops import add_loops
@@ -20,7 +20,6 @@ from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, origin_of, read_u
 from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
 from mbproj.scene.records import GROUND
-from mbproj.scene.text.suggestions import choose_from
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 #: The tags that are read, and those of elements that would affect the motion: a coupling of URDF+; loops, springs and

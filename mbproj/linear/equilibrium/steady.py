@@ -10,12 +10,11 @@ from mbproj.dynamics.derivatives.linear_equations import constraint_rows
 from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of
 from mbproj.dynamics.equations.motions import NO_DRIVE, drive_at
 from mbproj.dynamics.rank.nearby import NO_CONDITIONS
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.linear.equilibrium.balance import EquilibriumProblem, SteadyTurn
 from mbproj.linear.equilibrium.find import Equilibrium
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import Conditions, System
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.thresholds import THRESHOLDS
 
 

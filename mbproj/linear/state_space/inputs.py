@@ -13,10 +13,9 @@ from mbproj.dynamics.derivatives.law_derivatives import given_rows
 from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.row_derivatives import rows_at
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.linear.reference import LinearReference
 from mbproj.model.system import System
-from mbproj.scene.text.suggestions import choose_from
 
 
 @dataclass(frozen=True, eq=False)

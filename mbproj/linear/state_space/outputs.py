@@ -13,9 +13,8 @@ from mbproj.dynamics.derivatives.row_derivatives import COMPLEX_STEP, row_motion
 from mbproj.dynamics.derivatives.tangent import velocities
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.reactions import reactions
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.linear.reference import LinearReference
-from mbproj.scene.text.suggestions import choose_from
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.dataclass import dataclass
+from mbproj.errors import choose_from
 from mbproj.results.views.frames import needed
 from mbproj.results.views.summary_text import escaped
-from mbproj.scene.text.suggestions import choose_from
 
 #: The most rows that a prompt or a notebook shows.
 SHOWN = 20

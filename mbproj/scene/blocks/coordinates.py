@@ -6,11 +6,10 @@ from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
+from mbproj.errors import choose_from
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.records import GROUND, Body, Force, Joint, JointForce, KeyPath, Motion, PointForce
-from mbproj.scene.stops import DistanceStop
-from mbproj.scene.text.suggestions import choose_from
 
 #: The coordinates of joints by name, with their units.
 COORDINATES: Mapping[str, str] = MappingProxyType(
@@ -45,6 +44,8 @@ def with_coordinates(force: JointForce, joints: Mapping[str, Joint]) -> JointFor
 
 def on_bodies(bodies: Mapping[str, Body], forces: Mapping[str, Force]) -> Iterator[Complaint]:
     """A check that the points of forces are on bodies of the scene."""
+    from mbproj.scene.stops import DistanceStop
+
     known = (GROUND, *bodies)
     for force in forces.values():
         points = force.bodies if isinstance(force, PointForce) else ()

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 from mbproj.dataclass import dataclass
-from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.errors import choose_from
+from mbproj.functions.program import COORDINATE, Program, variable
+from mbproj.functions.standard import tabulated
+from mbproj.joints import COORDINATE_UNITS, JOINTS, Parameter
 from mbproj.scene.blocks.coordinates import WORDS, coordinates_in
+from mbproj.scene.blocks.joint_parameters import parameter
 from mbproj.scene.coupled import FUNCTION, Coupled
-from mbproj.scene.fields.containers import Complaint
-from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.fields.checks import different
+from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference
+from mbproj.scene.fields.containers import Complaint, Record
+from mbproj.scene.fields.fields import Converted, Field, List, Schema
+from mbproj.scene.fields.functions import Function, table
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Reading, label
-from mbproj.scene.records import Joint, KeyPath
+from mbproj.scene.records import Joint, KeyPath, Pair
 from mbproj.scene.text.nodes import MappingNode, Node
-from mbproj.scene.text.suggestions import choose_from
 
 Value = TypeVar("Value")
 
@@ -68,6 +74,69 @@ class Weights(Field[dict[str, tuple[float, str]]]):
     def schema(self) -> Schema:
         number = Number(None).schema()
         return {"description": self.expects, "type": "object", "additionalProperties": number, "minProperties": 1}
+
+
+#: Couplings stand nowhere in space.
+NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+#: The keys of a coupler in place of the names of joints.
+COUPLER: Mapping[str, Field[Any]] = {
+    "of": Weights(),
+    "function": WithUnit(
+        Alternatives(
+            (
+                Function(None, ("s",), (COORDINATE,)),
+                Converted(
+                    table(None, None, ("natural", "clamped", "periodic")),
+                    lambda found: Program(tabulated(found, variable(COORDINATE))),
+                ),
+            )
+        )
+    ),
+    "constant": WithUnit(Number(None)),
+    "pressure_angle": parameter(Parameter("rad", "pressure")),
+}
+
+
+def coupling_record(type_name: str, joint_type: NameChoice) -> Record[Joint]:
+    """The record of a coupler, or of a joint of another type that couples coordinates of joints."""
+    kind = JOINTS[type_name]
+    if not kind.couples:
+        return Record(f"a {type_name} joint", {"type": joint_type, **COUPLER}, _coupler, ("type", "of"), named=True)
+    own = {name: parameter(each) for name, each in kind.parameters.items()}
+    names = List(NameReference("joint", "joints"), len(kind.couples), "names of joints")
+    coupling = {"type": joint_type, "joints": Converted(names, different), **own}
+    both = tuple(key for key in coupling if key not in own or key in kind.required_parameters)
+    return Record(f"a {type_name} joint", coupling, _coupling, both, named=True)
+
+
+def _coupling(name: str, type: str, joints: tuple[str, ...], **parameters: Any) -> Joint:
+    """The joint of a coupling. `read` fills in its bodies, which are those of the joints it couples, and the names of
+    the coordinates."""
+    coupling = JOINTS[type].coupling
+    assert coupling is not None
+    ratio = coupling(**parameters)
+    coupled = Coupled(dict(zip(joints, ratio.weights, strict=True)), ratio.function, period=ratio.period)
+    return Joint(name, type, ("", ""), NOWHERE, parameters=parameters, couples=coupled)
+
+
+def _coupler(
+    name: str,
+    type: str,
+    of: Mapping[str, tuple[float, str]],
+    function: tuple[Program, str] | None = None,
+    constant: tuple[float, str] | None = None,
+    pressure_angle: float | None = None,
+) -> Joint:
+    """With a pressure angle its weights are the teeth of two wheels."""
+    weights = {each: weight for each, (weight, _) in of.items()}
+    units = {each: unit for each, (_, unit) in of.items()}
+    teeth: dict[str, Any] = {}
+    if pressure_angle is not None:
+        teeth = {"teeth": tuple(weights.values()), "pressure_angle": pressure_angle}
+    value, units[""] = (None, "") if constant is None else constant
+    program, units[FUNCTION] = (None, "") if function is None else function
+    coupled = Coupled(weights, program, value, units=units)
+    return Joint(name, type, ("", ""), NOWHERE, parameters=teeth, couples=coupled)
 
 
 #: Coordinates that no coupling may use, described for messages, by the primitive that measures them.

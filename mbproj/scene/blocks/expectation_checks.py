@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from mbproj.errors import choose_from
 from mbproj.joints import JOINTS
+from mbproj.registry import named
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in, with_coordinates
-from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.blocks.expectation_fit import fits
 from mbproj.scene.blocks.expectations import Given, expectation, subject
-from mbproj.scene.blocks.forces.dry_joints import friction_units
-from mbproj.scene.blocks.forces.stops import stop_units
-from mbproj.scene.blocks.observables import CONTACT, OBSERVABLES, OF_BUSHINGS, TENSION, Observable
+from mbproj.scene.blocks.observables import CONTACT, MOST_WHEELS, OBSERVABLES, OF_BUSHINGS, TENSION, Observable
 from mbproj.scene.blocks.passages import (
     RATIOS,
     GivenPassage,
@@ -22,16 +21,18 @@ from mbproj.scene.blocks.passages import (
     output_of,
     ratio_unit,
 )
-from mbproj.scene.blocks.ropes.path import MOST_WHEELS
 from mbproj.scene.fields.containers import Complaint, Rule
 from mbproj.scene.fields.reading import either
 from mbproj.scene.records import BodyForce, Bushing, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
 from mbproj.scene.sampling import nearest_samples
-from mbproj.scene.stops import DistanceStop, PlaneStop
-from mbproj.scene.text.suggestions import choose_from
 
 #: How a hint says that the scene has no items of a kind.
 NO_ITEMS = {"stop": "no stops", "friction": "none that sticks"}
+#: The functions that return the units of the coordinates on which the stops and the frictions of a scene act, by name.
+UNITS = {
+    "stop": "mbproj.scene.blocks.forces.stops:stop_units",
+    "friction": "mbproj.scene.blocks.forces.dry_joints:friction_units",
+}
 #: The blocks that have states and signals.
 CONTROLLED = ("signals", "states", "controllers", "forces")
 Items = Mapping[str, Any]
@@ -74,6 +75,8 @@ def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Compl
 
 def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Complaint]:
     """A check of the expectations of forces on bodies, between points and between frames."""
+    from mbproj.scene.stops import DistanceStop, PlaneStop
+
     for name, given, item, quantity in _of("force", expected):
         force = forces[item]
         able = OF_BUSHINGS if isinstance(force, Bushing) else OBSERVABLES["force"]
@@ -126,18 +129,18 @@ def of_motions(motions: Mapping[str, Motion], expected: Expected) -> Iterator[Co
 
 def of_stops(expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
     """A check of the expectations of stops."""
-    yield from _of_items_on_coordinates("stop", "stop", expected, stop_units(joints, forces))
+    yield from _of_items_on_coordinates("stop", "stop", expected, joints, forces)
 
 
 def of_frictions(expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
     """A check of the expectations of dry frictions."""
-    yield from _of_items_on_coordinates("friction", "dry friction", expected, friction_units(joints, forces))
+    yield from _of_items_on_coordinates("friction", "dry friction", expected, joints, forces)
 
 
 def of_states(expected: Expected, *blocks: Mapping[str, Any]) -> Iterator[Complaint]:
     """A check of the expectations of states and signals."""
-    named = dict(zip(CONTROLLED, blocks, strict=True))
-    for of, units in (("signal", _units(named["signals"])), ("state", state_units(named))):
+    found = dict(zip(CONTROLLED, blocks, strict=True))
+    for of, units in (("signal", _units(found["signals"])), ("state", state_units(found))):
         for name, given, item, quantity in _of(of, expected):
             if item not in units:
                 hint = choose_from(item, units, f"{of}s are") if units else f"the scene has no {of}s"
@@ -150,12 +153,13 @@ def of_states(expected: Expected, *blocks: Mapping[str, Any]) -> Iterator[Compla
 
 def state_units(found: Mapping[str, Any]) -> dict[str, str]:
     """The units of a scene's states by name, with those of elements and controllers; "" where a unit is not known."""
-    of_elements = {
-        f"{name}.{state.name}": state.unit
-        for name, force in found.get("forces", {}).items()
-        if isinstance(force, PointForce | JointForce) and force.element is not None
-        for state in element_type(force.element.type).make(name, "s", **force.element.values).states
-    }
+    of_elements: dict[str, str] = {}
+    for name, force in found.get("forces", {}).items():
+        if isinstance(force, PointForce | JointForce) and force.element is not None:
+            from mbproj.scene.blocks.elements import element_type
+
+            element = element_type(force.element.type).make(name, "s", **force.element.values)
+            of_elements |= {f"{name}.{state.name}": state.unit for state in element.states}
     for controller in found.get("controllers", {}).values():
         of_elements |= {f"{controller.name}.{each.name}": each.unit for each in (*controller.hold, *controller.states)}
     return {**_units(found.get("states", {})), **{name: _symbols(unit) for name, unit in of_elements.items()}}
@@ -170,11 +174,13 @@ def _symbols(unit: str) -> str:
     return unit.replace(" ", "*") if unit != "1" else ""
 
 
-def _of_items_on_coordinates(of: str, what: str, expected: Expected, units: Mapping[str, str]) -> Iterator[Complaint]:
-    """Complaints about expectations of the kind `of`, "stop" or "friction"; `units` are those of the coordinates that
-    the stops or frictions of the scene act on, by their names."""
-    able = OBSERVABLES[of]
-    for name, given, item, quantity in _of(of, expected):
+def _of_items_on_coordinates(
+    of: str, what: str, expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]
+) -> Iterator[Complaint]:
+    """Complaints about expectations of the kind `of`, "stop" or "friction"."""
+    able, asked = OBSERVABLES[of], [*_of(of, expected)]
+    units = named(UNITS[of])(joints, forces) if asked else {}
+    for name, given, item, quantity in asked:
         if item not in units:
             hint = choose_from(item, units, f"{what}s are") if units else f"the scene has {NO_ITEMS[of]}"
             yield Complaint(("expect", name, of), f"unknown {what} '{item}'", hint)
@@ -196,10 +202,8 @@ def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
             coordinate = COORDINATES[acts_on(force, joints)[0]] if isinstance(force, JointForce) else "m"
         elif of == "motion":
             coordinate = COORDINATES[found["motions"][item].coordinate]
-        elif of == "stop":
-            coordinate = stop_units(joints, found.get("forces", {}))[item]
-        elif of == "friction":
-            coordinate = friction_units(joints, found.get("forces", {}))[item]
+        elif of in UNITS:
+            coordinate = named(UNITS[of])(joints, found.get("forces", {}))[item]
         elif of in ("state", "signal"):
             own = state_units(found) if of == "state" else _units(found["signals"])
             yield expectation(name, given, own[item])
@@ -227,9 +231,9 @@ def unsampled(expected: Expected, settings: Settings) -> Iterator[Complaint]:
 def acts_on(force: JointForce, joints: Mapping[str, Joint]) -> list[str]:
     """The coordinates along which results record the force among the forces. They do not record dry friction there that
     may stick."""
-    named = with_coordinates(force, joints)
-    smooth = (name for name, dry in named.coulomb.items() if dry.regularised is not None)
-    return list(dict.fromkeys((*named.laws, *smooth)))
+    whole = with_coordinates(force, joints)
+    smooth = (name for name, dry in whole.coulomb.items() if dry.regularised is not None)
+    return list(dict.fromkeys((*whole.laws, *smooth)))
 
 
 def _of(of: str, expected: Expected) -> Iterator[tuple[str, Given, str, str]]:

@@ -6,18 +6,17 @@ from collections.abc import Mapping
 from typing import Any
 
 from mbproj.dataclass import dataclass
+from mbproj.errors import choose_from
 from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
 from mbproj.scene.blocks.passages import GivenPassage, passage_of
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import NameChoice, NameReference
+from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference
 from mbproj.scene.fields.containers import NAME, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema, Text
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Reading, Unfit, either, label
 from mbproj.scene.records import Expectation, KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
-from mbproj.scene.text.suggestions import choose_from
 
 #: An expectation as read: values by key. Numbers whose unit depends on the quantity are `Value`s with a dimension.
 Given = Mapping[str, Any]

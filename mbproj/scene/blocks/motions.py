@@ -9,8 +9,7 @@ from mbproj.dataclass import dataclass
 from mbproj.functions.program import Code, Program
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import NameReference
+from mbproj.scene.fields.choices import Alternatives, NameReference
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Schema
 from mbproj.scene.fields.functions import Function, table

@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.passages import RATIOS, TRANSMISSION_ANGLE
-from mbproj.scene.blocks.ropes.path import MOST_WHEELS
 
 
 class Observable(NamedTuple):
@@ -25,6 +24,8 @@ class Observable(NamedTuple):
         return length if length and coordinate == "m" else angle
 
 
+#: The most wheels that a rope may turn: the room in the kernel's arrays.
+MOST_WHEELS = 5
 #: The tension of a portion of a rope; the number of the portion, from 1, follows.
 TENSION = "tension_"
 #: The point where a joint touches its curve.

@@ -6,13 +6,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from mbproj.errors import choose_from
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.units import describe
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.records import Joint, KeyPath, Passage
-from mbproj.scene.text.suggestions import choose_from
 
 #: The endings of the names of ratios; the name of a coordinate stands before them.
 VELOCITY_RATIO, MECHANICAL_ADVANTAGE = "_velocity_ratio", "_mechanical_advantage"

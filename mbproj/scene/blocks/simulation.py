@@ -7,8 +7,7 @@ from types import MappingProxyType
 from typing import Any
 
 from mbproj import registry
-from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import NameChoice
+from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List
 from mbproj.scene.fields.quantities import Integer, Number

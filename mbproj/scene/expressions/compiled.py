@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
+from mbproj.errors import did_you_mean
 from mbproj.functions.program import Code, Instruction, Op, apply, number, variable
 from mbproj.functions.table import polygon
 from mbproj.scene.expressions.evaluate import (
@@ -23,6 +24,7 @@ from mbproj.scene.expressions.syntax_tree import (
     Binary,
     Call,
     Expression,
+    ExpressionError,
     NameNode,
     Negative,
     NumberNode,
@@ -30,10 +32,7 @@ from mbproj.scene.expressions.syntax_tree import (
     names,
     walk,
 )
-from mbproj.scene.expressions.tokens import ExpressionError
-from mbproj.scene.expressions.unit_text import similar_unit
-from mbproj.scene.expressions.units import SYMBOLS, Dimension
-from mbproj.scene.text.suggestions import did_you_mean
+from mbproj.scene.expressions.units import SYMBOLS, Dimension, similar_unit
 
 _OPERATORS: Mapping[str, Op] = MappingProxyType(
     {"+": Op.ADD, "-": Op.SUBTRACT, "*": Op.MULTIPLY, "/": Op.DIVIDE, "**": Op.POWER_OF}

@@ -10,11 +10,18 @@ from itertools import pairwise
 from types import MappingProxyType
 
 from mbproj.dataclass import dataclass
-from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, NameNode, Negative, NumberNode, QuantityNode
-from mbproj.scene.expressions.tokens import ExpressionError
-from mbproj.scene.expressions.unit_text import similar_unit, unit_of
-from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, describe
-from mbproj.scene.text.suggestions import choose_from, did_you_mean
+from mbproj.errors import choose_from, did_you_mean
+from mbproj.scene.expressions.syntax_tree import (
+    Binary,
+    Call,
+    Expression,
+    ExpressionError,
+    NameNode,
+    Negative,
+    NumberNode,
+    QuantityNode,
+)
+from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, describe, similar_unit, unit_of
 from mbproj.several import are_several, at_once, each_case
 
 

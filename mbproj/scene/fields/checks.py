@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 
+from mbproj.errors import did_you_mean
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import Matrix, Pair, Quaternion, Vector
-from mbproj.scene.text.suggestions import did_you_mean
 from mbproj.several import each_case
 
 #: A point or direction as read: global for both bodies, or one by body in that body's axes.

@@ -7,12 +7,11 @@ from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from typing import Any, ClassVar, Generic, NamedTuple
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import Place
+from mbproj.errors import Place, did_you_mean
 from mbproj.scene.fields.fields import Field, Schema, T_co
 from mbproj.scene.fields.reading import Reading, Unfit, either, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, as_mapping
-from mbproj.scene.text.suggestions import did_you_mean
 
 #: The pattern of names of items: they have to be valid in names of files and datasets as well.
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
@@ -76,7 +75,7 @@ class Record(Field[T_co], Generic[T_co]):
     checks: tuple[Rule, ...] = ()
     choices: tuple[OneOf, ...] = ()
     named: bool = False
-    elsewhere: frozenset[str] = frozenset()
+    elsewhere: Container[str] = frozenset()
     node_type: ClassVar[type] = MappingNode
 
     @property

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from mbproj.dataclass import dataclass
+from mbproj.registry import named
 from mbproj.scene.fields.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode, describe
@@ -148,6 +150,38 @@ class Converted(Field[T_co], Generic[T_co]):
         except Unfit as unfit:
             reading.report(f"{label(path)} {unfit.message}", node.place, unfit.hint)
             return None
+
+    def schema(self) -> Schema:
+        return self.field.schema()
+
+
+@dataclass(frozen=True)
+class Deferred(Field[T_co], Generic[T_co]):
+    """The field that `where` names as "module:name", or that the function of this name makes of `given`. Its module is
+    imported when a scene first has such a value: a scene imports only what it contains."""
+
+    where: str
+    given: tuple[Any, ...] = ()
+
+    @cached_property
+    def field(self) -> Field[T_co]:
+        """The field itself."""
+        found: Any = named(self.where)
+        whole: Field[T_co] = found if isinstance(found, Field) else found(*self.given)
+        return whole
+
+    @property
+    def expects(self) -> str:
+        return self.field.expects
+
+    def takes(self, node: Node) -> bool:
+        return self.field.takes(node)
+
+    def fits(self, node: Node) -> bool:
+        return self.field.fits(node)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        return self.field.read(node, path, reading)
 
     def schema(self) -> Schema:
         return self.field.schema()

@@ -9,20 +9,19 @@ from itertools import pairwise
 from typing import Any, ClassVar
 
 from mbproj.dataclass import dataclass
+from mbproj.errors import did_you_mean
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.functions.table import CubicTable, periodic, polygon, spline
 from mbproj.scene.expressions.evaluate import CONSTANTS
 from mbproj.scene.expressions.syntax_tree import Expression, NameNode, names, walk
 from mbproj.scene.expressions.units import SYMBOLS, describe
-from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.choices import NameChoice
+from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema
 from mbproj.scene.fields.quantities import Number, dimension_of, note_degrees, unit_hint, unit_text
 from mbproj.scene.fields.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode
-from mbproj.scene.text.suggestions import did_you_mean
 
 
 @dataclass(frozen=True)

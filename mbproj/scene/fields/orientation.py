@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from mbproj.scene.fields import rotations
-from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import orientation_of, unit_quaternion
-from mbproj.scene.fields.choices import NameChoice
+from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.quantities import Number, PositionAngle

@@ -6,15 +6,13 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import Placed, different, of_these_bodies, pair_of, shared, two_axes, two_points
-from mbproj.scene.fields.choices import NameReference
+from mbproj.scene.fields.choices import Alternatives, NameReference
 from mbproj.scene.fields.containers import Complaint, Named, Record
-from mbproj.scene.fields.fields import Converted, Field, List
-from mbproj.scene.fields.orientation import ORIENTATION
+from mbproj.scene.fields.fields import Converted, Deferred, Field, List
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.vectors import DIRECTION, POINT
-from mbproj.scene.records import GROUND, Pair, Vector
+from mbproj.scene.records import GROUND, Pair, Quaternion, Vector
 
 JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
 AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", DIRECTION)))
@@ -26,7 +24,7 @@ ORIGIN_AND_POINT: Field[Placed] = Alternatives(
 TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
 TWO_BODIES: Field[Any] = Converted(List(NameReference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
 #: The orientation of a frame of each body, in that body's axes.
-FRAMES: Field[Any] = Named("body", ORIENTATION)
+FRAMES: Field[Any] = Named("body", Deferred[Quaternion]("mbproj.scene.fields.orientation:ORIENTATION"))
 BODY_POINT: Field[Any] = Alternatives((POINT, Named("body", POINT)))
 BODY_DIRECTION: Field[Any] = Alternatives((DIRECTION, Named("body", DIRECTION)))
 

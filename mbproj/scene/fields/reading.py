@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place, Problem
-from mbproj.functions.program import Program
-from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
-from mbproj.scene.expressions.syntax_tree import Expression, NumberNode, names, parse
-from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.syntax_tree import Expression, ExpressionError, NumberNode, names, parse
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import CasesNode, Node, ScalarNode
-from mbproj.scene.text.reading_cache import ReadingCache
+
+if TYPE_CHECKING:
+    from mbproj.functions.program import Program
+    from mbproj.scene.text.reading_cache import ReadingCache
 
 
 class Unfit(Exception):
@@ -96,6 +96,9 @@ class Reading:
         self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int]
     ) -> tuple[Program, Dimension | None] | None:
         """The program of the node's tree and the dimension of its value; None where it is wrong, which is reported."""
+        from mbproj.functions.program import Program
+        from mbproj.scene.expressions.compiled import compiled
+
         try:
             code, dimension = compiled(tree, self.names, variables) if tree is not None else ((), None)
             return (Program(code, node.text.strip()), dimension) if code else None

@@ -12,10 +12,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
-from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import Dimension
 from mbproj.scene.expressions.units import describe as in_words
 from mbproj.scene.fields.fields import Field, Schema
@@ -24,7 +23,6 @@ from mbproj.scene.fields.reading import Reading, label
 from mbproj.scene.ranges.values import Item, Listed, Normal, Range, Spaced, Uniform
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode, describe, flow
-from mbproj.scene.text.suggestions import choose_from
 
 #: The ranges that are mappings of one key: an example of the value, by the key.
 FORMS: Mapping[str, str] = {

@@ -13,8 +13,9 @@ from __future__ import annotations
 import re
 from typing import Any
 
+from mbproj.errors import choose_from
 from mbproj.scene.appearance import COLOURS, MESH_FORMATS, Appearance, MeshFile, PlacedShape
-from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.choices import Alternatives
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Text
 from mbproj.scene.fields.orientation import ORIENTATION
@@ -22,7 +23,6 @@ from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.vectors import POINT
 from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS
-from mbproj.scene.text.suggestions import choose_from
 
 HEX = re.compile(r"#[0-9a-fA-F]{6}")
 PLACE: dict[str, Field[Any]] = {"position": POINT, "orientation": ORIENTATION}

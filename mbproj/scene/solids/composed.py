@@ -1,16 +1,24 @@
-"""Mass, centre of mass and inertia tensor of a solid that is composed of homogeneous shapes."""
+"""The solid of a body that is given by homogeneous shapes: its mass, centre of mass and inertia tensor.
+
+`SHAPE` and `SOLID` are the fields of the keys `shape` and `shapes`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
 
 from mbproj.dataclass import dataclass
+from mbproj.scene.appearance import PlacedShape
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.checks import inertia_of
-from mbproj.scene.fields.quantities import LARGEST
+from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
+from mbproj.scene.fields.fields import Converted, Field, List
+from mbproj.scene.fields.orientation import ORIENTATION
+from mbproj.scene.fields.quantities import LARGEST, Number
 from mbproj.scene.fields.reading import Unfit
+from mbproj.scene.fields.vectors import POINT
 from mbproj.scene.records import Matrix, Quaternion, Vector
-from mbproj.scene.solids.shapes import Shape
+from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS, Shape
 
 _ELEMENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -79,3 +87,58 @@ def _tensor(parts: Iterable[SolidPart], centre: Vector) -> Matrix:
         raise Unfit("has moments of inertia that are too large", "look at the units of its dimensions")
     products = [0.0 - product for product in (xy, xz, yz)]  # never -0.0
     return inertia_of(inertia.from_elements([yy + zz, xx + zz, xx + yy, *products]))
+
+
+DENSITY = Number("kg/m^3", above=0.0)
+
+
+def has_volume(shape: Shape, density: float) -> Iterator[Complaint]:
+    """A check that a shape with a density has a volume."""
+    if shape.volume is None:
+        yield Complaint(("density",), f"a {shape.kind} has no volume, so no density", "give its mass")
+
+
+SHAPE: Record[Shape] = Record("a shape", SHAPE_FIELDS, lambda **given: next(iter(given.values())), choices=(A_SHAPE,))
+
+
+def _part(given: dict[str, Any]) -> SolidPart:
+    shape = next(given[kind] for kind in SHAPE_FIELDS if kind in given)
+    place = {key: given[key] for key in ("position", "orientation") if key in given}
+    return SolidPart(shape, mass_of(shape, given.get("mass"), given.get("density")), **place)
+
+
+PART: Field[SolidPart] = Converted(
+    Record(
+        "a shape",
+        {
+            **SHAPE_FIELDS,
+            "mass": Number("kg", above=0.0),
+            "density": DENSITY,
+            "position": POINT,
+            "orientation": ORIENTATION,
+        },
+        dict,
+        checks=tuple(Rule((kind, "density"), has_volume) for kind in SHAPE_FIELDS),
+        choices=(A_SHAPE, OneOf(("mass", "density"), needed=True)),
+    ),
+    _part,
+)
+
+SOLID: Field[SolidBody] = Converted(List(PART, None, "shapes"), together)
+
+
+def solid_of(given: Mapping[str, Any]) -> SolidBody:
+    """The solid of a body's keys `shapes`, or `shape` with a mass or a density."""
+    if "shapes" in given:
+        solid: SolidBody = given["shapes"]
+        return solid
+    return alone(SolidPart(given["shape"], mass_of(given["shape"], given.get("mass"), given.get("density"))))
+
+
+def drawn_shapes(solid: SolidBody) -> tuple[PlacedShape, ...]:
+    """The shapes that are drawn for the parts of a solid, placed from its centre of mass."""
+    shapes = []
+    for part in solid.parts:
+        x, y, z = (at - middle for at, middle in zip(part.position, solid.centre, strict=True))
+        shapes.append(PlacedShape(part.shape.kind, part.shape.sizes, part.shape.axis, (x, y, z), part.orientation))
+    return tuple(shapes)

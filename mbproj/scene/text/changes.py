@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from, did_you_mean
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode, as_mapping, describe, from_value
-from mbproj.scene.text.suggestions import choose_from, did_you_mean
 
 PARAMETERS, SIMULATION = "parameters", "simulation"
 #: The number of keys in a path to a key of an item, as `bodies.bar1.mass`; the item need not have that key yet.

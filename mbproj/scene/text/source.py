@@ -8,8 +8,7 @@ import re
 import stat
 from pathlib import Path
 
-from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.text.suggestions import did_you_mean
+from mbproj.errors import InputError, Place, Problem, did_you_mean
 
 MAX_BYTES = 10_000_000
 #: The characters that YAML does not allow in a file.

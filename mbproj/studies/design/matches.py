@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.expectations import Given
 from mbproj.scene.blocks.measures import complaints, measures_of
@@ -19,7 +19,6 @@ from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import settings_to_run
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.design.target import PATH, TIME, Target
 from mbproj.studies.inverse.columns import TIME_NAMES, CsvTable, factor_of, read_columns
 

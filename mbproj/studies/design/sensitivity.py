@@ -9,13 +9,12 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of, units_of
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene
 from mbproj.scene.settings import settings_to_run
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.design.matches import AXES
 from mbproj.studies.design.slopes.differences import LEAVE_OUT, DifferenceWork
 from mbproj.studies.design.slopes.of_measures import slopes_of

@@ -16,8 +16,7 @@ from mbproj.scene.blocks.expectations import EXPECTATION, MEASURE, SUBJECTS, Giv
 from mbproj.scene.blocks.measures import MEASURE as RECORD_OF_MEASURE
 from mbproj.scene.blocks.measures import complaints, items_of, measures_of, untimely
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
-from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import Dimension
 from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import ByPath, Named, OneOf, Record

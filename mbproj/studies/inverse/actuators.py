@@ -10,10 +10,9 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.equations.forces import given_components, law_state
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.linear.state_space.inputs import forces_known
 from mbproj.model.system import System
-from mbproj.scene.text.suggestions import choose_from
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,10 +9,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.model.system import System
 from mbproj.results import Results
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.inverse.columns import TIME_NAMES, CsvTable, factor_of, read_columns
 
 #: The fewest samples for a spline of degree 5.

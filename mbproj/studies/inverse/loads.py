@@ -16,7 +16,7 @@ from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
 from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.states import sampled_state
 from mbproj.model import compile_system
@@ -26,7 +26,6 @@ from mbproj.model.system import System
 from mbproj.results import Results
 from mbproj.results.loads.largest import Cycle, Load, Recorded, loads
 from mbproj.scene.records import Scene
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.inverse.actuators import actuators
 from mbproj.studies.inverse.balance import balance
 from mbproj.studies.inverse.closed import follow

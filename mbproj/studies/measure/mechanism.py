@@ -8,13 +8,12 @@ from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.integrate.formulations.choice import choose
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import System, compile_system
 from mbproj.registry import EQUILIBRIUM
 from mbproj.scene.records import Scene, Settings
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.measure.setting import Setting
 
 

@@ -8,14 +8,13 @@ from functools import reduce
 from typing import Any
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Settings
 from mbproj.scene.settings import Merged, check_settings, option_name, read_options, settings_of, takes
 from mbproj.scene.text.nodes import plain
-from mbproj.scene.text.suggestions import choose_from
 
 #: A threshold below every violation of a run: it switches off the scene's own one.
 NO_THRESHOLD = 1e-50

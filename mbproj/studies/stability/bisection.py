@@ -13,14 +13,13 @@ from math import exp, log
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import real_axis_limit
 from mbproj.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fixed_steps
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Scene
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve

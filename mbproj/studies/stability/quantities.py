@@ -21,14 +21,13 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.dynamics.observe.recorded import Block
-from mbproj.errors import InputError, MbprojError, Problem, SimulationError
+from mbproj.errors import InputError, MbprojError, Problem, SimulationError, choose_from
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.model import System
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.scene.records import Scene
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.stability.judge import FAILS, HOLDS, StabilityPoint, Subject, cause_of, judged
 from mbproj.studies.variants.livelier import with_damping, with_speed, with_stiffness

@@ -10,14 +10,13 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Text
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.ranges.family import opened
-from mbproj.scene.text.suggestions import choose_from
 from mbproj.studies.inverse.columns import CsvTable, factor_of, read_columns
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
 

@@ -12,6 +12,7 @@ from mbproj.scene.expressions.evaluate import FUNCTIONS, Unavailable, Value, eva
 from mbproj.scene.expressions.syntax_tree import (
     Binary,
     Call,
+    ExpressionError,
     NameNode,
     Negative,
     NumberNode,
@@ -20,7 +21,6 @@ from mbproj.scene.expressions.syntax_tree import (
     names,
     parse,
 )
-from mbproj.scene.expressions.tokens import ExpressionError
 
 PYTHON = {name: function.compute for name, function in FUNCTIONS.items()} | {"pi": math.pi, "a": 1.25, "b": -3.0}
 KNOWN = {"a": Value(1.25, None), "b": Value(-3.0, None)}

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.expressions.unit_text import COMPOUNDS, unit_of
 from mbproj.scene.expressions.units import (
     ANGLE,
     ANGULAR_VELOCITY,
     BARE,
+    COMPOUNDS,
     DAMPING,
     DENSITY,
     INERTIA,
@@ -27,6 +27,7 @@ from mbproj.scene.expressions.units import (
     VELOCITY,
     Dimension,
     describe,
+    unit_of,
 )
 from tests.scene.good_scene import read_with
 

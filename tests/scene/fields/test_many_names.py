@@ -6,11 +6,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from mbproj.errors import Place
+from mbproj.errors import MAX_NAMES, Place, choose_from, did_you_mean
 from mbproj.scene.fields.choices import NameReference
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.text.nodes import from_value
-from mbproj.scene.text.suggestions import MAX_NAMES, choose_from, did_you_mean
 
 
 class Names(dict[str, None]):

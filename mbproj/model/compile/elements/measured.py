@@ -10,11 +10,10 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
 from mbproj.elements.element import Element, End, Place
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding, bind, bindings
 from mbproj.model.system import System
-from mbproj.scene.text.suggestions import choose_from
 
 #: The coordinates of a marker: its distance from the ground's origin along each axis of the ground.
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

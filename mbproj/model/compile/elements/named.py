@@ -11,7 +11,7 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from mbproj.elements.element import Element
-from mbproj.errors import InputError, Problem
+from mbproj.errors import InputError, Problem, choose_from
 from mbproj.functions.program import (
     CHANNELS,
     COORDINATE,
@@ -29,9 +29,7 @@ from mbproj.functions.program_set import ProgramSet, flatten
 from mbproj.model.channels import ChannelKind, Channels
 from mbproj.model.system import System
 from mbproj.scene.expressions.compiled import compiled
-from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.expressions.tokens import ExpressionError
-from mbproj.scene.text.suggestions import choose_from
+from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 
 #: The variables that every expression may name beside the channels that are read.
 VARIABLES = {"t": TIME, "s": COORDINATE, "s_dot": RATE}

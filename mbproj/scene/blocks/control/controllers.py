@@ -21,7 +21,7 @@ from mbproj.scene.blocks.expectations import MEASURE
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.units import Dimension
-from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.choices import Alternatives
 from mbproj.scene.fields.containers import Named, Record
 from mbproj.scene.fields.fields import Field, Schema
 from mbproj.scene.fields.quantities import Number

@@ -5,18 +5,28 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
+from mbproj.errors import choose_from
 from mbproj.functions.program import Program
 from mbproj.joints import JOINTS
-from mbproj.scene.blocks.control.expanded import where
+from mbproj.scene.blocks.control.expanded import expanded, where
+from mbproj.scene.blocks.control.instants import note_instants
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.fields.reading import Reading
-from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce, Scene
-from mbproj.scene.text.suggestions import choose_from
+from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce, Scene, Settings
 
 #: Parts of items that are known only after the forces, so that no expression of a force may name them.
 TOO_LATE = ("angle_ddot", "displacement_ddot", "length_ddot", "acceleration", "reaction", "reaction_force")
 Found = Mapping[str, Any]
+
+
+def with_known_names(found: Found, settings: Settings | None, reading: Reading) -> Found:
+    """The items of the scene by block and name, with plain signals, states and controllers in place of blocks. Reports
+    unknown names in their expressions, and notes the instants of controllers that may be a mistake."""
+    found = expanded(found, reading)
+    check_names(found, reading)
+    note_instants(found, settings, reading)
+    return found
 
 
 def check_names(found: Found, reading: Reading) -> None:

@@ -15,13 +15,13 @@ from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import ScalarState, Signal
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.control.blocks import BLOCKS, ControlBlock, Expanded
-from mbproj.scene.blocks.control.expression import VALUE, unit_name
+from mbproj.scene.blocks.control.expression import NOT_FREE, VALUE, unit_name
 from mbproj.scene.blocks.expectations import MEASURE, Measure
+from mbproj.scene.blocks.parameters import NAME, NAME_RULE
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.unit_text import unit_at
-from mbproj.scene.expressions.units import BARE, TIME, Dimension, called, describe
-from mbproj.scene.fields.alternatives import Alternatives
-from mbproj.scene.fields.containers import OneOf, Record
+from mbproj.scene.expressions.units import BARE, TIME, Dimension, called, describe, unit_at
+from mbproj.scene.fields.choices import Alternatives
+from mbproj.scene.fields.containers import Named, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Schema, Text
 from mbproj.scene.fields.reading import Reading, Unfit
 from mbproj.scene.records import KeyPath
@@ -66,7 +66,7 @@ class _PlainSignal(Field["Signal | Expanded"]):
 
 
 SIGNAL_KEYS: dict[str, Field[Any]] = {"value": VALUE, **BLOCKS, "unit": Converted(Text(), _unit)}
-SIGNAL: Field[Signal | Expanded] = Alternatives(
+_SIGNAL: Field[Signal | Expanded] = Alternatives(
     (
         _PlainSignal(),
         Record("a signal", SIGNAL_KEYS, _signal, choices=(OneOf(("value", *BLOCKS), needed=True),), named=True),
@@ -99,4 +99,7 @@ def _state(
 
 
 STATE_KEYS: dict[str, Field[Any]] = {"derivative": VALUE, "initial": MEASURE, "scale": Measure(above=0.0)}
-STATE: Record[ScalarState] = Record("a state", STATE_KEYS, _state, ("derivative",), named=True)
+_STATE: Record[ScalarState] = Record("a state", STATE_KEYS, _state, ("derivative",), named=True)
+#: The fields of the two blocks.
+SIGNALS = Named("signal", _SIGNAL, reserved=NOT_FREE, names=NAME, rule=NAME_RULE)
+STATES = Named("state", _STATE, reserved=NOT_FREE, names=NAME, rule=NAME_RULE)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from mbproj.joints import JOINTS
 from mbproj.scene.blocks.curves.fit_two import fit_two
-from mbproj.scene.fields.containers import Complaint, Rule
+from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.records import Joint, KeyPath
 
 if TYPE_CHECKING:
@@ -197,6 +197,3 @@ def _acts_elsewhere(item: Any, closed: set[str]) -> bool:
 def _is_dry_friction(item: Any) -> bool:
     """Whether a force is dry friction alone, which depends on the rate of a coordinate, not on its value."""
     return bool(getattr(item, "coulomb", ())) and not getattr(item, "laws", ())
-
-
-CURVE_CHECK = Rule(("curves", "joints"), fit_curves, besides=("forces", "motions"))

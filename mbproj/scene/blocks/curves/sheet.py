@@ -6,11 +6,10 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.functions.curves.soundness import largest_roller
 from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.scene.records import Scene
-from mbproj.scene.text.suggestions import choose_from
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,8 @@ from functools import partial
 from typing import Any
 
 from mbproj.scene.fields import inertia
-from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import of_these_bodies, pair_of
-from mbproj.scene.fields.choices import NameChoice
+from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION

@@ -22,9 +22,8 @@ from mbproj.scene.blocks.elements import ELEMENTS, ElementType
 from mbproj.scene.blocks.forces.bushing import bushing_record
 from mbproj.scene.blocks.forces.coulomb import COULOMB
 from mbproj.scene.blocks.forces.stops import stop_record
-from mbproj.scene.fields.alternatives import Alternatives, Variants
 from mbproj.scene.fields.checks import of_these_bodies
-from mbproj.scene.fields.choices import NameChoice, NameReference
+from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference, Variants
 from mbproj.scene.fields.containers import OneOf, Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.functions import Function, Varying, table

@@ -18,8 +18,7 @@ from mbproj.scene.blocks.elements import ELEMENTS, ElementType
 from mbproj.scene.blocks.forces.force_types import OWN_RECORDS, TWO_ENDS
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.evaluate import RESERVED, Value
-from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.expressions.tokens import ExpressionError
+from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import TIME as SECONDS
 from mbproj.scene.expressions.units import Dimension, describe
 from mbproj.scene.fields.quantities import Number, dimension_of

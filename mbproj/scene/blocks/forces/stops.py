@@ -20,9 +20,8 @@ from typing import Any, ClassVar
 from mbproj.dataclass import dataclass
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.blocks.forces.coulomb import SPEED, STATIC, not_less
-from mbproj.scene.fields.alternatives import Alternatives
 from mbproj.scene.fields.checks import of_these_bodies
-from mbproj.scene.fields.choices import NameChoice, NameReference
+from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference
 from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, Flag, Schema, T_co
 from mbproj.scene.fields.placing import BODY_DIRECTION, BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends

@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 
+from mbproj.scene.blocks.observables import MOST_WHEELS
 from mbproj.scene.blocks.ropes.block import connected
-from mbproj.scene.blocks.ropes.path import MOST_WHEELS, Path, along, axes
-from mbproj.scene.fields.containers import Complaint, Rule
+from mbproj.scene.blocks.ropes.path import Path, along, axes
+from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.records import GROUND, Body, Joint, KeyPath, Motion
 from mbproj.thresholds import THRESHOLDS
 
@@ -142,6 +143,3 @@ def _long_enough(joint: Joint, radii: Sequence[float], seen: Sequence[Sequence[f
         least = sum(fixed_spans)
         said = f"the rope is shorter than its path: {given:.6g} m, of {least:.6g} m between places of one body"
         yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its places")
-
-
-ROPE_CHECK = Rule(("joints", "bodies"), run_over_places, besides=("motions",))

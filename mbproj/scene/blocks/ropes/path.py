@@ -15,8 +15,6 @@ from mbproj.thresholds import THRESHOLDS
 
 #: The kinds of places of a path: points, sheaves over which the rope slides, wheels and drums that turn with it.
 KINDS = ("point", "sheave", "wheel", "drum")
-#: The most wheels that a rope may turn: the room in the kernel's arrays.
-MOST_WHEELS = 5
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from mbproj.scene.blocks.control.blocks.block import ControlBlock, Expanded, Giv
 from mbproj.scene.blocks.control.expression import VALUE
 from mbproj.scene.blocks.expectations import MEASURE
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.fields.alternatives import Alternatives
+from mbproj.scene.fields.choices import Alternatives
 from mbproj.scene.fields.containers import NAME, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Text
 from mbproj.scene.fields.quantities import Integer, Number
