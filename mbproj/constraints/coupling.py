@@ -48,6 +48,7 @@ class Coupling(Primitive):
     other: Primitive | None = None
 
     rows = 1
+    follows = "coordinates"
 
     @property
     def slots(self) -> tuple[SlotKind, ...]:

@@ -28,6 +28,8 @@ class Primitive(ABC):
     """
 
     rows: ClassVar[int]
+    #: What it follows beside points and vectors: a curve in a plane, two of them, one in space, a rope, or coordinates.
+    follows: ClassVar[Literal["", "curve", "two curves", "space curve", "rope", "coordinates"]] = ""
     integrable: ClassVar[bool] = True
     parameters: ClassVar[Mapping[str, str]] = MappingProxyType({})
 

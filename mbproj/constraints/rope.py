@@ -89,6 +89,7 @@ class Rope(Primitive):
     watched: bool = False
 
     rows = 1
+    follows = "rope"
     unit = "m"
 
     @property

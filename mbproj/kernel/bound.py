@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, distinct_rows
-from mbproj.constraints import PRIMITIVES, Primitive
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.in_space import InSpace
-from mbproj.constraints.curves.profile import OnCurve
-from mbproj.constraints.curves.two_curves import TwoCurves
-from mbproj.constraints.rope import Rope
-from mbproj.functions.curves.plane_curve import PlaneCurve
-from mbproj.functions.curves.space_curve import SpaceCurve
+from mbproj.constraints import Primitive, name_of
 from mbproj.kernel import core
 from mbproj.lanes import contiguous, numbers
 from mbproj.model.planar import PlanarSet
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from mbproj.constraints.rope import Rope
+    from mbproj.functions.curves.plane_curve import PlaneCurve
+    from mbproj.functions.curves.space_curve import SpaceCurve
 
 
 class Bound(NamedTuple):
@@ -61,36 +59,41 @@ _OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "li
 
 
 class _Kernel(NamedTuple):
-    """What the kernel has: the number of each primitive, and the most slots and parameters that one of them takes."""
+    """What the kernel has: each primitive by name, with its number, slots and parameters; and the most slots and
+    parameters that one of them takes."""
 
-    number: Mapping[type[Primitive], int]
+    forms: Mapping[str, tuple[int, int, int]]
     slots: int
     parameters: int
 
 
 @cache
 def _kernel() -> _Kernel:
-    """A coupling is the instances of its coordinates. Raises ValueError where a primitive is another in the kernel."""
-    kernel, number = core(), {}
+    """A coupling is the instances of its coordinates."""
+    kernel = core()
     forms = [] if kernel is None else kernel.primitives()
-    for at, (name, slots, parameters) in enumerate(forms):
-        kind = PRIMITIVES[name]
-        own = slots if kind is Rope else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
-        if (own, len(kind.parameters)) != (slots, parameters):
-            raise ValueError(f"the primitive '{name}' of the kernel takes {slots} slots and {parameters} parameters")
-        number[kind] = at
     most = np.array([form[1:] for form in forms] or [(0, 0)]).max(axis=0, initial=1)
-    return _Kernel(number, int(most[0]), int(most[1]))
+    return _Kernel({name: (at, *form) for at, (name, *form) in enumerate(forms)}, int(most[0]), int(most[1]))
+
+
+def _number(kind: type[Primitive]) -> int:
+    """The kernel's number of a primitive. Raises ValueError where the primitive is another there."""
+    name = name_of(kind)
+    number, slots, parameters = _kernel().forms[name]
+    own = slots if kind.follows == "rope" else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
+    if (own, len(kind.parameters)) != (slots, parameters):
+        raise ValueError(f"the primitive '{name}' of the kernel takes {slots} slots and {parameters} parameters")
+    return number
 
 
 def without_form(system: System) -> str | None:
     """A primitive of the system that the kernel does not have, by its class; None where it has all."""
-    known = _kernel().number
+    known = _kernel().forms
     sets = [system.joints, system.coordinates]
     sets += [each.coordinates for each in (system.forces.laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
         for part, *_ in _parts(primitive):
-            if type(part) not in known:
+            if name_of(type(part)) not in known:
                 return type(part).__name__
     return None
 
@@ -162,15 +165,15 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
     kernel = _kernel()
     for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
         for part, (own, factor, taken) in enumerate(_parts(primitive)):
-            code.append(kernel.number[type(own)])
+            code.append(_number(type(own)))
             slots.append(_filled([*range(first + taken.start, first + taken.stop)], kernel.slots))
             parameters.append(_filled([getattr(own, name) for name in own.parameters], kernel.parameters))
             weight.append(factor)
             joins.append(part > 0)
-            line.append(own.curve if isinstance(own, (OnCurve, TwoCurves)) else None)
-            other.append(own.other if isinstance(own, TwoCurves) else None)
-            wire.append(own.curve if isinstance(own, InSpace) else None)
-            path.append(own if isinstance(own, Rope) else None)
+            line.append(own.curve if own.follows in ("curve", "two curves") else None)
+            other.append(own.other if own.follows == "two curves" else None)
+            wire.append(own.curve if own.follows == "space curve" else None)
+            path.append(own if own.follows == "rope" else None)
             member.append(number)
     columns = {
         "kind": np.array(code, dtype=np.int64),
@@ -191,8 +194,10 @@ def _filled(own: list[Any], length: int) -> list[Any]:
     return [*own, *[0] * (length - len(own))]
 
 
-def _parts(primitive: Primitive) -> Iterable[tuple[Primitive, float, slice]]:
-    return primitive.parts() if isinstance(primitive, Coupling) else [(primitive, 1.0, slice(0, len(primitive.slots)))]
+def _parts(primitive: Any) -> Iterable[tuple[Any, float, slice]]:
+    """Each coordinate of a coupling, with its weight and its slots; another primitive as it is."""
+    coupled: Iterable[tuple[Any, float, slice]] = [(primitive, 1.0, slice(0, len(primitive.slots)))]
+    return primitive.parts() if primitive.follows == "coordinates" else coupled
 
 
 def primitives(kind: Any, bodies: int, bound: Bound) -> Any:

@@ -1,34 +1,24 @@
-"""Rows that couple coordinates, determined but for whole teeth or threads, and distances from curves with their
-feet."""
+"""Rows that couple coordinates, determined but for whole teeth or threads, and what distances from curves follow."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from enum import IntEnum
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face
-from mbproj.constraints.curves.in_space import BesideCurve, BesideFirst, BesideSecond, SpaceCurveShape
-from mbproj.constraints.curves.profile import FREE, Lap, PlaneCurveShape, Profile
-from mbproj.constraints.curves.two_curves import Gap
 from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.rope import Rope
 from mbproj.dataclass import dataclass
-from mbproj.functions.curve import Curve
-from mbproj.functions.program import COORDINATE, Op, Program, apply, variable
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
 from mbproj.lanes import numbers
-from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
+from mbproj.model.primitive_set import Binding
 
-#: The primitives that are evaluated on one piece of a curve at a time.
-DISTANCES = (Profile, Face, Gap, BesideFirst)
+if TYPE_CHECKING:
+    from mbproj.functions.curve import Curve
 
 
 class Toothed(NamedTuple):
@@ -139,9 +129,6 @@ class FollowedCurve(NamedTuple):
     second: int = 0
 
 
-#: The row that belongs to each program, and whether the foot is on the first (0) or the second (1) of two curves.
-Rows: TypeAlias = "Mapping[int, tuple[int, int]]"
-
 NO_FOLLOWERS = Followers((), flatten([]))
 
 
@@ -154,72 +141,6 @@ class Touching:
     offset: tuple[float, ...]
 
 
-def compile_followers(
-    joints: PrimitiveSet, laws: PrimitiveSet, stops: PrimitiveSet | None, coordinates: PrimitiveSet
-) -> Followers:
-    """Return the distances from curves among the joints' rows, the laws and the stops, and the coordinates whose sign
-    is a switch."""
-    places, knots = list[FollowedCurve](), list[Program]()
-    for kind, bound in ((FollowedKind.ROW, joints), (FollowedKind.LAW, laws), (FollowedKind.STOP, stops)):
-        if bound is None or not any(isinstance(group.primitive, DISTANCES) for group in bound.groups):
-            continue
-        for member in bound.layout.members:
-            if isinstance(member.primitive, DISTANCES):
-                for second, curve in enumerate(_curves(member.primitive)):
-                    places.append(FollowedCurve(kind, member.rows[0], second))
-                    knots.append(curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
-    for member in coordinates.layout.members:
-        if isinstance(member.primitive, Rope) and member.primitive.watched:
-            places.append(FollowedCurve(FollowedKind.COORDINATE, member.rows[0]))
-            knots.append(Program(apply(Op.ABS, variable(COORDINATE))))
-    return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
-
-
-def _curves(distance: Profile | Face | Gap | BesideFirst) -> tuple[PlaneCurveShape | SpaceCurveShape, ...]:
-    return (distance.curve, distance.other) if isinstance(distance, Gap) else (distance.curve,)
-
-
-def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array) -> PrimitiveSet:
-    """Return the rows with the branches `held` of their switches, one for each instruction of the programs; `of` gives
-    the row of each program."""
-    own = bindings(rows)
-    for program, (row, second) in of.items():
-        at, branches = rows.layout.member[row], programs.branches(program, held)
-        own[at] = replace(own[at], primitive=_on_branch(own[at].primitive, branches, second))
-        if not isinstance(own[at].primitive, Coupling):
-            for number, each in enumerate(own):
-                if each.owner == own[at].owner and isinstance(each.primitive, Coupling | BesideSecond):
-                    own[number] = replace(each, primitive=_on_branch(each.primitive, branches))
-    return bind(own)
-
-
-def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places: Numbers) -> dict[int, float]:
-    """Return the parameter of the foot, by program, of each row that follows a curve, on the branches `held`. `of`
-    gives the row of each program; `places` (S, 3) are the points and vectors of the rows' slots."""
-    found, on_pieces = {}, dict[int, Primitive]()
-    for program, (row, second) in of.items():
-        own = on_pieces.get(row, rows.layout.members[rows.layout.member[row]].primitive)
-        on_pieces[row] = _on_branch(own, programs.branches(program, held), second)
-    for program, (row, second) in of.items():
-        distance = on_pieces[row]
-        assert isinstance(distance, DISTANCES)
-        foot = distance.foot(places[None, list(rows.layout.members[rows.layout.member[row]].slots)])
-        found[program] = float(foot[0, second] if isinstance(distance, Gap) else foot[0])
-    return found
-
-
-def _on_branch(primitive: Primitive, branches: tuple[float, ...], second: int = 0) -> Primitive:
-    """Return the primitive with its switches on these branches, one for each instruction of its function."""
-    piece = FREE if np.isnan(branches[-1]) else int(branches[-1])
-    if isinstance(primitive, Coupling):
-        along = primitive.other
-        if isinstance(along, Lap):
-            return replace(primitive, other=along.on_piece(piece))
-        return primitive.on_branches(branches)
-    assert isinstance(primitive, (*DISTANCES, BesideCurve))
-    return primitive.on_pieces(second, piece) if isinstance(primitive, Gap) else primitive.on_piece(piece)
-
-
 def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -> Couplings:
     """Return the coupling rows among the joints' rows; they share slots with the coordinates that they couple."""
     first = np.cumsum([0, *(binding.primitive.rows for binding in rows)])
@@ -227,18 +148,17 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
     functions: list[Curve | None] = []
     weight: list[float] = []
     for at, binding in zip(first.tolist(), rows, strict=False):
-        if not isinstance(binding.primitive, Coupling):
+        if binding.primitive.follows != "coordinates":
             continue
+        coupling: Any = binding.primitive
         row.append(at)
-        period.append(binding.primitive.period)
-        growth.append(binding.primitive.growth)
-        rolls.append(binding.primitive.rolls)
-        functions.append(binding.primitive.function)  # type: ignore[arg-type]  # what `Element` rows have
-        length.append(len(binding.primitive.weights))
-        weight += binding.primitive.weights
-        coordinate += [
-            _coordinate(part, binding.slots[slots], coordinates) for part, _, slots in binding.primitive.parts()
-        ]
+        period.append(coupling.period)
+        growth.append(coupling.growth)
+        rolls.append(coupling.rolls)
+        functions.append(coupling.function)
+        length.append(len(coupling.weights))
+        weight += coupling.weights
+        coordinate += [_coordinate(part, binding.slots[slots], coordinates) for part, _, slots in coupling.parts()]
     curved = np.array([each is not None for each in functions], dtype=bool)
     return Couplings(
         row=np.array(row, dtype=np.intp),

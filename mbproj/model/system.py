@@ -26,7 +26,7 @@ from mbproj.model.channels import (
     Energies,
     Motions,
 )
-from mbproj.model.couplings import Couplings, FollowedCurve, Followers, Touching, compile_couplings, compile_followers
+from mbproj.model.couplings import NO_FOLLOWERS, Couplings, FollowedCurve, Followers, Touching, compile_couplings
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.frictions import Frictions
 from mbproj.model.layout import Block, Layout, uncontrolled
@@ -178,7 +178,12 @@ class System:
     def followers(self) -> Followers:
         """The distances from curves among rows, laws and stops."""
         stops = None if self.stops is None else self.stops.coordinates
-        return compile_followers(self.joints, self.forces.laws.coordinates, stops, self.coordinates)
+        sets = (self.joints, self.forces.laws.coordinates, stops, self.coordinates)
+        if not any(group.primitive.follows for bound in sets if bound is not None for group in bound.groups):
+            return NO_FOLLOWERS
+        from mbproj.model.followed import compile_followers
+
+        return compile_followers(*sets)
 
     @cached_property
     def following(self) -> dict[int, FollowedCurve]:

@@ -20,7 +20,7 @@ from tests.support import ROOT
 TABLES = {
     "mbproj/joints/table.py": "JOINTS: Mapping[str, JointType] = MappingProxyType(\n    {\n",
     "mbproj/registry.py": 'Registry(\n    "projection method",\n    {\n',
-    "mbproj/constraints/__init__.py": "MappingProxyType(\n    {\n",
+    "mbproj/constraints/__init__.py": "HOMES: Mapping[str, str] = {\n",
 }
 SCENE = """
 mbproj: 1

@@ -68,6 +68,7 @@ class InSpace(Primitive):
 
     slots = ("vector", "vector", "vector", "point", "point")
     rows = 1
+    follows = "space curve"
     unit: ClassVar[Literal["m"]] = "m"
 
     def on_piece(self: Own, piece: int) -> Own:

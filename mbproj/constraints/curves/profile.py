@@ -90,6 +90,7 @@ class OnCurve(Primitive):
 
     slots = ("vector", "vector", "point", "point")
     rows = 1
+    follows = "curve"
     unit: ClassVar[Literal["m", "rad"]] = "m"
     #: The kind of thing that touches the curve; contacts are kept by kind.
     meets: ClassVar[str] = "point"

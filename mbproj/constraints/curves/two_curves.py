@@ -66,6 +66,7 @@ class TwoCurves(Primitive):
 
     slots = ("vector", "vector", "vector", "point", "point")
     rows = 1
+    follows = "two curves"
     unit: ClassVar[Literal["m"]] = "m"
     parameters = MappingProxyType({"side": "", "other_side": ""})
 

@@ -19,7 +19,6 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array, Integers
-from mbproj.constraints.coupling import Coupling
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.gauss_newton import moved, set_rows
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -162,7 +161,7 @@ class _Adjusting:
         """Return ∂C/∂δ, (m, 6 frames), by central differences; couplings have no frames of their own."""
         bound = self.system.joints
         gradient = np.zeros((bound.size, len(delta), 6))
-        own = np.array([not isinstance(bound.layout.members[at].primitive, Coupling) for at in bound.layout.member])
+        own = np.array([bound.layout.members[at].primitive.follows != "coordinates" for at in bound.layout.member])
         rows = np.flatnonzero(own)
         for part in range(6):
             for side in (0, 1):

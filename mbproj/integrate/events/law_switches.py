@@ -17,7 +17,8 @@ from mbproj.functions.series import walk
 from mbproj.functions.switches import FREE, JUMPING, all_switches, argument, natural
 from mbproj.integrate.events.time_events import Event
 from mbproj.model.contacts import CONTACT_OF
-from mbproj.model.couplings import FollowedKind, feet, rows_on_branches
+from mbproj.model.couplings import FollowedKind
+from mbproj.model.followed import feet, rows_on_branches
 from mbproj.model.system import System
 
 

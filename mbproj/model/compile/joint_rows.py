@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES, Primitive
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.in_space import InSpace
-from mbproj.constraints.curves.profile import OnCurve
-from mbproj.constraints.curves.two_curves import TwoCurves
-from mbproj.constraints.rope import Rope
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.joints import JOINTS
 from mbproj.joints.joint_type import Row
 from mbproj.lanes import numbers
-from mbproj.model.compile.coupled import bound, on_curve, rolling, two_curves
 from mbproj.model.compile.rigid_groups import RigidGroups
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding
 from mbproj.scene.blocks.coordinates import SLIP
-from mbproj.scene.coupled import Coupled
 from mbproj.scene.records import Joint
+
+if TYPE_CHECKING:
+    from mbproj.scene.coupled import Coupled
 
 #: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
 Symbols = Mapping[str, tuple[int, int, Array]]
@@ -60,6 +56,8 @@ def rows_of(
 ) -> Iterator[Binding]:
     """The rows of a joint; `coordinates` are those of all joints, by names such as "hinge.angle"."""
     if joint.couples is not None:
+        from mbproj.model.compile.coupled import bound
+
         parts = [coordinates[name] for name in joint.couples.of]
         with placed_at(place):
             yield bound(
@@ -73,20 +71,31 @@ def rows_of(
 
 def primitive_of(row: Row, joint: Joint) -> Primitive:
     """Return the primitive of a row, with the values it takes from the joint's parameters."""
-    kind, coupling = PRIMITIVES[row[0]], JOINTS[joint.type].coupling
-    if issubclass(kind, OnCurve):
-        return on_curve(kind, joint)
-    if issubclass(kind, InSpace):
-        return kind(joint.parameters["curve"].line)
-    if issubclass(kind, TwoCurves):
-        return two_curves(kind, joint)
-    if kind is Coupling and "curve" in joint.parameters:
-        return rolling(joint)
-    if kind is Coupling and coupling is not None:
-        weights, period, _ = coupling(**joint.parameters)
-        return Coupling(JOINTS[joint.type].couples, weights, period or 0.0)
+    kind = PRIMITIVES[row[0]]
+    following = _following(kind, joint) if kind.follows else None
+    if following is not None:
+        return following
     given = numbers_of(joint.parameters)
     return kind(**{name: given[name] for name in kind.parameters})
+
+
+def _following(kind: Any, joint: Joint) -> Primitive | None:
+    """Return the primitive of a row that follows curves or couples coordinates; None where it takes numbers alone."""
+    from mbproj.model.compile import coupled
+
+    found: Primitive | None = None
+    if kind.follows == "curve":
+        found = coupled.on_curve(kind, joint)
+    elif kind.follows == "space curve":
+        found = kind(joint.parameters["curve"].line)
+    elif kind.follows == "two curves":
+        found = coupled.two_curves(kind, joint)
+    elif "curve" in joint.parameters:
+        found = coupled.rolling(joint)
+    elif (coupling := JOINTS[joint.type].coupling) is not None:
+        weights, period, _ = coupling(**joint.parameters)
+        found = kind(JOINTS[joint.type].couples, weights, period or 0.0)
+    return found
 
 
 def numbers_of(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -132,7 +141,7 @@ def _coupling_constant(coupled: Coupled, parts: Sequence[Binding], groups: Rigid
 
 def at_scenes_pose(coordinate: Binding, groups: RigidGroups) -> float:
     """Return a coordinate at the scene's pose, in m or rad: all but lengths are zero there."""
-    is_length = coordinate.primitive == _DISTANCE or isinstance(coordinate.primitive, Rope)
+    is_length = coordinate.primitive == _DISTANCE or coordinate.primitive.follows == "rope"
     return _value(coordinate.primitive, coordinate.slots, groups) if is_length else 0.0
 
 

@@ -9,7 +9,6 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers
 from mbproj.constraints import Primitive
-from mbproj.constraints.wheel_height import WheelHeight
 from mbproj.dataclass import dataclass
 from mbproj.model.planar.rows import RowMap, Seen, kind_of
 from mbproj.model.primitive_set import LAYOUTS, Member, PrimitiveSet, SetLayout
@@ -58,7 +57,7 @@ def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], a
     slots, source = kept.slots, kept.source
     whole, flat = bound.value(np.stack([seen.x, seen.x * [1.0, 1.0, 0.0]]))
     for each in bound.layout.members:
-        if isinstance(each.primitive, WheelHeight):  # its planar form assumes that the axis is normal to the plane
+        if kind_of(each.primitive) == "wheel_height":  # its planar form assumes that the axis is normal to the plane
             flat[list(each.rows)] = whole[list(each.rows)]
     return PlanarSet(
         primitives=kept.primitives,

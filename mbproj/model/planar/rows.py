@@ -21,14 +21,12 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj.arrays import Array, Integers, Numbers
-from mbproj.constraints import PRIMITIVES, Primitive
-from mbproj.constraints.coupling import Coupling
+from mbproj.constraints import Primitive, name_of
 from mbproj.dataclass import dataclass
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
 
 INSIDE, OUTSIDE, TILTED, STRANGE, BESIDE = range(5)
-_NAMES = {primitive: name for name, primitive in PRIMITIVES.items()}
 _CAUSES = {
     "distance": "keeps a distance between points at different depths",
     "angle": "holds an angle that is not in the plane",
@@ -95,7 +93,7 @@ class Seen:
 
 def kind_of(primitive: Primitive) -> str:
     """Return the primitive's name in PRIMITIVES, or that of its class."""
-    return _NAMES.get(type(primitive), type(primitive).__name__)
+    return name_of(type(primitive))
 
 
 def see(bound: PrimitiveSet, position: Array, rotation: Array, axes: Array, length: float) -> Seen:
@@ -139,8 +137,9 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
         elif kind == "distance":
             apart = depth[..., group.slots[:, 1]] - depth[..., group.slots[:, 0]]
             side[..., row] = np.where(np.abs(apart) <= THRESHOLDS.rounding * seen.extent, INSIDE, STRANGE)
-        elif isinstance(group.primitive, Coupling):
-            parts = [_is_coordinate_inside(level[..., slots], each) for each, _, slots in group.primitive.parts()]
+        elif kind == "coupling":
+            row_of: Any = group.primitive
+            parts = [_is_coordinate_inside(level[..., slots], each) for each, _, slots in row_of.parts()]
             side[..., row] = np.where(np.all(parts, axis=0), INSIDE, STRANGE)
         elif kind == "rope":
             deep = np.ptp(depth[..., group.slots[:, 2:]], axis=-1) > THRESHOLDS.rounding * seen.extent

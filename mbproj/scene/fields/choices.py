@@ -1,5 +1,6 @@
-"""Fields of one of several: a name among those of a registry or of the scene's items, or one of several ways to write a
-value, told apart by their shape or by one of their keys."""
+"""Fields of one of several: a name among those of a registry or of the scene, or one of several ways to write a value.
+
+The ways are told apart by their shape, or by one of their keys."""
 
 from __future__ import annotations
 

@@ -1,0 +1,93 @@
+"""Distances from curves: their feet, and the pieces of the curves on which they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TypeAlias
+
+import numpy as np
+
+from mbproj.arrays import Array, Numbers
+from mbproj.constraints.coupling import Coupling
+from mbproj.constraints.curves.face import Face
+from mbproj.constraints.curves.in_space import BesideCurve, BesideFirst, BesideSecond, SpaceCurveShape
+from mbproj.constraints.curves.profile import FREE, Lap, PlaneCurveShape, Profile
+from mbproj.constraints.curves.two_curves import Gap
+from mbproj.constraints.primitive import Primitive
+from mbproj.constraints.rope import Rope
+from mbproj.functions.program import COORDINATE, Op, Program, apply, variable
+from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.model.couplings import NO_FOLLOWERS, FollowedCurve, FollowedKind, Followers
+from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
+
+#: The primitives that are evaluated on one piece of a curve at a time.
+DISTANCES = (Profile, Face, Gap, BesideFirst)
+#: The row that belongs to each program, and whether the foot is on the first (0) or the second (1) of two curves.
+Rows: TypeAlias = "Mapping[int, tuple[int, int]]"
+
+
+def compile_followers(
+    joints: PrimitiveSet, laws: PrimitiveSet, stops: PrimitiveSet | None, coordinates: PrimitiveSet
+) -> Followers:
+    """Return the distances from curves among the joints' rows, the laws and the stops, and the coordinates whose sign
+    is a switch."""
+    places, knots = list[FollowedCurve](), list[Program]()
+    for kind, bound in ((FollowedKind.ROW, joints), (FollowedKind.LAW, laws), (FollowedKind.STOP, stops)):
+        if bound is None or not any(isinstance(group.primitive, DISTANCES) for group in bound.groups):
+            continue
+        for member in bound.layout.members:
+            if isinstance(member.primitive, DISTANCES):
+                for second, curve in enumerate(_curves(member.primitive)):
+                    places.append(FollowedCurve(kind, member.rows[0], second))
+                    knots.append(curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
+    for member in coordinates.layout.members:
+        if isinstance(member.primitive, Rope) and member.primitive.watched:
+            places.append(FollowedCurve(FollowedKind.COORDINATE, member.rows[0]))
+            knots.append(Program(apply(Op.ABS, variable(COORDINATE))))
+    return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
+
+
+def _curves(distance: Profile | Face | Gap | BesideFirst) -> tuple[PlaneCurveShape | SpaceCurveShape, ...]:
+    return (distance.curve, distance.other) if isinstance(distance, Gap) else (distance.curve,)
+
+
+def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array) -> PrimitiveSet:
+    """Return the rows with the branches `held` of their switches, one for each instruction of the programs; `of` gives
+    the row of each program."""
+    own = bindings(rows)
+    for program, (row, second) in of.items():
+        at, branches = rows.layout.member[row], programs.branches(program, held)
+        own[at] = replace(own[at], primitive=_on_branch(own[at].primitive, branches, second))
+        if not isinstance(own[at].primitive, Coupling):
+            for number, each in enumerate(own):
+                if each.owner == own[at].owner and isinstance(each.primitive, Coupling | BesideSecond):
+                    own[number] = replace(each, primitive=_on_branch(each.primitive, branches))
+    return bind(own)
+
+
+def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places: Numbers) -> dict[int, float]:
+    """Return the parameter of the foot, by program, of each row that follows a curve, on the branches `held`. `of`
+    gives the row of each program; `places` (S, 3) are the points and vectors of the rows' slots."""
+    found, on_pieces = {}, dict[int, Primitive]()
+    for program, (row, second) in of.items():
+        own = on_pieces.get(row, rows.layout.members[rows.layout.member[row]].primitive)
+        on_pieces[row] = _on_branch(own, programs.branches(program, held), second)
+    for program, (row, second) in of.items():
+        distance = on_pieces[row]
+        assert isinstance(distance, DISTANCES)
+        foot = distance.foot(places[None, list(rows.layout.members[rows.layout.member[row]].slots)])
+        found[program] = float(foot[0, second] if isinstance(distance, Gap) else foot[0])
+    return found
+
+
+def _on_branch(primitive: Primitive, branches: tuple[float, ...], second: int = 0) -> Primitive:
+    """Return the primitive with its switches on these branches, one for each instruction of its function."""
+    piece = FREE if np.isnan(branches[-1]) else int(branches[-1])
+    if isinstance(primitive, Coupling):
+        along = primitive.other
+        if isinstance(along, Lap):
+            return replace(primitive, other=along.on_piece(piece))
+        return primitive.on_branches(branches)
+    assert isinstance(primitive, (*DISTANCES, BesideCurve))
+    return primitive.on_pieces(second, piece) if isinstance(primitive, Gap) else primitive.on_piece(piece)
