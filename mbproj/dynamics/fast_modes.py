@@ -23,8 +23,7 @@ from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
 from mbproj.dynamics.rank.row_space import scaled_jacobian
-from mbproj.model.bushings import COORDINATES, Bushings
-from mbproj.model.forces import Forces
+from mbproj.model.forces import COORDINATES, Bushings, Forces
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

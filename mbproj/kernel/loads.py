@@ -13,9 +13,8 @@ from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.switches import all_switches
 from mbproj.kernel.bound import Bound, bound_in_space, joined, primitives
 from mbproj.lanes import contiguous
-from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.model.forces import Forces
+from mbproj.model.forces import Bushings, Forces
 from mbproj.model.planar import Plane, bushings_in_plane, coordinates_in_plane, locals_in_plane
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System

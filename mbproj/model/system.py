@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +13,6 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.lanes import numbers
-from mbproj.model.bearings import Bearings
 from mbproj.model.channels import (
     NO_ACTIONS,
     NO_CHANNELS,
@@ -26,13 +26,15 @@ from mbproj.model.channels import (
     Energies,
     Motions,
 )
-from mbproj.model.couplings import NO_FOLLOWERS, Couplings, FollowedCurve, Followers, Touching, compile_couplings
-from mbproj.model.forces import NO_FORCES, Forces
-from mbproj.model.frictions import Frictions
+from mbproj.model.couplings import Couplings, FollowedCurve, Followers, Touching, compile_couplings, followers_of
+from mbproj.model.forces import NO_FORCES, NO_REFLECTED, Forces, ReflectedInertias
 from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
-from mbproj.model.reflected import NO_REFLECTED, ReflectedInertias
-from mbproj.model.stops import Stops
+
+if TYPE_CHECKING:
+    from mbproj.model.bearings import Bearings
+    from mbproj.model.frictions import Frictions
+    from mbproj.model.stops import Stops
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,13 +179,7 @@ class System:
     @cached_property
     def followers(self) -> Followers:
         """The distances from curves among rows, laws and stops."""
-        stops = None if self.stops is None else self.stops.coordinates
-        sets = (self.joints, self.forces.laws.coordinates, stops, self.coordinates)
-        if not any(group.primitive.follows for bound in sets if bound is not None for group in bound.groups):
-            return NO_FOLLOWERS
-        from mbproj.model.followed import compile_followers
-
-        return compile_followers(*sets)
+        return followers_of(self.joints, self.forces.laws.coordinates, self.stops, self.coordinates)
 
     @cached_property
     def following(self) -> dict[int, FollowedCurve]:
@@ -279,14 +275,6 @@ def integrated_layout(system: System) -> Layout:
     followed = system.coordinates.size if asked else 0
     beside = (uncontrolled("quadratures", quadratures), uncontrolled("followed", followed))
     return Layout((*_motion(system), _states(system), *beside))
-
-
-def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layout:
-    """Return the layout of a vector that begins with the positions and velocities of each body. `of_a_body`: the scales
-    of a body's numbers for the absolute tolerance. `coordinates`: the number of joint coordinates to follow."""
-    bodies = Block("bodies", np.tile(of_a_body, system.bodies), projected=True)
-    *_, states, quadratures, followed = system.integrated.blocks
-    return Layout((bodies, states, quadratures, uncontrolled("followed", coordinates if followed.size else 0)))
 
 
 def _motion(system: System) -> tuple[Block, Block]:

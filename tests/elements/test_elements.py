@@ -18,7 +18,7 @@ from mbproj.functions.curve import Curve
 from mbproj.functions.program import COORDINATE, TIME, Instruction, Op, Program, apply, number, variable
 from mbproj.functions.table import CubicTable, periodic
 from mbproj.model import compile_system, initial_guess
-from mbproj.model.compile.elements import with_elements
+from mbproj.model.compile.elements.arrays import with_elements
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.checks import CHECKS, _check

@@ -14,7 +14,7 @@ from mbproj.functions.table import spline
 from mbproj.integrate import simulate
 from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess
-from mbproj.model.compile.elements import with_elements
+from mbproj.model.compile.elements.arrays import with_elements
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify.case import Case

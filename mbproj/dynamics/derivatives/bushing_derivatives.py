@@ -17,9 +17,8 @@ from mbproj.dynamics.blocks import Blocks
 from mbproj.dynamics.derivatives.row_derivatives import COMPLEX_STEP
 from mbproj.dynamics.equations.bushings import Deflection, deflected, rates, viscous
 from mbproj.dynamics.equations.kinematics import Pose, Twist
-from mbproj.model.bushings import COORDINATES, Bushings
 from mbproj.model.euler_parameters import matrix_L, rotation_matrix
-from mbproj.model.forces import Forces
+from mbproj.model.forces import COORDINATES, Bushings, Forces
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,8 +20,8 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.lanes import like_others
-from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import matrix_E, product, rotation_matrix
+from mbproj.model.forces import Bushings
 
 #: sin²(θ/2) up to which (θ/2) / sin(θ/2) is computed from its series, whose next term is below ε.
 SMALL = 1e-3

@@ -9,7 +9,7 @@ from mbproj.arrays import Array, Numbers, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_jacobian, set_velocity, tangent_jacobian
 from mbproj.dynamics.equations.kinematics import Pose, Twist
-from mbproj.model.reflected import ReflectedInertias
+from mbproj.model.forces import ReflectedInertias
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,9 +41,8 @@ from mbproj.integrate.reporting.failures import (
     other_branch,
     singular,
 )
-from mbproj.model.forces import Forces
+from mbproj.model.forces import NO_REFLECTED, Forces
 from mbproj.model.layout import Layout
-from mbproj.model.reflected import NO_REFLECTED
 from mbproj.model.system import System
 from mbproj.projection import Method, ProjectedState, Projection, make_method, project_after
 from mbproj.scene.records import ProjectionSettings, Settings

@@ -15,12 +15,12 @@ from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.reflected import inertial_reaction, pull_on_bodies
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.reduced import Reduced, space_state
+from mbproj.integrate.formulations.reduced import Reduced, layout_in_bodies, space_state
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel.models import joints_with_rows, plane_model, plane_row_scale, plane_rows
 from mbproj.lanes import contiguous, numbers
 from mbproj.model.planar import Plane
-from mbproj.model.system import System, layout_in_bodies
+from mbproj.model.system import System
 
 
 @final

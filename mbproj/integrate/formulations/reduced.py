@@ -13,7 +13,8 @@ from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.kernel.models import joints_with_rows, space_model
 from mbproj.lanes import contiguous, numbers
 from mbproj.model.euler_parameters import matrix_L
-from mbproj.model.system import System, layout_in_bodies
+from mbproj.model.layout import Block, Layout, uncontrolled
+from mbproj.model.system import System
 
 
 class Reduced(Compiled):
@@ -90,3 +91,11 @@ def from_space(y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
     v = np.concatenate([y[..., 7:10], rate], axis=-1)
     a = np.concatenate([acceleration[..., :3], bend], axis=-1)
     return y[..., :7].reshape(len(y), -1), v.reshape(len(y), -1), a.reshape(len(y), -1)
+
+
+def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layout:
+    """Return the layout of a vector that begins with the positions and velocities of each body. `of_a_body`: the scales
+    of a body's numbers for the absolute tolerance. `coordinates`: the number of joint coordinates to follow."""
+    bodies = Block("bodies", np.tile(of_a_body, system.bodies), projected=True)
+    *_, states, quadratures, followed = system.integrated.blocks
+    return Layout((bodies, states, quadratures, uncontrolled("followed", coordinates if followed.size else 0)))

@@ -15,11 +15,10 @@ from mbproj.errors import InputError, Problem
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten
 from mbproj.lanes import numbers
-from mbproj.model.bushings import COORDINATES, Bushings
 from mbproj.model.compile.frames import Pose
 from mbproj.model.compile.friction import SmoothFriction
 from mbproj.model.compile.rigid_groups import Seat
-from mbproj.model.forces import BodyForces, Forces, Laws
+from mbproj.model.forces import COORDINATES, BodyForces, Bushings, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.scene.blocks.elements import SPRINGS, element_type
 from mbproj.scene.fields.rotations import from_matrix, to_matrix

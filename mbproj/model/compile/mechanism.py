@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from importlib import import_module
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.constraints import PRIMITIVES
-from mbproj.elements import Element, Row, State
 from mbproj.errors import InputError, Problem
 from mbproj.joints import JOINTS
 from mbproj.lanes import numbers
-from mbproj.model.compile.coupled import toothed, touching_of
-from mbproj.model.compile.elements import with_elements
-from mbproj.model.compile.elements.controllers import held_by_controllers
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
-from mbproj.model.compile.friction import compile_friction
 from mbproj.model.compile.guess import initial_guess
 from mbproj.model.compile.joint_rows import (
     Symbols,
@@ -28,16 +23,21 @@ from mbproj.model.compile.joint_rows import (
     slips_of,
     slots_of,
 )
-from mbproj.model.compile.loads import compile_forces, elements_of
 from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
-from mbproj.model.compile.ropes import Wound, wound
-from mbproj.model.compile.stops import compile_stops
-from mbproj.model.compile.tangents import joined, tangential_friction
 from mbproj.model.couplings import compile_couplings
+from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.system import Names, System
+from mbproj.registry import named
 from mbproj.scene.fields.rotations import from_matrix
 from mbproj.scene.records import Joint, Marker, Scene
+
+if TYPE_CHECKING:
+    from mbproj.elements import Element
+    from mbproj.model.bearings import Bearings
+    from mbproj.model.compile.ropes import Wound
+    from mbproj.model.frictions import Frictions
+    from mbproj.model.stops import Stops
 
 _PERPENDICULAR = PRIMITIVES["perpendicular"]()
 
@@ -48,16 +48,19 @@ def compile_system(scene: Scene) -> System:
     system, own = _without_elements(scene)
     most = scene.settings.adjust_joints
     if most is not None:
-        system = import_module("mbproj.dynamics.assembly.adjust").adjusted(system, initial_guess(scene, system).q, most)
-    own += elements_of(scene, poses_of(scene))
+        system = named("mbproj.dynamics.assembly.adjust:adjusted")(system, initial_guess(scene, system).q, most)
+    if scene.forces:
+        own += named("mbproj.model.compile.loads:elements_of")(scene, poses_of(scene))
     if scene.states:
-        own.append(Element("", states=tuple(State(each.name, *each.of_element) for each in scene.states)))
-    own += held_by_controllers(scene.controllers)
-    elements, named = (*own, *scene.elements), any(system.forces.programs.reads)
+        own.append(named("mbproj.model.compile.elements.controllers:states_of")(scene.states))
+    if scene.controllers:
+        own += named("mbproj.model.compile.elements.controllers:held_by_controllers")(scene.controllers)
+    elements, reads = (*own, *scene.elements), any(system.forces.programs.reads)
     rubs = system.frictions is not None and system.frictions.varies
-    if not (elements or scene.signals or named or rubs):
-        return system
-    return with_elements(system, elements, scene.signals, scene.controllers)
+    if elements or scene.signals or reads or rubs:
+        with_elements = named("mbproj.model.compile.elements.arrays:with_elements")
+        system = with_elements(system, elements, scene.signals, scene.controllers)
+    return system
 
 
 def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
@@ -79,29 +82,29 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
             alignment.append(Binding(_PERPENDICULAR, owner, tuple(slots_of(("", *pair), symbols[joint.name]))))
         if kind.frame == "path":
             place = scene.place("joints", joint.name)
+            wound = named("mbproj.model.compile.ropes:wound")
             own = ropes.setdefault(joint.name, wound(joint, owner, groups.seats, poses, place)).coordinates
         else:
             own = coordinates_of(owner, joint, symbols[joint.name])
         coordinates += own.values()
         coordinate_names += [f"{joint.name}.{name}" for name in own]
         units += [each.primitive.unit for each in own.values()]
-    named = dict(zip(coordinate_names, coordinates, strict=True))
+    by_name = dict(zip(coordinate_names, coordinates, strict=True))
     rows = [
         row
         for owner, joint in enumerate(groups.joints)
         for row in (
             ropes[joint.name].rows
             if joint.name in ropes
-            else rows_of(owner, joint, symbols[joint.name], named, groups, scene.place("joints", joint.name))
+            else rows_of(owner, joint, symbols[joint.name], by_name, groups, scene.place("joints", joint.name))
         )
     ]
-    slips = slips_of(groups.joints, symbols)
-    dry = compile_friction(scene, groups.joints, [_axis(symbols[joint.name]) for joint in groups.joints], named, slips)
-    forces, force_names = compile_forces(scene, groups.seats, poses, named, dry.smooth, slips)
-    stops, stop_names = compile_stops(scene, groups.seats, poses, named)
-    tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
-    frictions = joined(dry.frictions, tangential)
-    touching, touching_names = touching_of(groups.joints, coordinate_names)
+    acting = _acting(scene, groups, poses, symbols, by_name)
+    forces, stops, frictions = acting.forces, acting.stops, acting.frictions
+    teeth, touching, touching_names = (), None, ()
+    if any(joint.couples or "curve" in joint.parameters or "curves" in joint.parameters for joint in groups.joints):
+        teeth = named("mbproj.model.compile.coupled:toothed")(scene, groups.joints, coordinate_names)
+        touching, touching_names = named("mbproj.model.compile.coupled:touching_of")(groups.joints, coordinate_names)
     bodies = [groups.seats[body.name] for body in scene.bodies]
     system = System(
         names=Names(
@@ -111,13 +114,13 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
             markers=tuple(marker.name for marker in scene.markers),
             coordinates=tuple(coordinate_names),
             coordinate_units=tuple(units),
-            forces=force_names,
+            forces=acting.force_names,
             force_units=forces.units,
             applied=tuple(forces.program_owners[own[0]] for own in forces.on_bodies.program),
             applied_units=tuple("rad" if turns else "m" for turns in forces.on_bodies.is_torque),
-            stops=stop_names,
+            stops=acting.stop_names,
             stop_units=() if stops is None else stops.coordinates.units,
-            frictions=(*dry.names, *tangent_names),
+            frictions=acting.friction_names,
             tensions=tuple(_tensions(scene, groups.joints, ropes)),
             touching=touching_names,
             friction_units=() if frictions is None else frictions.coordinates.units,
@@ -127,7 +130,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
         gravity=numbers(scene.gravity),
         joints=bind(rows),
         coordinates=bind(coordinates),
-        couplings=replace(compile_couplings(rows, coordinates), teeth=toothed(scene, groups.joints, coordinate_names)),
+        couplings=replace(compile_couplings(rows, coordinates), teeth=teeth),
         alignment=bind(alignment),
         body_carrier=np.array([seat.carrier for seat in bodies], dtype=np.intp),
         body_offset=numbers([seat.offset for seat in bodies]),
@@ -142,10 +145,47 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
         forces=forces,
         stops=stops,
         frictions=frictions,
-        bearings=dry.bearings,
+        bearings=acting.bearings,
         touching=touching,
     )
-    return system, _of_joints(scene, named, groups)
+    return system, _of_joints(scene, by_name, groups)
+
+
+class _Acting(NamedTuple):
+    """What acts on the bodies beside the joints, and its names in results."""
+
+    forces: Forces = NO_FORCES
+    force_names: tuple[str, ...] = ()
+    stops: Stops | None = None
+    stop_names: tuple[str, ...] = ()
+    frictions: Frictions | None = None
+    friction_names: tuple[str, ...] = ()
+    bearings: Bearings | None = None
+
+
+def _acting(
+    scene: Scene,
+    groups: RigidGroups,
+    poses: Mapping[str, Pose],
+    symbols: Mapping[str, Symbols],
+    coordinates: Mapping[str, Binding],
+) -> _Acting:
+    """Return the forces, stops and dry frictions; `coordinates` are those of joints by names such as "hinge.angle"."""
+    if not (scene.forces or any(joint.limits or "path" in joint.parameters for joint in groups.joints)):
+        return _Acting()
+    from mbproj.model.compile.friction import compile_friction
+    from mbproj.model.compile.loads import compile_forces
+    from mbproj.model.compile.stops import compile_stops
+    from mbproj.model.compile.tangents import joined, tangential_friction
+
+    slips = slips_of(groups.joints, symbols)
+    axes = [_axis(symbols[joint.name]) for joint in groups.joints]
+    dry = compile_friction(scene, groups.joints, axes, coordinates, slips)
+    forces, force_names = compile_forces(scene, groups.seats, poses, coordinates, dry.smooth, slips)
+    stops, stop_names = compile_stops(scene, groups.seats, poses, coordinates)
+    tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
+    frictions = joined(dry.frictions, tangential)
+    return _Acting(forces, force_names, stops, stop_names, frictions, (*dry.names, *tangent_names), dry.bearings)
 
 
 def _tensions(scene: Scene, joints: Sequence[Joint], ropes: Mapping[str, Wound]) -> Iterator[str]:
@@ -161,6 +201,10 @@ def _tensions(scene: Scene, joints: Sequence[Joint], ropes: Mapping[str, Wound])
 def _of_joints(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGroups) -> list[Element]:
     """Return the motions and reflected inertias of a scene as an element. A motion is a row of a coordinate and the
     time; `coordinates` are those of joints by names such as "hinge.angle"."""
+    if not (scene.motions or any(joint.reflected_inertia for joint in scene.joints)):
+        return []
+    from mbproj.elements import Element, Row
+
     starts = {f"{joint.name}.{name}": start for joint in scene.joints for name, start in joint.start.items()}
     rows, inertias = list[Row](), dict[str, float]()
     for motion in scene.motions:
@@ -169,7 +213,7 @@ def _of_joints(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGr
         rows.append(Row(motion.name, {name: 1.0}, motion.function, constant=start, place=place))
     for joint in scene.joints:
         inertias |= {f"{joint.name}.{name}": inertia for name, inertia in joint.reflected_inertia.items()}
-    return [Element("", rows=tuple(rows), inertias=inertias)] if rows or inertias else []
+    return [Element("", rows=tuple(rows), inertias=inertias)]
 
 
 def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbols]:

@@ -12,8 +12,8 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.lanes import one_of
-from mbproj.model.bushings import Bushings
 from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model.forces import Bushings
 from mbproj.model.planar.plane import Plane
 from mbproj.thresholds import THRESHOLDS
 

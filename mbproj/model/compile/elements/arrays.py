@@ -21,9 +21,9 @@ from mbproj.model.compile.elements.controllers import actions_of, read_by
 from mbproj.model.compile.elements.measured import coordinate_of, measurable, with_measured
 from mbproj.model.compile.elements.named import VARIABLES, NamesOfSystem, expression_of, named_within
 from mbproj.model.couplings import compile_couplings
+from mbproj.model.forces import ReflectedInertias
 from mbproj.model.frictions import Frictions
 from mbproj.model.primitive_set import Binding, bind, bindings
-from mbproj.model.reflected import ReflectedInertias
 from mbproj.model.system import System
 from mbproj.scene.coupled import Coupled
 

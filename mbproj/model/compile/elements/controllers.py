@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mbproj.elements import Element, State
-from mbproj.elements.controlled import Controller, Held
+from mbproj.elements.controlled import Controller, Held, ScalarState
 from mbproj.functions.program import CHANNELS, Program, number, variable
 from mbproj.functions.program_set import flatten
 from mbproj.model.channels import NO_ACTIONS, Actions
@@ -21,6 +21,11 @@ CONSTANT = Program(number(0.0))
 def held_by_controllers(controllers: Sequence[Controller]) -> list[Element]:
     """Return the states of the controllers: outputs held, outputs computed but delayed, and remembered values."""
     return [Element(controller.name, states=tuple(_states(controller))) for controller in controllers]
+
+
+def states_of(states: Sequence[ScalarState]) -> Element:
+    """Return the states of a scene as an element."""
+    return Element("", states=tuple(State(each.name, *each.of_element) for each in states))
 
 
 def _states(controller: Controller) -> Iterator[State]:
