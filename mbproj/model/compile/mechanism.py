@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -48,7 +49,7 @@ def compile_system(scene: Scene) -> System:
     system, own = _without_elements(scene)
     most = scene.settings.adjust_joints
     if most is not None:
-        system = named("mbproj.dynamics.assembly.adjust:adjusted")(system, initial_guess(scene, system).q, most)
+        system = import_module("mbproj.dynamics.assembly.adjust").adjusted(system, initial_guess(scene, system).q, most)
     if scene.forces:
         own += named("mbproj.model.compile.loads:elements_of")(scene, poses_of(scene))
     if scene.states:
