@@ -15,11 +15,10 @@ from mbproj.dataclass import dataclass
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.functions.series import constant_series, run
 from mbproj.lanes import numbers
-from mbproj.model.primitive_set import Binding, PrimitiveSet
+from mbproj.model.primitive_set import Binding
 
 if TYPE_CHECKING:
     from mbproj.functions.curve import Curve
-    from mbproj.model.stops import Stops
 
 
 class Toothed(NamedTuple):
@@ -140,17 +139,6 @@ class Touching:
 
     coordinate: tuple[int, ...]
     offset: tuple[float, ...]
-
-
-def followers_of(joints: PrimitiveSet, laws: PrimitiveSet, stops: Stops | None, coordinates: PrimitiveSet) -> Followers:
-    """Return the distances from curves among the joints' rows, the laws and the stops, and the coordinates whose sign
-    is a switch."""
-    sets = (joints, laws, None if stops is None else stops.coordinates, coordinates)
-    if not any(group.primitive.follows for bound in sets if bound is not None for group in bound.groups):
-        return NO_FOLLOWERS
-    from mbproj.model.followed import compile_followers
-
-    return compile_followers(*sets)
 
 
 def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -> Couplings:

@@ -26,7 +26,7 @@ from mbproj.model.channels import (
     Energies,
     Motions,
 )
-from mbproj.model.couplings import Couplings, FollowedCurve, Followers, Touching, compile_couplings, followers_of
+from mbproj.model.couplings import NO_FOLLOWERS, Couplings, FollowedCurve, Followers, Touching, compile_couplings
 from mbproj.model.forces import NO_FORCES, NO_REFLECTED, Forces, ReflectedInertias
 from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
@@ -179,7 +179,13 @@ class System:
     @cached_property
     def followers(self) -> Followers:
         """The distances from curves among rows, laws and stops."""
-        return followers_of(self.joints, self.forces.laws.coordinates, self.stops, self.coordinates)
+        stops = None if self.stops is None else self.stops.coordinates
+        sets = (self.joints, self.forces.laws.coordinates, stops, self.coordinates)
+        if not any(group.primitive.follows for bound in sets if bound is not None for group in bound.groups):
+            return NO_FOLLOWERS
+        from mbproj.model.followed import compile_followers
+
+        return compile_followers(*sets)
 
     @cached_property
     def following(self) -> dict[int, FollowedCurve]:
