@@ -9,7 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from mbproj.calls.given import Quantity, amount, by_arguments
-from mbproj.calls.run import Earlier, run_to_file
+from mbproj.calls.recorded import Earlier
+from mbproj.calls.run import run_to_file
 from mbproj.errors import InputError, Place, Problem, warn_once
 from mbproj.integrate.simulate import Progress
 from mbproj.kernel import fingerprint

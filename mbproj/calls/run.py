@@ -6,20 +6,19 @@ import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbproj.calls.given import Given, by_arguments, scene_of
+from mbproj.calls.recorded import Acting, Earlier, record, start_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
-from mbproj.dynamics import State, unique_components
+from mbproj.dynamics import unique_components
 from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.integrate import Report, simulate
 from mbproj.integrate.reporting.report import summary
 from mbproj.integrate.simulate import Progress
 from mbproj.integrate.stepwise import Stepwise
-from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import System, compile_system
+from mbproj.model import compile_system
 from mbproj.registry import EQUILIBRIUM
 from mbproj.results import Results, ResultsWriter, open_own_results
 from mbproj.scene.blocks.simulation import OPTIONS
@@ -31,15 +30,8 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from mbproj.integrate.outside import Function
-    from mbproj.results import Trust
-    from mbproj.results.crash_safety.checkpoint import Checkpoint
-    from mbproj.studies.parallel.progress import Tell
 
-#: A Python function that acts on a run, and its period in s.
-Acting = tuple["Function", "float | None"]
 _NOTHING: Mapping[str, object] = {}
-#: The number of earlier samples that are copied at once.
-COPIED = 10_000
 
 
 @with_settings
@@ -103,14 +95,7 @@ def start(scene: Given, *, period: float, parameters: Mapping[str, object] = _NO
         what = scene_of(scene, parameters, {name: value for name, value in settings.items() if value is not None})
         system = compile_system(what)
         with placed_in(what):
-            return Stepwise(system, start_state(what, system), settings_to_run(what), float(period))
-
-
-class Earlier(NamedTuple):
-    """The run that is continued: its last state, and the results to copy before the new ones, or None."""
-
-    checkpoint: Checkpoint
-    results: Results | None
+            return Stepwise(system, start_of(what, system), settings_to_run(what), float(period))
 
 
 def run_to_file(
@@ -155,7 +140,7 @@ def _recorded(
     """Run a scene into a file at `path`, and open it."""
     started, system = perf_counter(), compile_system(scene)
     with placed_in(scene):
-        state = start_state(scene, system)
+        state = start_of(scene, system)
         unique = unique_components(system, state)
         marks = {} if outside is None or outside[1] is None else {"controller_period": outside[1]}
         names = system.names.as_mapping()
@@ -164,42 +149,3 @@ def _recorded(
             seconds = perf_counter() - started
             recorder.attributes(summary(str(scene.path or "scene"), str(path), report, total_seconds=seconds))
     return open_own_results(path)
-
-
-def record(
-    scene: Scene,
-    system: System,
-    state: State,
-    recorder: ResultsWriter,
-    progress: Progress | None,
-    limits: Sequence[float] | None,
-    *,
-    tell: Tell | None = None,
-    earlier: Earlier | None = None,
-    outside: Acting | None = None,
-) -> tuple[Report, Trust | None]:
-    """Simulate a scene from a state, or continue an `earlier` run, into a results file. With `limits` (m), certify the
-    run; `tell` reports the progress of that."""
-    settings, resumed = settings_to_run(scene), {} if earlier is None else earlier.checkpoint.state
-    if earlier is not None and earlier.results is not None:
-        _copy(earlier.results, recorder, until=float(resumed.get("t", "-inf")))
-    if outside is not None:
-        return simulate(system, state, settings, recorder, progress, controller=outside[0], period=outside[1]), None
-    if limits is None:
-        return simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed), None
-    from mbproj.studies.certify.certified import simulate_certified
-    from mbproj.studies.measure.mechanism import Mechanism
-    from mbproj.studies.parallel.progress import silent
-
-    mechanism = Mechanism(scene, system, state)
-    return simulate_certified(mechanism, settings, recorder, progress, limits, tell or silent, recorder.keep)
-
-
-def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
-    """Copy the samples up to the time `until` (s)."""
-    count = int(np.searchsorted(results.time, until, side="right"))
-    for first in range(0, count, COPIED):
-        rows = slice(first, min(first + COPIED, count))
-        shapes = {dataset: (None, *results.shape(dataset.path)[1:]) for dataset in results.datasets}
-        read = results.contents.array
-        recorder.write({each.path: read(each.path, shape, each.dtype, rows) for each, shape in shapes.items()})

@@ -19,8 +19,8 @@ from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.terms import Accelerations
 from mbproj.integrate.reporting.failures import TurnsUntold
 from mbproj.integrate.reporting.tally import Tally
-from mbproj.integrate.steppers.methods import Stepper
 from mbproj.integrate.steppers.runge_kutta import Step
+from mbproj.integrate.steppers.tableau import Stepper
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,20 +13,16 @@ import numpy as np
 from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
+from mbproj.dynamics.equations.round_off import has_light_bodies, position_grain, velocity_grain
 from mbproj.dynamics.observe.recorded import Block, Observer
-from mbproj.dynamics.observe.samples import Samples, block_samples, join
-from mbproj.dynamics.rank.massless import swamped_motions
+from mbproj.dynamics.observe.samples import Samples, block_samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.splits import splits_of, unresolved
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event, crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.formulations.kinematic import settings_along
 from mbproj.integrate.loop.followed_steps import FollowedSteps
-from mbproj.integrate.loop.interruption import Interruption, interruption
+from mbproj.integrate.loop.interruption import in_blocks, interruption
 from mbproj.integrate.loop.one_method import march_by_one_method
-from mbproj.integrate.reporting.lock_up import naming_lock_up
-from mbproj.integrate.reporting.lost_mass import naming_lost_mass
 from mbproj.integrate.reporting.marks import START, Keeping, Mark, Marks
 from mbproj.integrate.reporting.report import (
     EnergyWatch,
@@ -39,7 +35,6 @@ from mbproj.integrate.reporting.report import (
     worst_joint,
 )
 from mbproj.integrate.reporting.tally import Tally
-from mbproj.integrate.stiff.stiffness import StiffnessWatch
 from mbproj.kernel import fingerprint
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC
@@ -48,9 +43,7 @@ from mbproj.scene.records import Settings
 if TYPE_CHECKING:
     from mbproj.integrate.automatic.march import AutomaticMarch
     from mbproj.integrate.outside import Function
-
-#: A block is handed on when it is full, or this old, in s.
-BLOCK_SECONDS = 0.5
+    from mbproj.integrate.stiff.stiffness import StiffnessWatch
 
 
 class Recorder(Protocol):
@@ -117,6 +110,8 @@ def simulate(
     _refuse_at_the_start(system, state, settings)
     choice, asked_for = choose(system, state, settings), settings
     if choice.kinematic:
+        from mbproj.integrate.formulations.kinematic import settings_along
+
         settings = settings_along(system, settings)
     events = events_of(system, state.t, settings)
     weight = float(np.sum(system.mass) * np.linalg.norm(system.gravity))
@@ -126,16 +121,14 @@ def simulate(
     energy = EnergyWatch(weight * reach, moves=moves, wanted=accounts)
     keeping = None if keep is None else Keeping(marks, partial(keep, choice.name, fingerprint()))
     automatic = _automatic() if settings.integrator == AUTOMATIC else None
-    stiffness = StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
+    stiffness = _stiffness(choice, system, settings)
     observer, reached, last = Observer(system, state), (state.t, state.q), state
     started, recording = _Clocks.now(), _Clocks()
     with (
         _events(recorder, events, tally, automatic),
         interruption() as asked,
-        _naming(choice.name),
-        naming_lost_mass(system, state.q, lambda: reached),
-        naming_lock_up(system, lambda: reached),
-        stiffness.naming(),
+        _naming(choice.name, system, state.q, lambda: reached),
+        nullcontext() if stiffness is None else stiffness.naming(),
         nullcontext() if keeping is None else keeping.to_the_end(),
     ):
         if controller is not None:
@@ -149,14 +142,15 @@ def simulate(
             if progress is not None:
                 progress(tally.reached)
 
-        for samples in _blocks(run, asked, pause, block_samples(system.bodies)):
+        for samples in in_blocks(run, asked, pause, block_samples(system.bodies)):
             reached = float(samples.t[-1]), samples.q[-1]
             last = State(reached[0], samples.y[-1].copy(), samples.layout)
             handed_over = _Clocks.now()
             block = observer.at(samples)
             energy.watch(block)
             floors = np.maximum(floors, _floors(system, samples))
-            stiffness.take(samples, None if automatic is None else automatic.plan.implicit_at(samples.t))
+            if stiffness is not None:
+                stiffness.take(samples, None if automatic is None else automatic.plan.implicit_at(samples.t))
             if keeping is not None:
                 keeping.now_and_then()
             if recorder is not None:
@@ -172,7 +166,7 @@ def simulate(
         kinematic=choice.kinematic,
         degrees_of_freedom=choice.degrees_of_freedom,
         redundant_rows=system.constraints - 7 * system.bodies + choice.degrees_of_freedom,
-        swamped=tuple(str(motion) for motion in swamped_motions(system, pose_of(state.q))),
+        swamped=_swamped(system, state),
         counters=tally.counters(),
         position_violation=worst(system, tally.position_peak),
         velocity_violation=worst(system, tally.velocity_peak),
@@ -189,7 +183,7 @@ def simulate(
         integration_cpu_seconds=integration.busy,
         recording_seconds=recording.elapsed,
         phases=tally.phases,
-        stiffness=stiffness.verdict(state.t + (settings.duration or 0.0)),
+        stiffness="" if stiffness is None else stiffness.verdict(state.t + (settings.duration or 0.0)),
         events=len({event.time for event in (*events, *tally.met) if event.kind not in (SHARED, DECIDES)}),
         shared=words_on_sharing(tally.met),
         crowded=crowded(events),
@@ -213,6 +207,26 @@ def _refuse_at_the_start(system: System, state: State, settings: Settings) -> No
         from mbproj.dynamics.friction.shared import refuse_shared_loads
 
         refuse_shared_loads(system, state)
+
+
+def _swamped(system: System, state: State) -> tuple[str, ...]:
+    """Return, in words, the motions of bodies with hardly any mass or inertia beside the others."""
+    if not has_light_bodies(system):
+        return ()
+    from mbproj.dynamics.rank.massless import swamped_motions
+
+    return tuple(str(motion) for motion in swamped_motions(system, pose_of(state.q)))
+
+
+def _stiffness(choice: Choice, system: System, settings: Settings) -> StiffnessWatch | None:
+    """Return the watch for modes that are too fast for the steps; None where nothing can make one: without forces along
+    coordinates, states of elements, and Baumgarte's terms."""
+    can_be_fast = system.states.size > 0 or (system.forces.size > 0 and not choice.kinematic)
+    if not can_be_fast and settings.projection.gains is None:
+        return None
+    from mbproj.integrate.stiff.stiffness import StiffnessWatch
+
+    return StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
 
 
 def _automatic() -> AutomaticMarch:
@@ -252,13 +266,20 @@ def _events(
 
 
 @contextmanager
-def _naming(formulation: str) -> Iterator[None]:
-    """Add the formulation to the error of a run in this block."""
+def _naming(
+    formulation: str, system: System, start: Array, reached: Callable[[], tuple[float, Array]]
+) -> Iterator[None]:
+    """Give the error of a run in this block the motion that has led there, where one is found, and the formulation."""
     try:
         yield
     except SimulationError as error:
-        error.formulation = formulation
-        raise
+        from mbproj.integrate.reporting.dead_ends import explained
+
+        found = explained(error, system, start, reached)
+        found.formulation = formulation
+        if found is error:
+            raise
+        raise found from error
 
 
 def _floors(system: System, samples: Samples) -> Array:
@@ -269,30 +290,3 @@ def _floors(system: System, samples: Samples) -> Array:
         each = samples.v.reshape(len(samples.t), -1, 7)
         fastest = np.abs(each[..., :3]).max() / system.length + 2.0 * np.abs(each[..., 3:]).max()
     return np.array([*(grain.max(initial=0.0) for grain in grains), fastest])
-
-
-def _blocks(
-    run: Iterator[Samples | None], asked: Interruption, pause: Callable[[], None], most: int
-) -> Iterator[Samples]:
-    """Yield the samples in blocks of about `most`; where the run fails or is interrupted, first those that it had made.
-    `pause` is called where time has passed without a sample."""
-    pending: list[Samples] = []
-    opened = perf_counter()
-    try:
-        for samples in run:
-            if samples is None:
-                pause()
-            else:
-                pending.append(samples)
-            asked.check()
-            count = sum(len(part.t) for part in pending)
-            if count >= most or (pending and perf_counter() - opened > BLOCK_SECONDS):
-                block, pending = join(pending), []
-                yield block
-                opened = perf_counter()
-    except BaseException:
-        if pending:
-            yield join(pending)
-        raise
-    if pending:
-        yield join(pending)

@@ -18,7 +18,7 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.kernel_settings import kernel_breaks, kernel_tableau
 from mbproj.integrate.loop.followed_steps import Trace
-from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.integrate.steppers.tableau import tableau_of
 
 
 @dataclass(frozen=True)

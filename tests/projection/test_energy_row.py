@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.cli.rows_kept import warnings_on_rows
+from mbproj.cli.report.summary import warnings_on_rows
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.invariants import momenta_of

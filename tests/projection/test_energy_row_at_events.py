@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.cli.rows_kept import warnings_on_rows
+from mbproj.cli.report.summary import warnings_on_rows
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
 from mbproj.integrate.reporting.marks import Mark

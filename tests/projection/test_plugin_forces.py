@@ -10,8 +10,8 @@ import pytest
 import mbproj
 from mbproj import parts, plugins
 from mbproj.elements import Element, Force, State, called
-from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.order_conditions import density, holds_up_to, trees
+from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.registry import integrators
 from mbproj.scene.blocks.elements import ELEMENTS
 from tests.support import ROOT

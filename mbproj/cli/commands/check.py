@@ -173,8 +173,7 @@ def _expectations(scene: Scene) -> list[str]:
 
 
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
-    from mbproj.cli.report.summary import step_words
-    from mbproj.cli.rows_kept import projection_words
+    from mbproj.cli.report.summary import projection_words, step_words
     from mbproj.cli.start import frictions, ropes, stops
 
     settings = scene.settings

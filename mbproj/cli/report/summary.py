@@ -1,27 +1,23 @@
-"""The summary of a run in words."""
+"""The summary of a run in words, with the report on the rows of energy and momenta in its projections."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from mbproj.cli.report.expectations import summary_lines
-from mbproj.cli.report.trust import lines_on
-from mbproj.cli.rows_kept import lines_on_rows, projection_words, warnings_on_rows
-from mbproj.dynamics.equations.round_off import EPSILON
-from mbproj.dynamics.rank.massless import HARDLY_ANY, SHOWN
-from mbproj.integrate.formulations.kinematic import words
+from mbproj.dynamics.equations.round_off import EPSILON, HARDLY_ANY
 from mbproj.integrate.reporting.report import Report, Worst
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS, is_explicit
-from mbproj.results.trust import Trust
-from mbproj.scene.records import Settings
+from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
+    from mbproj.results.trust import Trust
 
 #: The violation above which a note tells that joints were open, relative to the coordinates in the rows.
 FAR_OPEN = 1e-4
@@ -65,13 +61,20 @@ def print_summary(
         *lines_on_rows(report),
         *_shortened(frictions),
         *_phases(report),
-        *(lines_on(trust) if trust is not None else ()),
+        *_trust(trust),
         *(summary_lines(outcomes) if outcomes else ()),
         f"  written to {numbers['output']}",
     ]
     click.echo("\n".join(lines))
     for warning in warnings(report):
         click.echo(f"note: {warning}", err=True)
+
+
+def _trust(trust: Trust | None) -> Iterator[str]:
+    if trust is not None:
+        from mbproj.cli.report.trust import lines_on
+
+        yield from lines_on(trust)
 
 
 def warnings(report: Report) -> list[str]:
@@ -134,6 +137,8 @@ def warnings(report: Report) -> list[str]:
             "mechanism's length: smaller steps make nothing more accurate"
         )
     if report.swamped:
+        from mbproj.dynamics.rank.massless import SHOWN
+
         found.append(
             f"round-off of the other bodies' forces decides motions with less than {HARDLY_ANY:.0e} of the "
             f"largest inertia: {'; '.join(report.swamped[:SHOWN])}; give these bodies more inertia, or joints that "
@@ -158,6 +163,8 @@ def _method(report: Report, system: System) -> str:
     """The projection, the integrator and the step of the run, in words."""
     settings = report.settings
     if report.kinematic:
+        from mbproj.integrate.formulations.kinematic import words
+
         return f"kinematic: {words(system, settings)}"
     return f"{projection_words(settings.projection)}, {settings.integrator}, {step_words(settings)}"
 
@@ -219,3 +226,56 @@ def _worst(violation: Worst) -> str:
 def _velocity_floor(report: Report) -> str:
     """The violation C' that round-off alone allows, in words."""
     return "nothing moves" if report.rests else f"round-off allows {report.velocity_floor:.0e}"
+
+
+def lines_on_rows(report: Report) -> list[str]:
+    """How often the rows were closed, the energy that they gave, and the steps without them. Empty where a run has no
+    such rows."""
+    projection, rows = report.settings.projection, report.rows
+    if not (projection.energy or projection.momentum):
+        return []
+    asked = " and ".join(["energy"] * projection.energy + [momenta(rows.momenta)] * projection.momentum)
+    left = [f"left at {rows.rest} near rest"] * bool(rows.rest) + [f"refused at {rows.refused}"] * bool(rows.refused)
+    if not (rows.steps or left):
+        return [f"  rows of {asked}: nothing is free to move that they could correct"]
+    gave = f"; gave {rows.given:.2e} J, {rows.moved:.2e} J in sum" if projection.energy else ""
+    largest = f"; changed the velocities by {rows.largest:.1e} of them at most"
+    return [f"  rows of {asked}: closed at {rows.steps} steps{''.join(f', {each}' for each in left)}{gave}{largest}"]
+
+
+def projection_words(projection: ProjectionSettings) -> str:
+    """The projection method, with the rows of energy and momenta that it keeps."""
+    rows = ["energy row"] * projection.energy + ["momentum rows"] * projection.momentum
+    return projection.method + (f" with {' and '.join(rows)}" if rows else "")
+
+
+def momenta(number: int) -> str:
+    """The number of momenta that are kept, in words."""
+    return f"{number or 'no'} moment{'um' if number == 1 else 'a'}"
+
+
+def _given(report: Report) -> str:
+    rows = report.rows
+    if report.degrees_of_freedom == 1:
+        return f"the energy row gave or took {rows.moved / rows.steps:.2g} J a step"
+    return f"the energy row gave or took up to {rows.furthest:.2g} J in sum"
+
+
+def warnings_on_rows(report: Report) -> list[str]:
+    """Warnings where these rows may hide a wrong motion, or correct nothing."""
+    projection, rows = report.settings.projection, report.rows
+    found = []
+    if rows.refused:
+        found.append(
+            f"the rows of energy and momenta were refused at {rows.refused} of {rows.steps + rows.rest + rows.refused} "
+            f"steps: there they asked for more than {100 * THRESHOLDS.row_refused:g} % of what the step changed; the "
+            "motion may be wrong; take a smaller --step or --tolerance"
+        )
+    if report.hidden > 1.0:
+        found.append(
+            f"{_given(report)}, where the run exchanged {report.exchanged:.2g} J: the motion may be wrong although the "
+            "balance is kept; take a smaller --step or --tolerance"
+        )
+    if projection.momentum and not rows.momenta and not projection.energy:
+        found.append("joints to the ground, gravity or forces act on every momentum: --momentum-row keeps none")
+    return found

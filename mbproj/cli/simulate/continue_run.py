@@ -45,7 +45,7 @@ def command(results: Path, until: float | None, output: str, append: bool, as_js
     On the same build and machine the numbers are those of one long run, to the last bit.
     """
     from mbproj.calls.again import checkpoint_of, longer, require_another, stored_scene
-    from mbproj.calls.run import Earlier
+    from mbproj.calls.recorded import Earlier
     from mbproj.cli.simulate.execute import execute
     from mbproj.results import open_results
 

@@ -16,7 +16,7 @@ from mbproj.errors import Place, SimulationError, placed_at
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
-    from mbproj.calls.run import Earlier
+    from mbproj.calls.recorded import Earlier
     from mbproj.scene import Scene
 
 
@@ -34,16 +34,14 @@ def execute(
     """Simulate `scene`, write `output` and print the summary, which calls the scene `name`. `certified` are the errors
     (m) for which trust horizons are computed. `facts` are added to the results file and --json. `earlier` is the run
     that this one continues."""
-    from mbproj.calls.run import record
+    from mbproj.calls.recorded import record, start_of
     from mbproj.cli.report import expectations
     from mbproj.cli.report.progress import progress_bar, telling
     from mbproj.cli.report.summary import print_summary
     from mbproj.cli.report.text import show_notes
     from mbproj.cli.report.trust import as_numbers
-    from mbproj.dynamics import unique_components
-    from mbproj.dynamics.assembly.adjust import adjustment_notes
+    from mbproj.dynamics.rank.uniqueness import unique_components
     from mbproj.integrate.reporting.report import summary
-    from mbproj.linear.equilibrium.started import start_state
     from mbproj.model import compile_system
     from mbproj.results import ResultsWriter
     from mbproj.scene import settings_to_run
@@ -52,10 +50,12 @@ def execute(
     started = perf_counter()
     settings = settings_to_run(scene)
     system = compile_system(scene)
-    if not quiet:
+    if system.adjustments and not quiet:
+        from mbproj.dynamics.assembly.adjust import adjustment_notes
+
         show_notes(adjustment_notes(scene, system))
     with placed_in(scene):
-        state = start_state(scene, system)
+        state = start_of(scene, system)
     with placed_at(Place("--output")):
         constants = unique_components(system, state)
         writer = ResultsWriter(output, scene, system.names.as_mapping(), constants, certified=certified)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import click
 
 from mbproj.calls.check.checked import assembled, checked
-from mbproj.calls.run import record
+from mbproj.calls.recorded import record
 from mbproj.cli.watch.server import Board, ShownPage
 from mbproj.dynamics import unique_components
 from mbproj.ending import ending

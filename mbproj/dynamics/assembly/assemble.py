@@ -7,19 +7,13 @@ mass matrix has no part in it, because the guess has no meaning as energy (Nikra
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.driven_start import (
-    known_at_start,
-    motions_at_odds,
-    motions_out_of_reach,
-    refuse_contradictions,
-)
 from mbproj.dynamics.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest_of
-from mbproj.dynamics.blocks import Rows, stacked
 from mbproj.dynamics.equations.constraint_equations import (
     constraint,
     constraint_velocity,
@@ -37,6 +31,9 @@ from mbproj.model.layout import Layout
 from mbproj.model.system import Conditions, System
 from mbproj.scene.records import Scene
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from mbproj.dynamics.blocks import Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,14 +85,18 @@ def assemble(system: System, guess: Guess) -> State:
     Raises InputError that names the worst joint with its residual in metres and radians, or the motion at fault.
     """
     drive = drive_at(system, 0.0)
-    refuse_contradictions(system, guess, drive)
+    if system.driven:
+        from mbproj.dynamics.assembly.driven_start import refuse_contradictions
+
+        refuse_contradictions(system, guess, drive)
     q = _close(system.at_positions, guess.q, guess.start, drive)
     pose = pose_of(q)
     _refuse_flips(system, pose)
     v = _consistent_velocity(system, q, pose, guess, drive)
     angles = coordinate_values(system, pose)
     turns = np.zeros(len(angles), dtype=np.intp)
-    for index, value in known_at_start(system, guess, drive):
+    known = [*guess.start.index.tolist(), *system.motions.joint_coordinate.tolist()]
+    for index, value in zip(known, [*guess.start.value.tolist(), *drive.value.tolist()], strict=True):
         turns[index] = np.round((value - angles[index]) / (2 * np.pi))
     return State.of(system, 0.0, positions=q, velocities=v, turns=turns * is_angle(system))
 
@@ -149,6 +150,8 @@ def _close(system: System, q: Array, start: Conditions, drive: Drive) -> Array:
     if system.driven:
         undriven = replace(system, motions=NO_MOTIONS)
         _close(undriven, q, start, drive_at(undriven, 0.0))
+        from mbproj.dynamics.assembly.driven_start import motions_out_of_reach
+
         raise motions_out_of_reach(system, residual[system.joints.size :][: system.driven])
     raise _not_closed(system, residual)
 
@@ -193,6 +196,8 @@ def _rows(system: System, pose: Pose, asked: Conditions) -> Rows:
     rows = set_rows(system, system.rows, pose)
     if not len(asked.index):
         return rows
+    from mbproj.dynamics.blocks import stacked
+
     return stacked(system.bodies, [rows, set_rows(system, system.coordinates, pose).chosen(asked.index)])
 
 
@@ -269,6 +274,8 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
     if left.max(initial=0.0) > 1e-9 * size + 4096.0 * np.finfo(float).eps * np.abs(v).max():
         of_motions, of_speeds = np.split(left, [system.joints.size, system.constraints - system.bodies])[1:]
         if of_motions.max(initial=0.0) > of_speeds.max(initial=0.0):
+            from mbproj.dynamics.assembly.driven_start import motions_at_odds
+
             raise motions_at_odds(system, of_motions)
         worst = int(system.coordinates.owner[guess.speed.index[np.argmax(of_speeds)]])
         raise InputError(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from mbproj.arrays import Array
@@ -12,12 +10,6 @@ from mbproj.errors import InputError, Problem
 from mbproj.model.compile.guess import Guess
 from mbproj.model.system import Conditions, System
 from mbproj.thresholds import THRESHOLDS
-
-
-def known_at_start(system: System, guess: Guess, drive: Drive) -> Iterator[tuple[int, float]]:
-    """The joint coordinates that conditions and motions fix at the start, as pairs of index and value, with turns."""
-    yield from zip(guess.start.index.tolist(), guess.start.value.tolist(), strict=True)
-    yield from zip(system.motions.joint_coordinate.tolist(), drive.value.tolist(), strict=True)
 
 
 def refuse_contradictions(system: System, guess: Guess, drive: Drive) -> None:

@@ -19,7 +19,6 @@ from mbproj.dynamics.equations.kinematics import (
     twist_of,
 )
 from mbproj.dynamics.equations.motions import NO_DRIVE, Drive, drive_at
-from mbproj.dynamics.equations.teeth import to_the_tooth
 from mbproj.lanes import contiguous, one_of
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
@@ -35,6 +34,8 @@ def constraint(system: System, pose: Pose, drive: Drive = NO_DRIVE) -> Numbers:
     norms = np.sum(orientation * orientation, axis=-1) - 1.0
     rows = system.rows.value(pose.places(system.rows))
     if drive.teeth is not None:
+        from mbproj.dynamics.equations.teeth import to_the_tooth
+
         rows = to_the_tooth(system, pose, drive.teeth, rows)
     rows[..., system.joints.size :] = _excess(system, rows[..., system.joints.size :], drive)
     return np.concatenate([norms, rows], axis=-1)

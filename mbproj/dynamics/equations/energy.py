@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from mbproj.arrays import Numbers, dot, total
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates
-from mbproj.dynamics.equations.reflected import added_energy
 from mbproj.model.system import System
 
 
@@ -14,6 +13,10 @@ def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
     turned = [dot(system.inertia[:, axis], omega) for axis in range(3)]
     rotation = sum(omega[..., axis] * turned[axis] for axis in range(3))
     energy: Numbers = 0.5 * total(system.mass * dot(velocity, velocity) + rotation)
+    if not system.reflected.size:
+        return energy
+    from mbproj.dynamics.equations.reflected import added_energy
+
     return energy + added_energy(system.reflected, pose, twist)
 
 

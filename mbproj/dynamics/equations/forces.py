@@ -8,22 +8,24 @@ of a scene do work.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers, Numbers, cross, total
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.bushings import Deflection, deflection, rates, viscous, wrenches
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.instant import Instant, cause_of
 from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
 from mbproj.errors import SimulationError
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.series import run
-from mbproj.functions.taylor import Series
 from mbproj.lanes import numbers
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from mbproj.dynamics.equations.bushings import Deflection
+    from mbproj.functions.taylor import Series
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +72,8 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
     value, rate = law_coordinates(instant)
     given, damper = np.zeros_like(value), -laws.damping * rate
     for law in np.flatnonzero(laws.program >= 0):
+        from mbproj.functions.series import run
+
         speed = rate[..., law]
         if laws.partner[law] >= 0:
             speed = np.hypot(speed, rate[..., laws.partner[law]])
@@ -111,6 +115,8 @@ def law_coordinates(instant: Instant) -> tuple[Numbers, Numbers]:
 
 def _with_bushings(forces: Forces, laws: LawState, instant: Instant) -> LawState:
     """Return the state with the bushings after the laws."""
+    from mbproj.dynamics.equations.bushings import deflection, rates, viscous
+
     bushings, bent = forces.bushings, deflection(forces.bushings, instant.pose)
     s, rate = bent.value, rates(bushings, bent, instant.pose, instant.twist)
     elastic = (bushings.stiffness @ s[..., None])[..., 0]
@@ -151,6 +157,10 @@ def state_rates(instant: Instant, held: Array | None = None) -> Array:
     """Return x' of the states of elements, (K,), on the branches `held`. Raises SimulationError that names a state
     whose rate has no finite value."""
     system = instant.system
+    if not len(instant.x):
+        return instant.x
+    from mbproj.functions.series import run
+
     variables, first = instant.variables(), system.first_rate
     of_states = np.array([run(system.programs, first + k, variables, held)[0] for k in range(len(instant.x))])
     if not np.isfinite(of_states).all():
@@ -170,6 +180,8 @@ def require_values(instant: Instant) -> None:
 def action_values(instant: Instant, action: int) -> Array:
     """Return the values that a controller's action gives to its states. Raises SimulationError that names a controller
     with a value that is not finite."""
+    from mbproj.functions.series import run
+
     system, variables = instant.system, instant.variables()
     sets = system.actions.sets(action)
     found = np.array([run(system.actions.programs, k, variables)[0] for k in sets])
@@ -191,7 +203,11 @@ def unit_pull(forces: Forces, pose: Pose, law: int) -> tuple[Array, Array]:
     coordinates."""
     size = np.zeros(forces.size)
     size[law] = 1.0
-    return _along_coordinates(forces, pose, size, deflection(forces.bushings, pose) if forces.bushings.size else None)
+    if not forces.bushings.size:
+        return _along_coordinates(forces, pose, size, None)
+    from mbproj.dynamics.equations.bushings import deflection
+
+    return _along_coordinates(forces, pose, size, deflection(forces.bushings, pose))
 
 
 def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflection | None) -> tuple[Array, Array]:
@@ -205,6 +221,8 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
     np.add.at(force, body, bound.is_point[bound.entry_slot, None] * pull)
     np.add.at(torque, body, cross(local, _in_body(pose, body, pull)))
     if bent is not None:
+        from mbproj.dynamics.equations.bushings import wrenches
+
         bushings, own = forces.bushings, size[forces.laws.size :]
         pulls = wrenches(bushings, bent, pose, own.reshape(bushings.size, -1))
         for total, part in zip((force, torque), pulls, strict=True):
@@ -214,6 +232,8 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
 
 def given_components(instant: Instant, held: Array | None = None) -> Array:
     """Return the values of the programs of given forces and torques, (..., W, 3)."""
+    from mbproj.functions.series import run
+
     forces, variables, samples = instant.system.forces, instant.variables(), np.shape(instant.t)
     programs = forces.on_bodies.program.ravel().tolist()
     each = [np.broadcast_to(run(forces.programs, index, variables, held)[0], samples) for index in programs]

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import field
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,14 +14,14 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist
-from mbproj.dynamics.equations.teeth import near
 from mbproj.functions.program import CHANNELS, TIME, Op
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.series import Variables, failure, run, time_series
-from mbproj.functions.taylor import Series
 from mbproj.lanes import Lanes, one_of
 from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
+
+if TYPE_CHECKING:
+    from mbproj.functions.taylor import Series
 
 #: The most inputs that a message lists.
 MOST_INPUTS = 6
@@ -28,6 +29,8 @@ MOST_INPUTS = 6
 
 def of_signals(instant: Instant) -> Numbers:
     """Return the values of the signals of a scene, (..., S)."""
+    from mbproj.functions.series import run
+
     programs, variables = instant.system.signals, instant.variables()
     values = (run(programs, at, variables)[0] for at in range(programs.size))
     return np.stack([np.broadcast_to(value, instant.channels.shape[:-1]) for value in values], axis=-1)
@@ -59,7 +62,10 @@ class Instant:
         given = {ChannelKind.STATE: self.x}
         if not channels.is_state.all():
             value = bound.value(self.pose.places(bound))
-            value = near(self.system, value, self.expected) if self.expected.shape[-1] else value
+            if self.expected.shape[-1]:
+                from mbproj.dynamics.equations.teeth import near
+
+                value = near(self.system, value, self.expected)
             given |= {ChannelKind.COORDINATE: value, ChannelKind.RATE: self.speed}
         for kind, values in given.items():
             here, index = channels.places[kind]
@@ -85,6 +91,8 @@ class Instant:
 
     def variables(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> Sequence[Series]:
         """Return the variables as series in time; all but the time are taken as constant."""
+        from mbproj.functions.series import Variables, time_series
+
         values = self.values(s, rate)
         return Variables(values, {TIME: time_series(values[TIME])})
 
@@ -94,6 +102,8 @@ def cause_of(instant: Instant, programs: ProgramSet, index: int, variables: Sequ
 
     Where a signal in the program has no finite value, the words are on that signal, the first in the order of
     evaluation."""
+    from mbproj.functions.series import failure, run
+
     signals, names = instant.system.signals, instant.system.names.signals
     wrong = [at for at in _within(signals, programs, index) if not np.isfinite(run(signals, at, variables)[0])]
     if not wrong:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mbproj.arrays import Numbers
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.teeth import Teeth
 from mbproj.errors import SimulationError
-from mbproj.functions.series import failure, run, time_series
 from mbproj.lanes import one_of
 from mbproj.model.system import System
+
+if TYPE_CHECKING:
+    from mbproj.dynamics.equations.teeth import Teeth
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +38,11 @@ def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> 
 
     Raises SimulationError that names the motion and the expression without a finite value or derivative there.
     """
+    if not system.driven:
+        none = np.zeros((*np.shape(t), 0))
+        return Drive(none, none, none, teeth)
+    from mbproj.functions.series import run, time_series
+
     time, programs = time_series(np.asarray(t)), system.motions.programs
     series = [run(programs, index, [time]) for index in range(system.driven)]
     found = np.empty((3, *np.shape(t), system.driven), like=one_of(each for own in series for each in own))
@@ -48,6 +56,8 @@ def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> 
 
 
 def _not_finite(system: System, t: Numbers, finite: Numbers) -> SimulationError:
+    from mbproj.functions.series import failure, time_series
+
     *where, index = (int(axis[0]) for axis in np.nonzero(~finite))
     time = float(t[tuple(where)])
     programs = system.motions.programs

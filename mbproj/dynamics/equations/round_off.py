@@ -14,8 +14,18 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.model.system import System
+from mbproj.thresholds import THRESHOLDS
 
 EPSILON = float(np.finfo(float).eps)
+#: Motions of less inertia, beside the largest, are reported: ε of the forces of others moves them by `no_motion`.
+HARDLY_ANY = EPSILON / THRESHOLDS.no_motion
+
+
+def has_light_bodies(system: System) -> bool:
+    """Return whether a body has hardly any mass, or moment of inertia, beside the others."""
+    moments = np.linalg.eigvalsh(system.inertia)
+    light = system.mass.min() <= HARDLY_ANY * system.mass.max() or moments.min() <= HARDLY_ANY * moments.max()
+    return bool(light)
 
 
 def position_grain(system: System, pose: Pose) -> Array:

@@ -23,7 +23,6 @@ from mbproj.dynamics.equations.constraint_equations import (
 )
 from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import LawState, law_state
-from mbproj.dynamics.equations.gaps import gaps, stored_energy
 from mbproj.dynamics.equations.instant import Instant, of_signals
 from mbproj.dynamics.equations.kinematics import (
     Pose,
@@ -36,12 +35,8 @@ from mbproj.dynamics.equations.kinematics import (
     twist_of,
 )
 from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.equations.reflected import inertial_reaction
-from mbproj.dynamics.equations.teeth import Teeth
 from mbproj.dynamics.observe.reactions import applied_seen, reactions
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
-from mbproj.dynamics.observe.tensions import on_paths
-from mbproj.dynamics.observe.tooth_forces import on_bearings
 from mbproj.dynamics.observe.total_energy import EnergyAtStart, account, potential
 from mbproj.lanes import contiguous, first_axis_innermost
 from mbproj.model.euler_parameters import product, rotation_matrix
@@ -140,8 +135,11 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def drive(self) -> Drive:
-        teeth = Teeth(self.observer.start.sums, self.coordinate) if self.system.couplings.size else None
-        return drive_at(self.system, self._seen.t, teeth)
+        if not self.system.couplings.size:
+            return drive_at(self.system, self._seen.t)
+        from mbproj.dynamics.equations.teeth import Teeth
+
+        return drive_at(self.system, self._seen.t, Teeth(self.observer.start.sums, self.coordinate))
 
     @cached_property
     def C(self) -> Numbers:
@@ -169,7 +167,12 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     @cached_property
     def along(self) -> tuple[Numbers, ...]:
         """Coordinate, rate and force of the laws, and then of the reflected inertias."""
-        laws, turned = self.laws, inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
+        laws = self.laws
+        if not self.system.reflected.size:
+            return laws.value, laws.rate, laws.force
+        from mbproj.dynamics.equations.reflected import inertial_reaction
+
+        turned = inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
         own = self.coordinate[:, self.system.reflected.joint_coordinate]
         pairs = (laws.value, own), (laws.rate, turned.rate), (laws.force, turned.force)
         return tuple(np.concatenate(pair, axis=-1) for pair in pairs)
@@ -179,11 +182,20 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         """Given forces and torques, signals, and tensions, by dataset, where there are some."""
         found = {**applied_seen(self.instant)} if self.system.forces.on_bodies.size else {}
         found |= {"signals/value": of_signals(self.instant)} if self.system.signals.size else {}
+        if not self.system.names.tensions and self.system.touching is None:
+            return found
+        from mbproj.dynamics.observe.tensions import on_paths
+
         return found | on_paths(self.system, self.pose, self._seen, lambda: self.contacts["stops/force"])
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:
-        return on_bearings(self.system, self.pose, *reactions(self.system, self.pose, self._seen.multipliers))
+        of_joints = reactions(self.system, self.pose, self._seen.multipliers)
+        if not self.system.couplings.teeth:
+            return of_joints
+        from mbproj.dynamics.observe.tooth_forces import on_bearings
+
+        return on_bearings(self.system, self.pose, *of_joints)
 
     def open_by(self, *, length: bool) -> Numbers:
         """Return the largest violation of each joint's rows of lengths, or of angles, (T, nj)."""
@@ -233,7 +245,11 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         """Return V of gravity, springs and compliant stops, (T,)."""
         own = potential(self.instant, self.laws)
         stops = self.system.stops
-        return own if stops is None else own + stored_energy(stops, gaps(stops, self.pose, self._seen.turns))
+        if stops is None:
+            return own
+        from mbproj.dynamics.equations.gaps import gaps, stored_energy
+
+        return own + stored_energy(stops, gaps(stops, self.pose, self._seen.turns))
 
     @cached_property
     def work(self) -> tuple[Numbers, Numbers]:

@@ -16,8 +16,6 @@ def on_bearings(system: System, pose: Pose, force: Numbers, torque: Numbers) -> 
     the centres, and n points from P to its centre. The first wheel takes -F. The bearings carry the difference between
     this force and the pure torque τ.
     """
-    if not system.couplings.teeth:
-        return force, torque
     force, torque = force.copy(), torque.copy()
     places = attached(pose, system.reaction_body, system.reaction_local, np.ones(len(system.reaction_body)))
     x = pose.places(system.coordinates)

@@ -11,10 +11,7 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
 from mbproj.dynamics.equations.forces import LawState, law_state
-from mbproj.dynamics.equations.gaps import gaps, stored_energy
 from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.teeth import sums_at_start
-from mbproj.functions.series import run
 from mbproj.model.system import System
 
 
@@ -38,6 +35,8 @@ class EnergyAtStart:
     @cached_property
     def sums(self) -> Array:
         """The whole teeth of each gear and screw, (k,)."""
+        from mbproj.dynamics.equations.teeth import sums_at_start
+
         at = self._state.instant(self._system)
         return sums_at_start(self._system, at.pose, at.expected)
 
@@ -47,8 +46,11 @@ def total_energy(system: System, state: State) -> float:
     at = state.instant(system)
     energy = kinetic_energy(system, at.pose, at.twist)
     energy = energy + potential(at, law_state(at))
-    own = 0.0 if system.stops is None else stored_energy(system.stops, gaps(system.stops, at.pose, state.turns))
-    total: float = (energy + own).item()
+    if system.stops is not None:
+        from mbproj.dynamics.equations.gaps import gaps, stored_energy
+
+        energy = energy + stored_energy(system.stops, gaps(system.stops, at.pose, state.turns))
+    total: float = energy.item()
     return total
 
 
@@ -59,7 +61,13 @@ def potential(instant: Instant, laws: LawState) -> Numbers:
 
 def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
     """Return the energies in J that elements store, and have lost since they began, (...)."""
-    energies, variables = instant.system.energies, instant.variables()
+    energies = instant.system.energies
+    if not (energies.stored.size or energies.lost.size):
+        none = np.zeros(instant.pose.position.shape[:-2])
+        return none, none
+    from mbproj.functions.series import run
+
+    variables = instant.variables()
     stored, lost = (
         sum((run(programs, k, variables)[0] for k in range(programs.size)), np.zeros(instant.pose.position.shape[:-2]))
         for programs in (energies.stored, energies.lost)

@@ -11,7 +11,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.reflected import tangent_gradients
-from mbproj.dynamics.equations.round_off import EPSILON
+from mbproj.dynamics.equations.round_off import HARDLY_ANY, has_light_bodies
 from mbproj.dynamics.rank.components import Component, component_rows, loops_of
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.dynamics.rank.row_words import direction
@@ -19,8 +19,6 @@ from mbproj.errors import Problem
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: Motions of less inertia, beside the largest, are reported: ε of the forces of others moves them by `no_motion`.
-HARDLY_ANY = EPSILON / THRESHOLDS.no_motion
 #: The most motions that a message shows.
 SHOWN = 3
 
@@ -80,8 +78,7 @@ def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
 
     Forces of heavy bodies pass through such a body, and their sum is known to ε times the ratio of masses only. In
     trees this does no harm."""
-    moments = np.linalg.eigvalsh(system.inertia)
-    if system.mass.min() > HARDLY_ANY * system.mass.max() and moments.min() > HARDLY_ANY * moments.max():
+    if not has_light_bodies(system):
         return ()
     in_loops = np.zeros(system.bodies, dtype=bool)
     for loop in loops_of(system):

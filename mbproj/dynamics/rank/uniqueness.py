@@ -7,9 +7,7 @@ import numpy.typing as npt
 
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.dynamics.observe.reactions import reactions
 from mbproj.dynamics.rank.components import loops_of
-from mbproj.dynamics.rank.row_space import self_stresses
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -22,6 +20,9 @@ def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
 
     Components of more than `large` bodies are taken to have no redundant rows.
     """
+    from mbproj.dynamics.observe.reactions import reactions
+    from mbproj.dynamics.rank.row_space import self_stresses
+
     stresses = self_stresses(system, pose)
     force, torque = reactions(system, pose, stresses)
     largest = max(np.abs(force).max(initial=0.0) * system.length, np.abs(torque).max(initial=0.0))

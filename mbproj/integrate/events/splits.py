@@ -7,23 +7,23 @@ may be wrong. Then the stretch is divided into equal parts, as many as the quadr
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.series import run, time_series
 from mbproj.integrate.events.time_events import OF_MOTIONS, Stretch, stretches
-from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
-from mbproj.integrate.steppers.methods import tableau_of
-from mbproj.integrate.steppers.tableau import Tableau
 from mbproj.model.system import System
 from mbproj.registry import with_fixed_steps
 from mbproj.scene.records import Settings
 from mbproj.scene.sampling import output_interval
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
+    from mbproj.integrate.steppers.tableau import Tableau
 
 Method: TypeAlias = "Tableau | ImplicitTableau"
 
@@ -59,6 +59,8 @@ def _of_system(
     system: System, start: float, end: float, interval: float, step: float, integrator: str
 ) -> tuple[Split, ...]:
     """Return the splits of a run. The result is cached: studies run one mechanism many times."""
+    from mbproj.integrate.steppers.tableau import tableau_of
+
     found, method = [], tableau_of(integrator)
     for stretch in stretches(system, start, end, interval, THRESHOLDS.split_parts * step):
         grain = float(np.spacing(max(abs(stretch.low), abs(stretch.high))))
@@ -96,6 +98,8 @@ def _parts_by_motion(stretch: Stretch, aside: float) -> int:
     a function has no value."""
     if stretch.orders < OF_MOTIONS:
         return 0
+    from mbproj.functions.series import run, time_series
+
     ends = time_series(np.array([stretch.low + aside, stretch.high - aside]))
     with np.errstate(all="ignore"):
         moved = sum(float(np.abs(np.diff(run(part, 0, [ends])[0])).sum()) for part in stretch.parts)
@@ -121,6 +125,8 @@ def _moments(part: ProgramSet, stretch: Stretch, count: int, method: Method, asi
 
     f stands for the function and the derivatives that count, (1 or 2, orders, count). The second result is ∫|f| dθ over
     all steps, (orders,)."""
+    from mbproj.functions.series import run, time_series
+
     low, high, stages = stretch.low, stretch.high, len(method.b)
     theta = np.add.outer(np.arange(count), method.c[:stages]) / count
     times = np.clip(low + theta * (high - low), low + aside, high - aside)

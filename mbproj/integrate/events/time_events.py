@@ -11,12 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.functions.kinks import kinks
-from mbproj.functions.look_times import look_windows
-from mbproj.functions.narrow import features
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.series import run, time_series
-from mbproj.functions.time_parts import time_parts
 from mbproj.model.channels import ElementStates, Motions
 from mbproj.model.forces import Forces
 from mbproj.model.system import Names, System
@@ -107,6 +102,8 @@ def _of_scene(
     for programs, owners, orders in sets:
         seen: dict[tuple[bytes, bytes], list[tuple[float, str]]] = {}
         for index, owner in enumerate(owners):
+            from mbproj.functions.time_parts import time_parts
+
             parts, marks = time_parts(programs, index), {start}
             for part in parts:
                 code = slice(*part.start)
@@ -126,6 +123,10 @@ def _of_function(
     part: ProgramSet, start: float, end: float, interval: float, orders: int, longest: float
 ) -> Iterator[tuple[float, str]]:
     """The times and kinds of events, also beyond the end. The kind is "" at the end of a feature that a kink begins."""
+    from mbproj.functions.kinks import kinks
+    from mbproj.functions.look_times import look_windows
+    from mbproj.functions.narrow import features
+
     counted = 0
     for low, high in look_windows(start, end + longest, interval):
         beside = THRESHOLDS.round_off_grains * float(np.spacing(max(abs(low), abs(high))))
@@ -145,5 +146,7 @@ def _of_function(
 
 def _goes_on(part: ProgramSet, t: float, beside: float, start: float, end: float) -> bool:
     """Whether a function has values beside t: where it ends, a run stops and names it."""
+    from mbproj.functions.series import run, time_series
+
     times = np.clip([t - beside, t + beside], start, end)
     return bool(np.all(np.isfinite(run(part, 0, [time_series(times)])[0])))

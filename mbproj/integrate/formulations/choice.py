@@ -11,18 +11,13 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.assembly.motion_jumps import refuse_jumps
-from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.errors import InputError, Problem
-from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.kinematic import decided
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import build_info, core
-from mbproj.kernel.absence import warn_of_absence
 from mbproj.kernel.bound import without_form
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
@@ -72,7 +67,18 @@ def choose(system: System, state: State, settings: Settings, kernel: Any = None)
     It is raised, too, where a motion jumps or goes beyond a rigid stop, and for a kinematic run with degrees of
     freedom. `kernel` makes the models; None: the compiled core."""
     found = _formulation(system, state, settings, kernel)
-    return replace(found, kinematic=decided(_undecided(system, state, found), settings))
+    return replace(found, kinematic=_is_kinematic(_undecided(system, state, found), settings))
+
+
+def _is_kinematic(degrees_of_freedom: int, settings: Settings) -> bool:
+    """Return whether a run is kinematic. Raises InputError where that is asked for and the mechanism has degrees of
+    freedom."""
+    if settings.kinematic is True and degrees_of_freedom > 0:
+        count = f"{degrees_of_freedom} degree{'s' if degrees_of_freedom > 1 else ''} of freedom"
+        message = f"the mechanism has {count}: a kinematic run needs 0"
+        hint = f"drive {degrees_of_freedom} more of its coordinates by 'motions', or leave out 'kinematic'"
+        raise InputError(Problem(message, key=("simulation", "kinematic"), hint=hint))
+    return degrees_of_freedom == 0 and settings.kinematic is not False
 
 
 def _undecided(system: System, state: State, found: Choice) -> int:
@@ -86,8 +92,12 @@ def _undecided(system: System, state: State, found: Choice) -> int:
 
 def _formulation(system: System, state: State, settings: Settings, kernel: Any) -> Choice:
     """Return the choice without the decision on a kinematic run."""
-    refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
-    refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
+    if system.driven:
+        from mbproj.dynamics.assembly.motion_jumps import refuse_jumps
+        from mbproj.dynamics.contact.driven import refuse_driven_beyond
+
+        refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
+        refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
     asked = settings.formulation
     obstacle = None if asked == "full" else obstacle_to_kernel(system, settings)
     if asked == "full" or obstacle is not None:
@@ -95,6 +105,8 @@ def _formulation(system: System, state: State, settings: Settings, kernel: Any) 
             message = f"the {asked} formulation is not available here: {obstacle}"
             raise InputError(Problem(message, key=("simulation", "formulation")))
         if asked == "auto" and obstacle == _no_kernel():
+            from mbproj.kernel.absence import warn_of_absence
+
             warn_of_absence(str(build_info()))
         return _full(system, state, settings, obstacle or "as asked for", kernel or core())
     plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
@@ -165,6 +177,8 @@ def _needs(system: System, settings: Settings) -> str | None:
     """Return what of a run is made in the kernel's loop alone; None for what NumPy's loop makes, too."""
     if system.has_contacts:
         return "stops and dry friction"
+    from mbproj.integrate.events.law_switches import switches_of
+
     if switches_of(system) is not None:
         return "events at which a function of the state has a kink or a jump"
     return None if is_explicit(settings.integrator) else "implicit steps"

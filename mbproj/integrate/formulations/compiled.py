@@ -14,26 +14,9 @@ from mbproj.dynamics.equations.forces import require_values
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
-from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.kernel_settings import kernel_steps, kernel_tableau
-from mbproj.integrate.reporting.failures import (
-    LostStep,
-    TurnsUntold,
-    halved_in_vain,
-    jammed_law,
-    left_open,
-    not_finite,
-    off_rope,
-    other_branch,
-    overlap,
-    pushed_back,
-    singular,
-    step_vanished,
-    unresolved,
-    unsolved_stage,
-)
-from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.lanes import Each, OfLanes, contiguous
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
@@ -251,50 +234,60 @@ class Compiled(ABC):
         outcome, status, t = run.outcome, self.core.Status, float(run.outcome.time)
         if outcome.status in (status.running, status.finished):
             return None
+        from mbproj.integrate.reporting import failures
+
         if outcome.status == status.not_finite or not np.isfinite(outcome.open_by):
-            return not_finite(t)
+            return failures.not_finite(t)
         if settings.kinematic is True and outcome.status in (status.vanished, status.singular, status.unsolved):
             from mbproj.integrate.steppers.kinematic_steps import branch_untold
 
             return branch_untold(t)
         if outcome.status == status.vanished:
-            return step_vanished(t)
+            return failures.step_vanished(t)
         if outcome.status == status.singular:
-            return singular(t, self.owner(outcome.joint))
+            return failures.singular(t, self.owner(outcome.joint))
         if outcome.status == status.branch:
-            return (other_branch if outcome.near_singular else LostStep)(t, outcome.velocity_change)
+            return (failures.other_branch if outcome.near_singular else failures.LostStep)(t, outcome.velocity_change)
         if outcome.status == status.unresolved:
-            return unresolved(t, outcome.velocity_change)
+            return failures.unresolved(t, outcome.velocity_change)
         if outcome.status == status.untold:
             name = self.system.names.coordinates[self.coordinate(outcome.coordinate)]
-            return TurnsUntold(t, name, outcome.turned, outcome.off, outcome.step, teeth=self.system.couplings.size > 0)
+            return failures.TurnsUntold(
+                t, name, outcome.turned, outcome.off, outcome.step, teeth=self.system.couplings.size > 0
+            )
         if outcome.status == status.pushed_back:
+            from mbproj.integrate.events.law_switches import switches_of
+
             switches, k = switches_of(self.system), int(outcome.row)
             assert switches is not None
-            return pushed_back(t, switches.owner(k), switches.what(k), jumps=switches.jumps(k))
+            return failures.pushed_back(t, switches.owner(k), switches.what(k), jumps=switches.jumps(k))
         if outcome.status == status.jammed:
-            return jammed_law(t, self.system, int(outcome.row))
+            return failures.jammed_law(t, self.system, int(outcome.row))
         if outcome.status == status.off_rope:
-            return off_rope(t, self.system, self.coordinate(outcome.row), outcome.rope_centre, outcome.rope_span)
+            return failures.off_rope(
+                t, self.system, self.coordinate(outcome.row), outcome.rope_centre, outcome.rope_span
+            )
         if outcome.status == status.overlap:
             names = self.system.names
             gap = outcome.row >= 0 and names.coordinates[self.coordinate(outcome.row)].rpartition(".")[0]
-            return overlap(t, gap or names.joints[self.joint(outcome.joint)])
+            return failures.overlap(t, gap or names.joints[self.joint(outcome.joint)])
         if outcome.status == status.unsolved:
             body, force = int(outcome.body), int(outcome.force)
-            unsolved = unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))
-            return unsolved if settings.step is None else halved_in_vain(unsolved, float(run.standing["h"]))
+            unsolved = failures.unsolved_stage(t, self.system, body, force, is_near=bool(outcome.near_singular))
+            return unsolved if settings.step is None else failures.halved_in_vain(unsolved, float(run.standing["h"]))
         if outcome.status == status.broken:
             return self._broken(t, run)
         where = self.system.row_owner(self.row(outcome.row))
         by, passes, failed = outcome.open_by, outcome.passes, bool(outcome.projection_failed)
-        return left_open(t, where, by, passes, projection=settings.projection, failed=failed)
+        return failures.left_open(t, where, by, passes, projection=settings.projection, failed=failed)
 
     def _broken(self, t: float, run: Any) -> SimulationError:
         """Return the error of the functions of the scene at a state where one has no value."""
+        from mbproj.integrate.reporting import failures
+
         try:
             with may_overflow():
                 self.require_functions(self.standing(t, run.broken_state, run.standing["turns"]))
         except SimulationError as error:
             return error
-        return not_finite(t)
+        return failures.not_finite(t)

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 from mbproj.integrate.steppers.tableau import Tableau
 from mbproj.scene.records import Settings
+
+if TYPE_CHECKING:
+    from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
 
 
 def kernel_tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kinematic: bool) -> Any:
     """Return a tableau as the kernel's class."""
-    if isinstance(tableau, ImplicitTableau):
-        names = ("a", "b", "c", "error", "dense", "splitting")
-        coefficients = {name: np.ascontiguousarray(getattr(tableau, name)) for name in names}
-        return core.Tableau.implicit(tableau.order, tableau.error_order, tableau.gamma, **coefficients)
-    parts = (tableau.a, tableau.b, tableau.c, tableau.error, tableau.extra_a, tableau.extra_c, tableau.dense)
-    made = core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
-    made.kinematic = kinematic
-    return made
+    if isinstance(tableau, Tableau):
+        parts = (tableau.a, tableau.b, tableau.c, tableau.error, tableau.extra_a, tableau.extra_c, tableau.dense)
+        made = core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
+        made.kinematic = kinematic
+        return made
+    names = ("a", "b", "c", "error", "dense", "splitting")
+    coefficients = {name: np.ascontiguousarray(getattr(tableau, name)) for name in names}
+    return core.Tableau.implicit(tableau.order, tableau.error_order, tableau.gamma, **coefficients)
 
 
 def kernel_breaks(leg: Leg) -> list[tuple[Any, ...]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mbproj.errors import InputError, Problem
-from mbproj.integrate.steppers.quadrature import QUADRATURE
+from mbproj.integrate.steppers.tableau import QUADRATURE
 from mbproj.model.system import System
 from mbproj.registry import is_explicit
 from mbproj.scene.records import ProjectionSettings, Settings
@@ -14,17 +14,6 @@ from mbproj.thresholds import THRESHOLDS
 
 #: The settings of the scene that a kinematic run does not use, in words.
 UNUSED = "each sample is closed by Newton's method; the scene's integrator, step, tolerance and projection are not used"
-
-
-def decided(degrees_of_freedom: int, settings: Settings) -> bool:
-    """Return whether a run is kinematic. Raises InputError where that is asked for and the mechanism has degrees of
-    freedom."""
-    if settings.kinematic is True and degrees_of_freedom > 0:
-        count = f"{degrees_of_freedom} degree{'s' if degrees_of_freedom > 1 else ''} of freedom"
-        message = f"the mechanism has {count}: a kinematic run needs 0"
-        hint = f"drive {degrees_of_freedom} more of its coordinates by 'motions', or leave out 'kinematic'"
-        raise InputError(Problem(message, key=("simulation", "kinematic"), hint=hint))
-    return degrees_of_freedom == 0 and settings.kinematic is not False
 
 
 def settings_along(system: System, settings: Settings) -> Settings:

@@ -8,7 +8,6 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.dynamics.symmetries import rigid_fields
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.kernel.models import joints_with_rows, space_model
 from mbproj.lanes import contiguous, numbers
@@ -50,6 +49,8 @@ class Reduced(Compiled):
         return from_space(y, acceleration)
 
     def rigid_fields(self, q: Array) -> Array:
+        from mbproj.dynamics.symmetries import rigid_fields
+
         return rigid_fields(q)
 
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:

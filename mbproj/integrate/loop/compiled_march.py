@@ -13,13 +13,11 @@ from mbproj.arrays import Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, block_samples
 from mbproj.errors import SimulationError
-from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import SHARED, Event
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.integrate.loop.pauses import Pauses, Standing
-from mbproj.integrate.reporting.failures import of_a_rope, unsolved_owner
 from mbproj.integrate.reporting.marks import START, Mark, Marks, restored_events, resuming, saved_events
 from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept, Tally, with_another
 from mbproj.model.system import System
@@ -129,13 +127,19 @@ def march(
         steps.finish(compiled, run, leg, settings)
     failure = compiled.failure(run, settings)
     if failure is not None:
+        from mbproj.integrate.reporting.failures import of_a_rope
+
         at = run.standing
         raise of_a_rope(compiled.system, compiled.standing(at["t"], at["y"], at["turns"]), at["h"], failure)
 
 
 def _take_events(system: System, run: Any, tally: Tally, of_stops: list[Event]) -> None:
     """Add to the tally the state events since the last call, and switches that fixed steps have passed over."""
-    switches = switches_of(system)
+    switches = None
+    if system.programs.size:
+        from mbproj.integrate.events.law_switches import switches_of
+
+        switches = switches_of(system)
     if switches is not None:
         known = [switches.event(t, k, direction) for t, k, direction in run.take_met()]
         of_stops = _in_order(known, of_stops) if known else of_stops
@@ -157,6 +161,8 @@ def _halved(system: System, run: Any) -> list[Halved]:
     """Return the forces and bodies for which fixed steps were halved."""
     found: list[Halved] = []
     for body, force, first, times in run.halved:
+        from mbproj.integrate.reporting.failures import unsolved_owner
+
         found = with_another(found, Halved(unsolved_owner(system, body, force), first, times))
     return found
 

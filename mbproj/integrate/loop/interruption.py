@@ -1,18 +1,22 @@
 """Interruption of a run by Ctrl-C, SIGTERM, or a time limit. It is checked between steps, so that computed samples are
-kept."""
+kept: they are handed on in blocks."""
 
 from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from time import monotonic
+from time import monotonic, perf_counter
 from types import FrameType
 from typing import Any
 
+from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.errors import MbprojError
+
+#: A block is handed on when it is full, or this old, in s.
+BLOCK_SECONDS = 0.5
 
 
 class TimeIsUp(MbprojError):
@@ -90,3 +94,30 @@ def _signals(asked: Interruption) -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+def in_blocks(
+    run: Iterator[Samples | None], asked: Interruption, pause: Callable[[], None], most: int
+) -> Iterator[Samples]:
+    """Yield the samples in blocks of about `most`; where the run fails or is interrupted, first those that it had made.
+    `pause` is called where time has passed without a sample."""
+    pending: list[Samples] = []
+    opened = perf_counter()
+    try:
+        for samples in run:
+            if samples is None:
+                pause()
+            else:
+                pending.append(samples)
+            asked.check()
+            count = sum(len(part.t) for part in pending)
+            if count >= most or (pending and perf_counter() - opened > BLOCK_SECONDS):
+                block, pending = join(pending), []
+                yield block
+                opened = perf_counter()
+    except BaseException:
+        if pending:
+            yield join(pending)
+        raise
+    if pending:
+        yield join(pending)

@@ -17,8 +17,8 @@ from mbproj.integrate.point import Point, acted
 from mbproj.integrate.reporting.failures import of_a_rope
 from mbproj.integrate.reporting.marks import Mark, Marks, restore_tally, saved_tally
 from mbproj.integrate.reporting.tally import RowsKept, Tally
-from mbproj.integrate.steppers.methods import stepper_of
 from mbproj.integrate.steppers.runge_kutta import Step
+from mbproj.integrate.steppers.tableau import stepper_of
 
 
 class Run:

@@ -16,8 +16,8 @@ from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.point import Point, attempted, counted, point_at, untold
 from mbproj.integrate.reporting.failures import left_open, not_finite, off_rope, overlap, unresolved
 from mbproj.integrate.reporting.tally import Tally
-from mbproj.integrate.steppers.methods import Stepper
 from mbproj.integrate.steppers.runge_kutta import Step
+from mbproj.integrate.steppers.tableau import Stepper
 from mbproj.model.system import System
 from mbproj.projection import ProjectedState
 from mbproj.thresholds import THRESHOLDS

@@ -6,8 +6,8 @@ from math import floor, log10, pi
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import SimulationError
-from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import reach
+from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.registry import explicit_integrators, implicit_integrators
 from mbproj.thresholds import THRESHOLDS
 

@@ -11,10 +11,8 @@ from functools import cache
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.integrate.steppers.tableau import Tableau
+from mbproj.integrate.steppers.tableau import QUADRATURE, Tableau
 
-#: The name of the method for `tableau_of`; no scene names it.
-QUADRATURE = "quadrature"
 #: The nodes on [-1, 1]; every second one is a node of Lobatto's rule.
 NODES = np.array([-1.0, -np.sqrt(2.0 / 3.0), -np.sqrt(0.2), 0.0, np.sqrt(0.2), np.sqrt(2.0 / 3.0), 1.0])
 LOBATTO = (0, 2, 4, 6)

@@ -11,8 +11,8 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.fast_modes import Mode, leading, moved_bodies
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import reach
+from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.integrate.stiff.modes_at_a_step import Owners, can_be_fast, modes_at
 from mbproj.model.system import System
 from mbproj.registry import WHERE_SMOOTH, explicit_integrators

@@ -12,8 +12,8 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, slopes, speeds_of_free_bodies
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.reporting.stiff_words import Stiffness
-from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import amplification, reach
+from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 

@@ -19,7 +19,7 @@ from mbproj.integrate.loop.step_size import error_norm
 from mbproj.integrate.point import Slopes, attempted
 from mbproj.integrate.reporting.failures import UNSOLVED
 from mbproj.integrate.reporting.tally import Tally
-from mbproj.integrate.steppers.methods import stepper_of
+from mbproj.integrate.steppers.tableau import stepper_of
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.model.system import System
 from mbproj.registry import is_explicit

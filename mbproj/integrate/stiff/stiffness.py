@@ -21,7 +21,7 @@ from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.reporting.failures import LostStep, TurnsUntold
 from mbproj.integrate.reporting.stiff_words import Stiffness, damps, grows, holds, too_stiff
 from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
-from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC, WHERE_STIFF
 from mbproj.scene.records import Settings
@@ -49,8 +49,7 @@ class _KeptSample:
 
 
 class StiffnessWatch:
-    """Scratch of a run: some of its samples, from which stiffness is diagnosed at its end. It is inactive for scenes
-    without forces along coordinates, states, and Baumgarte's terms."""
+    """Scratch of a run: some of its samples, from which stiffness is diagnosed at its end."""
 
     def __init__(self, choice: Choice, system: System, settings: Settings, march: March) -> None:
         self._system, self._settings, self._march = system, settings, march
@@ -58,9 +57,6 @@ class StiffnessWatch:
         self._integrator = WHERE_STIFF if settings.integrator == AUTOMATIC else settings.integrator
         self._tableau = tableau_of(self._integrator)
         self._kept: list[_KeptSample] = []
-        can_be_fast = system.states.size > 0 or system.forces.size > 0
-        can_be_fast = can_be_fast and not (choice.kinematic and system.states.size == 0)
-        self._active = settings.projection.gains is not None or can_be_fast
 
     @cached_property
     def _modes(self) -> FastModes:
@@ -70,8 +66,6 @@ class StiffnessWatch:
 
     def take(self, samples: Samples, chosen: Flags | None = None) -> None:
         """Keep some of the samples of a block, or of its `chosen` ones, evenly spread, and the very first for good."""
-        if not self._active:
-            return
         choice = np.arange(len(samples.t)) if chosen is None else np.flatnonzero(chosen)
         for at in choice[_spread(len(choice), OF_A_BLOCK)] if len(choice) else choice:
             state = samples.state(at)
@@ -122,7 +116,7 @@ class StiffnessWatch:
         hardly does; None without one."""
         inner = self._kept[1:-1] or self._kept
         found = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
-        return found[-1] if self._active and found and len(found) >= THRESHOLDS.named * len(inner) else None
+        return found[-1] if found and len(found) >= THRESHOLDS.named * len(inner) else None
 
     def _slowest_vibration(self, kept: _KeptSample) -> tuple[str, complex] | None:
         """Return the slowest vibration that a step of a sample does not resolve; None without one."""
@@ -141,7 +135,7 @@ class StiffnessWatch:
         """Return the mode by which errors have grown beyond bounds, with a fixed step, until some time; None without
         one. It is as it was when that began. Baumgarte's gains count on request, because rows closed to the last bit
         are not affected."""
-        if not self._active or not self._kept or self._settings.step is None:
+        if not self._kept or self._settings.step is None:
             return None
         logarithm, first = 0.0, None
         ends = [*(kept.steps for kept in self._kept[1:]), None]
@@ -156,8 +150,6 @@ class StiffnessWatch:
 
     def _held(self) -> Stiffness | None:
         """Return the mode that has limited the step of a run with error control; None without one."""
-        if not self._active:
-            return None
         inner = [self._at(kept, gains=True) for kept in self._kept[1:-1]]
         near = [
             (kept, found)

@@ -14,7 +14,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.integrate.steppers.methods import tableau_of
+from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.registry import (
     AUTOMATIC,
     PROJECTIONS,

@@ -14,8 +14,8 @@ import numpy as np
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem, choose_from
-from mbproj.integrate.steppers.methods import tableau_of
 from mbproj.integrate.steppers.stability_region import real_axis_limit
+from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fixed_steps
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.read import SceneText
