@@ -5,10 +5,10 @@
 namespace mbproj {
 
 struct Thresholds {
-    // mbproj/thresholds/common.py
+    // mbproj/thresholds/__init__.py
     double no_digits, rounding, same_written, half_digits, rounded;
     int most_passes;
-    // mbproj/thresholds/linear.py
+    // mbproj/thresholds/poses.py
     int most_dense;
     // mbproj/thresholds/contact.py
     double stop_slack, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce, no_push, contact_pulls,
@@ -20,21 +20,21 @@ struct Thresholds {
         bracketed, beside, chatter, turns_told, most_turned, newton_part, newton_fixed, newton_floor, first_contraction,
         least_contraction, softened;
     int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
-    // mbproj/thresholds/invariants.py
+    // mbproj/thresholds/solution.py
     double row_rests, row_refused, row_tolerated;
-    // mbproj/thresholds/closing.py
+    // mbproj/thresholds/solution.py
     double closed_to, closed_grains, paper_tolerance, round_off_grains, slow, widest_turn, tighter, stiffer, open_limit,
         lost_limit;
-    // mbproj/thresholds/passages.py
+    // mbproj/thresholds/poses.py
     double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
         lost_way, at_rest, rest_rate, told_part, told_way, crossed_way;
     int most_shorter;
-    // mbproj/thresholds/elimination.py
+    // mbproj/thresholds/solution.py
     double lent_part;
     int fewest_shared, fewest_passed;
-    // mbproj/thresholds/curves.py
+    // mbproj/thresholds/contact.py
     double overlap;
-    // mbproj/thresholds/dependence.py
+    // mbproj/thresholds/solution.py
     double near_branch, decline, choice_from, tied, no_part;
 };
 
