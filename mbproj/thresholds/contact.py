@@ -1,4 +1,4 @@
-"""When a mechanism touches its stops, and when it stays there; how curves are followed, and how ropes lie on sheaves."""
+"""When a mechanism touches its stops, and when it stays there; how curves are followed, and how ropes lie."""
 
 from __future__ import annotations
 
