@@ -8,7 +8,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.lanes import Lanes, contiguous, each_lane, one_of
+from mbproj.lanes import contiguous, each_lane, one_of
+from mbproj.several import Several
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
@@ -46,7 +47,7 @@ def together(parts: Sequence[Numbers]) -> Numbers:
 def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
     """The distinct rows of `rows` (k, w), in the order in which they first stand, and the index among them of each of
     the k rows."""
-    place: Integers | None = _places_of_all(rows) if isinstance(rows, Lanes) else None
+    place: Integers | None = _places_of_all(rows) if isinstance(rows, Several) else None
     place = _places(rows) if place is None else place
     return rows[np.diff(np.maximum.accumulate(place), prepend=-1) > 0], place
 
@@ -57,7 +58,7 @@ def _places(rows: Numbers) -> Integers:
     return np.array([number.setdefault(tuple(row), len(number)) for row in rows.tolist()], dtype=np.intp)
 
 
-def _places_of_all(rows: Lanes) -> Integers | None:
+def _places_of_all(rows: Any) -> Integers | None:
     """Return the same of several cases. None unless all cases have the places of the first, and different sums tell
     that distinct rows of it are distinct in all."""
     every = rows.values

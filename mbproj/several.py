@@ -15,6 +15,11 @@ class Several:
     __slots__ = ()
 
 
+def is_several(value: Any) -> bool:
+    """Return whether a value is of several cases."""
+    return isinstance(value, Several)
+
+
 def are_several(values: Any) -> bool:
     """Return whether values, or some of those in a sequence, are of several cases."""
     return isinstance(values, Several) or (isinstance(values, (list, tuple)) and any(map(are_several, values)))

@@ -12,8 +12,6 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.analysis.energy import relative_drift
-from mbproj.analysis.reactions import REACTIONS, shared_at_contacts
 from mbproj.arrays import Array
 from mbproj.lanes import numbers
 from mbproj.results import Results
@@ -88,6 +86,10 @@ def datasets(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str,
 
 def is_unique(expectation: Expectation, results: Results) -> bool:
     """Whether the constraints and contacts determine the quantity; True where the results have no marks."""
+    if expectation.of != "joint" and expectation.quantity not in SHARED:
+        return True
+    from mbproj.analysis.reactions import REACTIONS, shared_at_contacts
+
     if expectation.quantity in SHARED and f"{expectation.of} '{expectation.item}'" in shared_at_contacts(results):
         return False
     of_rope = expectation.quantity.startswith(TENSION)
@@ -165,6 +167,8 @@ def _diagnostic(expectation: Expectation, samples: SampleSource) -> Array:
     balance: Array = np.abs(samples[BALANCE])
     if name == "energy_drift":
         return balance
+    from mbproj.analysis.energy import relative_drift
+
     return relative_drift(balance, *(samples[path] for path in ENERGIES))
 
 

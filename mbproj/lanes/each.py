@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -12,7 +11,6 @@ import numpy as np
 from mbproj.lanes.array import Lanes, LanesMet, Parted, agreed
 
 Kind = TypeVar("Kind")
-Function = TypeVar("Function", bound=Callable[..., Any])
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 #: Returns the part of one lane of a value.
 Taken = Callable[[int], Any]
@@ -67,16 +65,6 @@ def lane(values: Kind, at: int) -> Kind:
     """The values of one case."""
     taken = _taken(values)
     return values if taken is None else taken(at)
-
-
-def each_lane(function: Function) -> Function:
-    """A function of one case that is called once for each case where an argument holds several cases."""
-
-    @wraps(function)
-    def called(*args: Any, **options: Any) -> Any:
-        return each_call(function, args, options)
-
-    return called  # type: ignore[return-value]
 
 
 def each_call(function: Any, args: Sequence[Any], options: Mapping[str, Any] = NOTHING) -> Any:

@@ -13,7 +13,6 @@ from mbproj.arrays import Array, Integers, Numbers
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
-from mbproj.functions.series import constant_series, run
 from mbproj.lanes import numbers
 from mbproj.model.primitive_set import Binding
 
@@ -71,6 +70,8 @@ class Couplings:
         nc)."""
         totals: Numbers = np.add.reduceat(self.weight * coordinate[..., self.coordinate], self.first, axis=-1)
         for k in np.flatnonzero(self.program >= 0).tolist():
+            from mbproj.functions.series import constant_series, run
+
             s = coordinate[..., self.coordinate[self.first[k]]]
             turns = np.round(s / (2.0 * np.pi)) if self.growth[k] else 0.0 * s
             variables = [constant_series(0.0 * s), constant_series(s - 2.0 * np.pi * turns)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import isfinite
 from pathlib import Path
-from types import MappingProxyType, TracebackType
-from typing import Any, final
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,6 @@ from mbproj.errors import choose_from
 from mbproj.results import events as happening
 from mbproj.results import members
 from mbproj.results import trust as trusting
-from mbproj.results import verification as verifying
 from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint
 from mbproj.results.events import RecordedEvent
@@ -28,10 +27,12 @@ from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
 from mbproj.results.stored_settings import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
-from mbproj.results.verification import Verification
 from mbproj.results.views.doors import Shown
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Settings, Vector
+
+if TYPE_CHECKING:
+    from mbproj.results.verification import Verification
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in ALL_NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *LATER)})
@@ -66,9 +67,7 @@ class Results(Shown):
     def __enter__(self) -> Results:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -295,4 +294,6 @@ class Results(Shown):
     @property
     def verification(self) -> Verification | None:
         """The findings of `verify --store`; None where it was not run."""
-        return verifying.read(self.contents)
+        from mbproj.results.verification import read
+
+        return read(self.contents)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import field
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,9 +16,10 @@ from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.functions.program import CHANNELS, TIME, Op
 from mbproj.functions.program_set import ProgramSet
-from mbproj.lanes import Lanes, one_of
+from mbproj.lanes import one_of
 from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
+from mbproj.several import is_several
 
 if TYPE_CHECKING:
     from mbproj.functions.taylor import Series
@@ -79,7 +80,7 @@ class Instant:
 
     def values(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> list[Numbers]:
         """Return the variables of a program that acts along a coordinate s with this rate, (...) each."""
-        given = [each if isinstance(each, Lanes) else np.asarray(each, dtype=float) for each in (self.t, s, rate)]
+        given: list[Any] = [each if is_several(each) else np.asarray(each, dtype=float) for each in (self.t, s, rate)]
         shape = self.channels.shape[:-1]
         own = (each if each.shape == shape else np.broadcast_to(each, shape) for each in given)
         return [*own, *self._each]

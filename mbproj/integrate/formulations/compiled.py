@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from types import ModuleType
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,7 +18,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.kernel_settings import kernel_steps, kernel_tableau
 from mbproj.integrate.steppers.tableau import tableau_of
-from mbproj.lanes import Each, OfLanes, contiguous
+from mbproj.lanes import contiguous
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
@@ -42,8 +43,11 @@ class Compiled(ABC):
 
     def hold(self, rows: Any) -> None:
         """Set the rows that the model holds at most poses. Where they are of several cases, each has its own model."""
-        is_first = isinstance(rows, Each) and not isinstance(self.model, Each)
-        self.model = Each([self._another() for _ in rows.items]) if is_first else self.model
+        if not isinstance(self.core, ModuleType):  # the kernel of several cases
+            from mbproj.lanes import Each
+
+            is_first = isinstance(rows, Each) and not isinstance(self.model, Each)
+            self.model = Each([self._another() for _ in rows.items]) if is_first else self.model
         self.model.rows = rows
         self._equations = None
 
@@ -145,7 +149,7 @@ class Compiled(ABC):
     def _made(self, projection: Any) -> Any:
         """Return equations with the kernel's settings of a projection."""
         found = getattr(self.core, f"{self.dimension}Equations")(self.model, projection)
-        return self.core.of_all(found) if isinstance(self.core, OfLanes) else found
+        return found if isinstance(self.core, ModuleType) else self.core.of_all(found)
 
     def owner(self, number: int) -> str | None:
         """Return the owner of one of the kernel's joints, for messages: "joint 'A'", "motion 'm'"."""

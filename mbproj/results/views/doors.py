@@ -15,7 +15,6 @@ from mbproj.arrays import Array
 from mbproj.results.file.contents import Contents
 from mbproj.results.layout import Dataset
 from mbproj.results.members import Coordinate, Over
-from mbproj.results.views import frames, summary_text
 from mbproj.scene.records import Scene
 
 Same = TypeVar("Same", bound="Shown")
@@ -82,25 +81,32 @@ class Shown(ABC):
     def __repr__(self) -> str:
         if not self.contents.is_open:
             return f"Results of '{self.contents.path}', closed"
-        return summary_text.as_text(self.title, self._rows())
+        from mbproj.results.views.summary_text import as_text, rows
+
+        return as_text(self.title, rows(self.status, self.time, self.names, self.attributes))
 
     def _repr_html_(self) -> str | None:
         """The HTML that a notebook shows; None for closed results, whose text it shows instead."""
-        return summary_text.as_html(self.title, self._rows()) if self.contents.is_open else None
+        if not self.contents.is_open:
+            return None
+        from mbproj.results.views.summary_text import as_html, rows
 
-    def _rows(self) -> list[tuple[str, str]]:
-        return summary_text.rows(self.status, self.time, self.names, self.attributes)
+        return as_html(self.title, rows(self.status, self.time, self.names, self.attributes))
 
     def to_pandas(self) -> Any:
         """A DataFrame: the index is time in s, columns are (kind, name, quantity): `["markers"]["tip"]["position_x"]`.
         `attrs["units"]` has the unit of each column. Raises ImportError where pandas is not installed."""
-        return frames.to_pandas(self.datasets, self.names, self.__getitem__)
+        from mbproj.results.views.frames import to_pandas
+
+        return to_pandas(self.datasets, self.names, self.__getitem__)
 
     def to_xarray(self) -> Any:
         """A Dataset with the dimensions time, body, joint, marker, ..., all with their names as coordinates. Raises
         ImportError where xarray is not installed."""
+        from mbproj.results.views.frames import to_xarray
+
         about = {"title": self.title, "status": self.status}
-        return frames.to_xarray(self.datasets, self.names, self.__getitem__, about)
+        return to_xarray(self.datasets, self.names, self.__getitem__, about)
 
     @property
     def scene(self) -> Scene:
