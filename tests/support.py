@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.joints import JOINTS, Parameter
-from mbproj.joints.ratios import Ratio
+from mbproj.joints.joint_type import Ratio
 from mbproj.joints.table import TWO_ANGLES
 from mbproj.scene.blocks.ropes.path import Node
 from mbproj.scene.blocks.ropes.path import Path as RopePath

@@ -16,8 +16,7 @@ from mbproj.arrays import Array
 from mbproj.lanes import numbers
 from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
-from mbproj.scene.blocks.observables import CONTACT, TENSION
-from mbproj.scene.blocks.passages import VELOCITY_RATIO, output_of
+from mbproj.scene.blocks.observables import CONTACT, TENSION, VELOCITY_RATIO, output_of
 from mbproj.scene.records import Expectation, Passage
 
 #: The kind of names in the results, for each kind of observed object.

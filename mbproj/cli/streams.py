@@ -12,7 +12,7 @@ import unicodedata
 from typing import Any, TextIO, cast
 
 from mbproj.errors import ExitCode, MbprojError
-from mbproj.outputs.escapes import escaped_text
+from mbproj.escapes import escaped_text
 
 #: Replacements for mbproj's own characters that an encoding lacks. Greek letters are replaced by their names.
 PLAIN = {"≤": "<=", "≥": ">=", "√": "sqrt ", "→": "->", "·": "*", "×": "x", "∞": "infinity", "–": "-", "—": "-"}

@@ -15,7 +15,7 @@ HOMES: Mapping[str, str] = {
     "perpendicular": "basic:Perpendicular",
     "along": "basic:Along",
     "distance": "basic:Distance",
-    "angle": "angle:Angle",
+    "angle": "basic:Angle",
     "coupling": "coupling:Coupling",
     "wheel_height": "wheel_height:WheelHeight",
     "wheel_slip_along": "slip:WheelSlipAlong",

@@ -11,8 +11,7 @@ from typing import Literal, Protocol, final
 import numpy as np
 
 from mbproj.arrays import Numbers
-from mbproj.constraints.angle import Angle
-from mbproj.constraints.basic import Along, Distance
+from mbproj.constraints.basic import Along, Angle, Distance
 from mbproj.constraints.primitive import Primitive, SlotKind
 from mbproj.dataclass import dataclass
 

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import IntEnum
+from typing import TYPE_CHECKING
 
 from mbproj.dataclass import dataclass
-from mbproj.functions.table import CubicTable
+
+if TYPE_CHECKING:
+    from mbproj.functions.table import CubicTable
 
 
 class Op(IntEnum):

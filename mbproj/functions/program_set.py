@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -11,9 +12,11 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import CHANNELS, Instruction, Op, Program
-from mbproj.functions.table import CubicTable
 from mbproj.lanes import numbers
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from mbproj.functions.table import CubicTable
 
 #: Changes of a function's value, slope and second derivative up to this part of the largest are round-off.
 ROUND_OFF = np.array([THRESHOLDS.rounding, THRESHOLDS.same_written, THRESHOLDS.same_written])
@@ -72,6 +75,8 @@ class ProgramSet:
     def _table(self, number: int) -> CubicTable:
         own = slice(*self.table_start[number : number + 2].tolist())
         pieces = tuple((c0, c1, c2, c3) for c0, c1, c2, c3 in self.piece[own].tolist())
+        from mbproj.functions.table import CubicTable
+
         return CubicTable(
             tuple(self.knot[own].tolist()), tuple(self.origin[own].tolist()), pieces, float(self.period[number])
         )

@@ -20,7 +20,6 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.splits import splits_of, unresolved
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event, crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.loop.followed_steps import FollowedSteps
 from mbproj.integrate.loop.interruption import in_blocks, interruption
 from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.reporting.marks import START, Keeping, Mark, Marks
@@ -42,6 +41,7 @@ from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
     from mbproj.integrate.automatic.march import AutomaticMarch
+    from mbproj.integrate.loop.followed_steps import FollowedSteps
     from mbproj.integrate.outside import Function
     from mbproj.integrate.stiff.stiffness import StiffnessWatch
 

@@ -15,8 +15,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, SimulationError
+from mbproj.integrate.events.leg import kernel_breaks, kernel_tableau
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.kernel_settings import kernel_breaks, kernel_tableau
 from mbproj.integrate.loop.followed_steps import Trace
 from mbproj.integrate.steppers.tableau import tableau_of
 

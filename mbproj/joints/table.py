@@ -35,8 +35,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from mbproj.joints.joint_type import JointType, Parameter, Row
-from mbproj.joints.ratios import geneva, halve, mesh, pinion, thread, tread, wrap
+from mbproj.joints.joint_type import JointType, Parameter, Row, geneva, halve, mesh, pinion, thread, tread, wrap
 
 #: Unit of a coordinate by the primitive that measures it.
 COORDINATE_UNITS = MappingProxyType(

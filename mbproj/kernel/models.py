@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache, partial
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,12 +20,14 @@ from mbproj.kernel.loads import (
     space_loads,
 )
 from mbproj.lanes import contiguous
-from mbproj.model.bearings import Parts
 from mbproj.model.couplings import FollowedKind
 from mbproj.model.layout import Layout
 from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
 from mbproj.model.system import System
 from mbproj.thresholds import of_the_kernel
+
+if TYPE_CHECKING:
+    from mbproj.model.bearings import Parts
 
 
 @cache

@@ -6,8 +6,8 @@ import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from mbproj.escapes import escaped
 from mbproj.outputs import kinds
-from mbproj.outputs.escapes import escaped
 from mbproj.outputs.replace import ELSEWHERE, replacing
 
 #: The first characters by which a spreadsheet takes a text for a formula.

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from math import isnan
 from pathlib import Path
 
+from mbproj.escapes import escaped
 from mbproj.outputs import kinds
-from mbproj.outputs.escapes import escaped
 from mbproj.outputs.replace import ELSEWHERE, replacing
 
 GREEK = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi o pi rho varsigma sigma tau "

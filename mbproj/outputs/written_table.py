@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
+from mbproj.escapes import escaped
 from mbproj.outputs.csv_table import write_csv
-from mbproj.outputs.escapes import escaped
 from mbproj.outputs.kinds import MARKDOWN_MARK, FileKind, csv, latex, markdown
 from mbproj.outputs.latex_table import write_latex
 from mbproj.outputs.replace import check_replaceable, replacing

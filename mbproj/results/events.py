@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.records import TEXT, create_records, room_for_records, write_records
+from mbproj.results.file.whole import TEXT, create_records, room_for_records, write_records
 
 GROUP = "events"
 #: The HDF5 type of an entry, its unit and its description, by dataset.

@@ -8,8 +8,8 @@ from pathlib import Path
 from mbproj.errors import InputError, Problem
 from mbproj.results.crash_safety.claim import check_claimable
 from mbproj.results.faults import ELSEWHERE, cannot_write, is_directory, not_replaced, not_replaced_for_damage
+from mbproj.results.file.lock import check_regular
 from mbproj.results.file.opening import Identity, identify
-from mbproj.results.file.regular import check_regular
 
 
 def part_path(path: Path) -> Path:

@@ -1,21 +1,32 @@
-"""The origin of results: the attributes of the file and its /scene group, enough to repeat the run."""
+"""The origin of results: the attributes of the file and its /scene group, enough to repeat the run.
+
+Settings are read by the fields of a scene's `simulation` block, so settings are refused that no scene can have.
+"""
 
 from __future__ import annotations
 
 import json
 import os
 import platform
+from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import datetime
+from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 
+from mbproj.errors import Place
 from mbproj.results.file.checksums import crc32, describe, stamp
+from mbproj.results.file.contents import Contents
 from mbproj.results.file.whole import create_text
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
-from mbproj.scene.meshes import meshes_of
-from mbproj.scene.records import Scene
+from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.scene.fields.reading import Reading
+from mbproj.scene.meshes import MOST_TRIANGLES, TriangleMesh, meshes_of
+from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene.text.nodes import MappingNode, Node, from_value
 from mbproj.version import __version__
 
 #: The types of an attribute of the file.
@@ -73,3 +84,81 @@ def _write_meshes(scene_group: h5py.Group, scene: Scene) -> None:
             dataset = group.create_dataset(f"{number}/{name}", data=values)
             stamp(dataset, crc32(values))
             describe(dataset, {"units": unit, "description": description})
+
+
+PLACE = Place("settings")
+
+
+class UnfitSettings(ValueError):
+    """The settings are such as no scene can have; the message says which and why."""
+
+
+def settings_from(values: Any) -> Settings:
+    """The Settings from `values`, which `dataclasses.asdict` made of them, and which JSON wrote and read."""
+    reading = Reading()
+    if isinstance(values, Mapping) and values.get("break_times") == []:
+        values = {key: value for key, value in values.items() if key != "break_times"}  # a scene names one or none
+    node = _node(values)
+    read = SIMULATION.read(node, ("simulation",), reading) if isinstance(node, MappingNode) else None
+    if read is None or reading.problems:
+        raise UnfitSettings(reading.problems[0].message if reading.problems else "it is not a mapping of keys")
+    return Settings(**{**read, "projection": ProjectionSettings(**read.get("projection", {}))})
+
+
+def _node(value: Any) -> Node:
+    """A value of JSON as a node of a scene; entries that are None are left out."""
+    if not isinstance(value, Mapping):
+        return from_value(value, PLACE)
+    given = {key: _node(part) for key, part in value.items() if part is not None}
+    return MappingNode(given, dict.fromkeys(given, PLACE), PLACE)
+
+
+MESHES = "scene/meshes"
+
+
+def text(contents: Contents, name: str) -> str:
+    """A text of the group."""
+    return contents.text(f"scene/{name}")
+
+
+def as_json(contents: Contents, name: str) -> Any:
+    """The value of a JSON text of the group."""
+    try:
+        return json.loads(text(contents, name))
+    except (ValueError, RecursionError) as error:
+        raise contents.damaged(f"scene/{name}", "is not JSON") from error
+
+
+def path(contents: Contents) -> Path | None:
+    """The path of the scene file; None for text from elsewhere."""
+    found = text(contents, "path")
+    if "\0" in found:
+        raise contents.damaged("scene/path", "is not a path")
+    return Path(found) if found else None
+
+
+def overrides(contents: Contents) -> dict[str, str]:
+    """The parameters that --set changed."""
+    values = as_json(contents, "overrides")
+    if not (isinstance(values, dict) and all(isinstance(value, str) for value in values.values())):
+        raise contents.damaged("scene/overrides", "is not text by parameter")
+    return values
+
+
+def meshes(contents: Contents) -> dict[str, TriangleMesh]:
+    """The meshes by body; {} in files of older programs."""
+    if not contents.has(MESHES):
+        return {}
+    found: dict[str, TriangleMesh] = {}
+    triangles = 0
+    for number, body in enumerate(contents.texts(f"{MESHES}/bodies")):
+        name = f"{MESHES}/{number}"
+        triangles += contents.rows(f"{name}/triangles", (3,), np.int64)
+        if triangles > MOST_TRIANGLES:
+            raise contents.damaged(MESHES, f"has more than {MOST_TRIANGLES} triangles")
+        corners = contents.array(f"{name}/triangles", (None, 3), np.int64)
+        vertices = contents.array(f"{name}/vertices", (None, 3))
+        if not np.isfinite(vertices).all() or not ((corners >= 0) & (corners < len(vertices))).all():
+            raise contents.damaged(name, "is no mesh")
+        found[body] = TriangleMesh(vertices, corners)
+    return found

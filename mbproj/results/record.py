@@ -14,20 +14,19 @@ import numpy.typing as npt
 from mbproj.arrays import Array, Integers
 from mbproj.errors import choose_from
 from mbproj.results import events as happening
-from mbproj.results import members
+from mbproj.results import members, provenance
 from mbproj.results import trust as trusting
 from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
-from mbproj.results.file import stored_scene
 from mbproj.results.file.contents import Contents, KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
-from mbproj.results.stored_settings import UnfitSettings, settings_from
+from mbproj.results.provenance import UnfitSettings, settings_from
+from mbproj.results.shown import Shown
 from mbproj.results.trust import Poses, Trust
-from mbproj.results.views.doors import Shown
 from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Settings, Vector
 
@@ -169,7 +168,7 @@ class Results(Shown):
 
     def meshes(self) -> dict[str, TriangleMesh]:
         """The meshes by which bodies are drawn, by body."""
-        return stored_scene.meshes(self.contents)
+        return provenance.meshes(self.contents)
 
     def better(self) -> Poses | None:
         """The poses of the better solution that certified the run, at those of these samples that it has; None where
@@ -225,28 +224,28 @@ class Results(Shown):
     @property
     def title(self) -> str:
         """The title of the scene."""
-        return stored_scene.text(self.contents, "title")
+        return provenance.text(self.contents, "title")
 
     @property
     def scene_text(self) -> str:
         """The scene file as it was read."""
-        return stored_scene.text(self.contents, "text")
+        return provenance.text(self.contents, "text")
 
     @property
     def scene_path(self) -> Path | None:
         """The path of the scene file; None for text from elsewhere."""
-        return stored_scene.path(self.contents)
+        return provenance.path(self.contents)
 
     @property
     def overrides(self) -> dict[str, str]:
         """The parameters that --set changed."""
-        return stored_scene.overrides(self.contents)
+        return provenance.overrides(self.contents)
 
     @property
     def settings(self) -> Settings:
         """The settings of the run, with all defaults filled in."""
         try:
-            return settings_from(stored_scene.as_json(self.contents, "settings"))
+            return settings_from(provenance.as_json(self.contents, "settings"))
         except UnfitSettings as error:
             raise self.contents.damaged("scene/settings", f"is wrong: {error}") from error
 

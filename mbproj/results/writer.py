@@ -25,8 +25,7 @@ from mbproj.results import events as happening
 from mbproj.results import trust as trusting
 from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint, Slots
-from mbproj.results.crash_safety.claim import claim
-from mbproj.results.crash_safety.reserve import MARGIN, has_room, reserve, room_for, write_whole
+from mbproj.results.crash_safety.claim import MARGIN, claim, has_room, reserve, room_for, write_whole
 from mbproj.results.datasets import (
     VERSIONS,
     append,

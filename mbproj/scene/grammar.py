@@ -41,8 +41,7 @@ from mbproj.scene.fields.placing import (
     on_plane,
     with_face,
 )
-from mbproj.scene.fields.quantities import Number, position_in
-from mbproj.scene.fields.vectors import vector
+from mbproj.scene.fields.quantities import Number, position_in, vector
 from mbproj.scene.records import GROUND, Joint, Marker, Orientations, Pair
 
 #: The keys that give the axes of a joint, by the frame of its type.

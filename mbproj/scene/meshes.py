@@ -6,16 +6,18 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem, warn_once
-from mbproj.scene.appearance import MeshFile
 from mbproj.scene.fields.rotations import to_matrix
 from mbproj.scene.records import Scene
+
+if TYPE_CHECKING:
+    from mbproj.scene.appearance import MeshFile
 
 #: The most triangles of all meshes of a scene, and the most bytes of one file.
 MOST_TRIANGLES, MOST_BYTES = 200_000, 32_000_000

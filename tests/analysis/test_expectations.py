@@ -11,8 +11,7 @@ import pytest
 from mbproj.analysis.expectations import Outcome, outcome
 from mbproj.analysis.observed import series
 from mbproj.results import DATASETS, Results, open_results
-from mbproj.scene.blocks.observables import OBSERVABLES
-from mbproj.scene.blocks.passages import MECHANICAL_ADVANTAGE, TRANSMISSION_ANGLE, VELOCITY_RATIO
+from mbproj.scene.blocks.observables import MECHANICAL_ADVANTAGE, OBSERVABLES, TRANSMISSION_ANGLE, VELOCITY_RATIO
 from mbproj.scene.records import Expectation
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, RATE, record
 

@@ -17,7 +17,7 @@ from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecon
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.rope import Rope
 from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
-from mbproj.joints.ratios import thread
+from mbproj.joints.joint_type import thread
 from mbproj.model.primitive_set import Binding, bind, bindings
 from tests.constraints.lines import ON_CURVES, made
 from tests.kernel.scenes import needs_kernel

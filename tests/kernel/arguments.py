@@ -8,7 +8,7 @@ import numpy as np
 
 from mbproj.functions.program import Code, Program
 from mbproj.functions.program_set import flatten
-from mbproj.integrate.formulations.kernel_settings import kernel_tableau
+from mbproj.integrate.events.leg import kernel_tableau
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.kernel import core
 from mbproj.kernel.loads import programs

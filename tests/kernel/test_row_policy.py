@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.integrate.events.leg import kernel_tableau
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.kernel_settings import kernel_tableau
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import settle_rows

@@ -22,7 +22,7 @@ from mbproj.dynamics.derivatives.tangent import moved, tangent_velocities, veloc
 from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
 from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, twist_of
 from mbproj.joints import JOINTS
-from mbproj.joints.ratios import thread
+from mbproj.joints.joint_type import thread
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
 from tests.constraints.lines import LINES, WIRES, made

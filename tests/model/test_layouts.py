@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from mbproj.arrays import Array, cross
-from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics.observe.total_energy import kinetic_energy, potential_energy
 from mbproj.model import System, compile_system, initial_guess
 from mbproj.model.planar import Plane, planar_reduction
 from mbproj.scene.read import read_scene_text

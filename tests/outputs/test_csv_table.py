@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from mbproj.escapes import escaped, escaped_text
 from mbproj.outputs import write_csv
-from mbproj.outputs.escapes import escaped, escaped_text
 
 
 def test_text_is_no_formula_and_commands_no_terminal(tmp_path):

@@ -17,7 +17,7 @@ from xml.etree import ElementTree as Xml
 from mbproj.cli.report.expectations import error_words, subject, verdict, wanted
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode
-from mbproj.outputs.escapes import escaped_text
+from mbproj.escapes import escaped_text
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome

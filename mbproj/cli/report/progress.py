@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 from mbproj.cli.streams import commanding
+from mbproj.escapes import escaped
 from mbproj.integrate.simulate import Progress
-from mbproj.outputs.escapes import escaped
-from mbproj.studies.parallel.progress import ALIKE, BESIDE, Tell, silent
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar
+
+    from mbproj.studies.parallel.progress import Tell
 
 #: The number of positions of the bar, enough for a duration in any unit.
 STEPS = 1000
@@ -97,6 +98,8 @@ class Telling:
 
     def __call__(self, phase: str, done: int, whole: int) -> None:
         """Show how much of a phase is done. The pace counts only what is done after the phase's first call."""
+        from mbproj.studies.parallel.progress import ALIKE, BESIDE
+
         now, (phase, _, words) = self._clock(), phase.partition(BESIDE)
         begun, before = self._first.get(phase, (now, done))
         if done <= before:
@@ -110,6 +113,8 @@ class Telling:
 def telling(hidden: bool) -> Iterator[Tell]:
     """Yield a function that shows the progress of a study."""
     if hidden:
+        from mbproj.studies.parallel.progress import silent
+
         yield silent
         return
     with line() as shown:

@@ -39,7 +39,6 @@ def execute(
     from mbproj.cli.report.progress import progress_bar, telling
     from mbproj.cli.report.summary import print_summary
     from mbproj.cli.report.text import show_notes
-    from mbproj.cli.report.trust import as_numbers
     from mbproj.dynamics.rank.uniqueness import unique_components
     from mbproj.integrate.reporting.report import summary
     from mbproj.model import compile_system
@@ -77,7 +76,11 @@ def execute(
     rubbed, frictions = _friction_history(scene, output)
     rubbed |= _pushes(scene, output)
     if as_json:
-        certificate = {} if trust is None else {"trust": as_numbers(trust)}
+        certificate: dict[str, Any] = {}
+        if trust is not None:
+            from mbproj.cli.report.trust import as_numbers
+
+            certificate["trust"] = as_numbers(trust)
         judged = [expectations.record(outcome) for outcome in found]
         click.echo(json_text({**numbers, **certificate, **rubbed, "expectations": judged}))
     elif not quiet:
@@ -98,11 +101,13 @@ def _expected(scene: Scene, output: str) -> list[Outcome]:
 def _friction_history(scene: Scene, output: str) -> tuple[dict[str, Any], list[str]]:
     """The history of the run's dry frictions, for --json and as lines. The results are read only where there are
     frictions."""
+    on_ropes = any(joint.parameters["path"].rubbing for joint in scene.joints if "path" in joint.parameters)
+    if not (scene.forces or on_ropes):
+        return {}, []
     from mbproj.scene.records import JointForce
     from mbproj.scene.stops import PlaneStop
 
     on_joints = any(isinstance(force, JointForce) and force.coulomb for force in scene.forces)
-    on_ropes = any(joint.parameters["path"].rubbing for joint in scene.joints if "path" in joint.parameters)
     if not (on_joints or on_ropes) and not any(
         isinstance(force, PlaneStop) and force.friction for force in scene.forces
     ):
@@ -135,12 +140,12 @@ def _pushes(scene: Scene, output: str) -> dict[str, Any]:
 def _results_kept(name: str, output: str, *, as_json: bool, quiet: bool) -> Iterator[None]:
     """Tell where the results of a failed or interrupted run are, and how far they can be trusted if they were to be
     certified. With --json, print the object in this case too."""
-    from mbproj.cli.report.trust import as_numbers, lines_on
-    from mbproj.results import open_results
-
     try:
         yield
     except (SimulationError, KeyboardInterrupt) as error:
+        from mbproj.cli.report.trust import as_numbers, lines_on
+        from mbproj.results import open_results
+
         with open_results(output) as results:
             trust, goes_on = results.trust, isinstance(error, KeyboardInterrupt) and results.checkpoint is not None
         how = f"; go on with: mbproj continue {shlex.quote(output)}" if goes_on else ""

@@ -10,7 +10,7 @@ from typing import ClassVar, Literal, NamedTuple, TypeVar, final
 import numpy as np
 
 from mbproj.arrays import Integers, Numbers, dot
-from mbproj.constraints.angle import Angle
+from mbproj.constraints.basic import Angle
 from mbproj.constraints.curves.profile import FREE, MOST_KEPT, PlaneCurveShape
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mbproj.arrays import Array, Numbers
-from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.lanes import numbers
@@ -15,6 +15,9 @@ from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from mbproj.dynamics.blocks import Rows
 
 
 def gauss_newton(
@@ -46,6 +49,8 @@ def set_rows(system: System, bound: PrimitiveSet, pose: Pose) -> Rows:
     """Return the derivatives (m, 6n) of a set's values by (δr / length, δθ in body axes) of each body."""
     body, entries = tangent_entries(bound, pose)
     values = entries[:, :6] * numbers([system.length] * 3 + [1.0] * 3)
+    from mbproj.dynamics.blocks import Rows
+
     return Rows.of(bound.size, system.bodies, bound.entry_row, body, values)
 
 

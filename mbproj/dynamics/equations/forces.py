@@ -7,7 +7,6 @@ of a scene do work.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,17 +14,14 @@ import numpy as np
 from mbproj.arrays import Array, Flags, Integers, Numbers, cross, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
-from mbproj.dynamics.equations.instant import Instant, cause_of
+from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
-from mbproj.errors import SimulationError
-from mbproj.functions.program_set import ProgramSet
 from mbproj.lanes import numbers
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from mbproj.dynamics.equations.bushings import Deflection
-    from mbproj.functions.taylor import Series
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,10 +137,14 @@ def applied(instant: Instant, held: Array | None = None, carried: Array | None =
     forces, pose, t = instant.system.forces, instant.pose, float(instant.t)
     state = law_state(instant, held, carried)
     if not np.all(np.isfinite(state.force)):
-        raise _law_fails(instant, state)
+        from mbproj.dynamics.equations.force_errors import law_fails
+
+        raise law_fails(instant, state)
     force, torque = _along_coordinates(forces, pose, state.force, state.bent)
     if state.bent is not None and np.any(too_far := _stands_too_far(forces, state.bent)):
-        raise _turns_too_far(forces, np.where(too_far, state.bent.cosine, 1.0), t)
+        from mbproj.dynamics.equations.force_errors import turns_too_far
+
+        raise turns_too_far(forces, np.where(too_far, state.bent.cosine, 1.0), t)
     given_force, given_torque = _on_bodies(instant, held)
     omega = body_rates(pose, instant.twist)
     power = np.sum(given_force * instant.twist.velocity) + np.sum(given_torque * omega) + state.given @ state.rate
@@ -165,6 +165,8 @@ def state_rates(instant: Instant, held: Array | None = None) -> Array:
     of_states = np.array([run(system.programs, first + k, variables, held)[0] for k in range(len(instant.x))])
     if not np.isfinite(of_states).all():
         k = int(np.flatnonzero(~np.isfinite(of_states))[0])
+        from mbproj.dynamics.equations.force_errors import program_fails
+
         raise program_fails(instant, first + k, f"state '{system.names.states[k]}'", variables)
     return of_states
 
@@ -187,6 +189,8 @@ def action_values(instant: Instant, action: int) -> Array:
     found = np.array([run(system.actions.programs, k, variables)[0] for k in sets])
     if not np.isfinite(found).all():
         k = sets[int(np.flatnonzero(~np.isfinite(found))[0])]
+        from mbproj.dynamics.equations.force_errors import program_fails
+
         raise program_fails(instant, k, system.actions.names[action], variables, system.actions.programs)
     return found
 
@@ -230,6 +234,11 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
     return force, torque
 
 
+def _stands_too_far(forces: Forces, bent: Deflection) -> Flags:
+    too_far: Flags = (bent.cosine < np.cos(0.5 * THRESHOLDS.most_turned)) & ~forces.bushings.turns_freely
+    return too_far
+
+
 def given_components(instant: Instant, held: Array | None = None) -> Array:
     """Return the values of the programs of given forces and torques, (..., W, 3)."""
     from mbproj.functions.series import run
@@ -244,7 +253,9 @@ def given_vectors(instant: Instant, held: Array | None = None) -> Array:
     """Return the given forces and torques in global axes, (W, 3). Raises SimulationError where one is not finite."""
     given, vector = instant.system.forces.on_bodies, given_components(instant, held)
     if not np.all(np.isfinite(vector)):
-        raise _program_fails(instant, int(given.program[~np.isfinite(vector)][0]), 0.0, 0.0)
+        from mbproj.dynamics.equations.force_errors import force_fails
+
+        raise force_fails(instant, int(given.program[~np.isfinite(vector)][0]))
     return in_global_axes(instant, vector)
 
 
@@ -273,45 +284,3 @@ def _on_bodies(instant: Instant, held: Array | None) -> tuple[Array, Array]:
 def _in_body(pose: Pose, body: Integers, vector: Array) -> Array:
     """Return global vectors (e, 3) in the axes of bodies (e,)."""
     return (vector[:, None, :] @ pose.rotation[body])[:, 0, :]
-
-
-def _law_fails(instant: Instant, state: LawState) -> SimulationError:
-    forces, t = instant.system.forces, float(instant.t)
-    law = int(np.flatnonzero(~np.isfinite(state.force))[0])
-    program = int(forces.laws.program[law]) if law < forces.laws.size else -1
-    value, rate = float(state.value[law]), float(state.rate[law])
-    if program >= 0 and np.isfinite(value) and np.isfinite(rate):
-        return _program_fails(instant, program, value, rate)
-    where = f"force '{forces.owners[law]}'"
-    if value == 0.0 and law < forces.laws.size:
-        return SimulationError(t, "its two points have met, and it has no direction", where=where, hint="move one")
-    return SimulationError(t, "the solution is no longer finite", where=where, hint="try a smaller step or tolerance")
-
-
-def _stands_too_far(forces: Forces, bent: Deflection) -> Flags:
-    too_far: Flags = (bent.cosine < np.cos(0.5 * THRESHOLDS.most_turned)) & ~forces.bushings.turns_freely
-    return too_far
-
-
-def _turns_too_far(forces: Forces, cosine: Array, t: float) -> SimulationError:
-    worst = int(np.argmin(cosine))
-    angle = np.degrees(2.0 * np.arccos(np.clip(cosine[worst], 0.0, 1.0)))
-    cause = f"its frames stand {angle:.4g} deg apart, and at 180 deg a rotation vector has no direction"
-    hint = "make it stiffer, or let a joint hold what turns so far"
-    return SimulationError(t, cause, where=f"force '{forces.bushing_names[worst]}'", hint=hint)
-
-
-def _program_fails(instant: Instant, index: int, value: float, rate: float) -> SimulationError:
-    forces = instant.system.forces
-    return program_fails(instant, index, f"force '{forces.program_owners[index]}'", instant.variables(value, rate))
-
-
-def program_fails(
-    instant: Instant, index: int, where: str, variables: Sequence[Series], programs: ProgramSet | None = None
-) -> SimulationError:
-    """Return the error for program `index`, of `programs` or else of the system, without a finite value for these
-    variables."""
-    programs = programs or instant.system.programs
-    cause = f"'{programs.texts[index]}' fails: {cause_of(instant, programs, index, variables)}"
-    hint = "correct the expression, or end the run before that time"
-    return SimulationError(float(instant.t), cause, where=where, hint=hint)

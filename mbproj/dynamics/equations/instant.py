@@ -1,9 +1,8 @@
-"""The variables of a scene's functions at a state: the time and channels; and the cause of a value that is not
-finite."""
+"""The variables of a scene's functions at a state: the time and channels."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,8 +13,7 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist
-from mbproj.functions.program import CHANNELS, TIME, Op
-from mbproj.functions.program_set import ProgramSet
+from mbproj.functions.program import TIME
 from mbproj.lanes import one_of
 from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
@@ -23,9 +21,6 @@ from mbproj.several import is_several
 
 if TYPE_CHECKING:
     from mbproj.functions.taylor import Series
-
-#: The most inputs that a message lists.
-MOST_INPUTS = 6
 
 
 def of_signals(instant: Instant) -> Numbers:
@@ -96,47 +91,3 @@ class Instant:
 
         values = self.values(s, rate)
         return Variables(values, {TIME: time_series(values[TIME])})
-
-
-def cause_of(instant: Instant, programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:
-    """Return the cause of a value that is not finite, in words: "sqrt(-0.25) is not finite, with pin.angle = 0.3".
-
-    Where a signal in the program has no finite value, the words are on that signal, the first in the order of
-    evaluation."""
-    from mbproj.functions.series import failure, run
-
-    signals, names = instant.system.signals, instant.system.names.signals
-    wrong = [at for at in _within(signals, programs, index) if not np.isfinite(run(signals, at, variables)[0])]
-    if not wrong:
-        return failure(programs, index, variables) + _inputs(instant, programs, index)
-    root = min(wrong, key=lambda at: len(_code(signals, at)))  # a signal that names another one has longer code
-    said = f"signal '{names[root]}' is not finite: '{signals.texts[root]}', {failure(signals, root, variables)}"
-    return said + _inputs(instant, signals, root)
-
-
-def _code(programs: ProgramSet, index: int) -> bytes:
-    """Return the instructions of a program as bytes."""
-    own = slice(int(programs.start[index]), int(programs.start[index + 1]))
-    return np.column_stack([programs.op[own].astype(float), programs.operand[own]]).tobytes()
-
-
-def _within(signals: ProgramSet, programs: ProgramSet, index: int) -> Iterator[int]:
-    """The numbers of the signals whose code is a part of a program's code. Signals with tables are not found, because
-    each set numbers its own tables."""
-    whole = _code(programs, index)
-    yield from (at for at in range(signals.size) if _code(signals, at) in whole)
-
-
-def _inputs(instant: Instant, programs: ProgramSet, index: int) -> str:
-    """Return the channels that a program names with their values, in words."""
-    channels, names = instant.system.channels, instant.system.names
-    own = range(int(programs.start[index]), int(programs.start[index + 1]))
-    read = {int(programs.operand[at]) - CHANNELS for at in own if programs.op[at] == Op.VARIABLE}
-    said = []
-    for channel in sorted(number for number in read if number >= 0):
-        kind, at = ChannelKind(int(channels.kind[channel])), int(channels.index[channel])
-        name = names.states[at] if kind is ChannelKind.STATE else names.coordinates[at]
-        value = float(instant.channels[..., channel])
-        said.append(f"{name}{'_dot' if kind is ChannelKind.RATE else ''} = {value:.6g}")
-    more = f" and {len(said) - MOST_INPUTS} more" if len(said) > MOST_INPUTS else ""
-    return f", with {', '.join(said[:MOST_INPUTS])}{more}" if said else ""

@@ -32,6 +32,16 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     return force, torque
 
 
+def reactions_with_teeth(system: System, pose: Pose, multipliers: Numbers) -> tuple[Numbers, Numbers]:
+    """Return the reactions (T, nj, 3) in which gears push with their teeth, where the system has such gears."""
+    of_joints = reactions(system, pose, multipliers)
+    if not system.couplings.teeth:
+        return of_joints
+    from mbproj.dynamics.observe.tooth_forces import on_bearings
+
+    return on_bearings(system, pose, *of_joints)
+
+
 def applied_seen(instant: Instant) -> Mapping[str, Numbers]:
     """Return, by dataset, the given forces in N and torques in N m, in global axes, (T, W, 3), and their power in W,
     (T, W). The power is that along the velocity of the point, or along the angular velocity of the body."""

@@ -21,7 +21,6 @@ from mbproj.dynamics.equations.constraint_equations import (
     constraint_velocity,
     set_velocity,
 )
-from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import LawState, law_state
 from mbproj.dynamics.equations.instant import Instant, of_signals
 from mbproj.dynamics.equations.kinematics import (
@@ -34,10 +33,10 @@ from mbproj.dynamics.equations.kinematics import (
     pose_of,
     twist_of,
 )
-from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.observe.reactions import applied_seen, reactions
+from mbproj.dynamics.equations.motions import Drive
+from mbproj.dynamics.observe.reactions import applied_seen, reactions_with_teeth
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
-from mbproj.dynamics.observe.total_energy import EnergyAtStart, account, potential
+from mbproj.dynamics.observe.total_energy import EnergyAtStart, account, kinetic_energy, stored
 from mbproj.lanes import contiguous, first_axis_innermost
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
@@ -135,11 +134,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def drive(self) -> Drive:
-        if not self.system.couplings.size:
-            return drive_at(self.system, self._seen.t)
-        from mbproj.dynamics.equations.teeth import Teeth
-
-        return drive_at(self.system, self._seen.t, Teeth(self.observer.start.sums, self.coordinate))
+        return self.observer.start.drive(self._seen.t, self.coordinate)
 
     @cached_property
     def C(self) -> Numbers:
@@ -190,12 +185,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:
-        of_joints = reactions(self.system, self.pose, self._seen.multipliers)
-        if not self.system.couplings.teeth:
-            return of_joints
-        from mbproj.dynamics.observe.tooth_forces import on_bearings
-
-        return on_bearings(self.system, self.pose, *of_joints)
+        return reactions_with_teeth(self.system, self.pose, self._seen.multipliers)
 
     def open_by(self, *, length: bool) -> Numbers:
         """Return the largest violation of each joint's rows of lengths, or of angles, (T, nj)."""
@@ -243,13 +233,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def stored(self) -> Numbers:
         """Return V of gravity, springs and compliant stops, (T,)."""
-        own = potential(self.instant, self.laws)
-        stops = self.system.stops
-        if stops is None:
-            return own
-        from mbproj.dynamics.equations.gaps import gaps, stored_energy
-
-        return own + stored_energy(stops, gaps(stops, self.pose, self._seen.turns))
+        return stored(self.instant, self.laws, self._seen.turns)
 
     @cached_property
     def work(self) -> tuple[Numbers, Numbers]:

@@ -1,4 +1,4 @@
-"""The energy T + V of a state, and the work and losses since the start."""
+"""The energy T + V of a state (Eq. 16), and the work and losses since the start."""
 
 from __future__ import annotations
 
@@ -7,12 +7,32 @@ from typing import final
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Integers, Numbers, dot, total
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.energy import kinetic_energy, potential_energy
 from mbproj.dynamics.equations.forces import LawState, law_state
 from mbproj.dynamics.equations.instant import Instant
+from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates
+from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.model.system import System
+
+
+def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
+    """Return T = ½ Σ m r'² + ½ Σ ωᵀJω in J, and ½ Σ I s'² of reflected inertias, shape (...)."""
+    velocity, omega = twist.velocity[..., :-1, :], body_rates(pose, twist)[..., :-1, :]
+    turned = [dot(system.inertia[:, axis], omega) for axis in range(3)]
+    rotation = sum(omega[..., axis] * turned[axis] for axis in range(3))
+    energy: Numbers = 0.5 * total(system.mass * dot(velocity, velocity) + rotation)
+    if not system.reflected.size:
+        return energy
+    from mbproj.dynamics.equations.reflected import added_energy
+
+    return energy + added_energy(system.reflected, pose, twist)
+
+
+def potential_energy(system: System, pose: Pose) -> Numbers:
+    """Return V = -Σ m g·r in J, shape (...): zero with all centres of mass at the origin."""
+    energy: Numbers = -total(system.mass * dot(system.gravity, pose.position[..., :-1, :]))
+    return energy
 
 
 @final
@@ -40,6 +60,15 @@ class EnergyAtStart:
         at = self._state.instant(self._system)
         return sums_at_start(self._system, at.pose, at.expected)
 
+    def drive(self, t: Numbers, coordinate: Numbers) -> Drive:
+        """Return what motions prescribe at the times t (T,), with the teeth in mesh at the joints' coordinates (T,
+        nc)."""
+        if not self._system.couplings.size:
+            return drive_at(self._system, t)
+        from mbproj.dynamics.equations.teeth import Teeth
+
+        return drive_at(self._system, t, Teeth(self.sums, coordinate))
+
 
 def total_energy(system: System, state: State) -> float:
     """Return T + V of one state, in J."""
@@ -59,6 +88,16 @@ def potential(instant: Instant, laws: LawState) -> Numbers:
     return potential_energy(instant.system, instant.pose) + laws.stored + of_elements(instant)[0]
 
 
+def stored(instant: Instant, laws: LawState, turns: Integers) -> Numbers:
+    """Return V in J of gravity, springs, elements and compliant stops; `turns` are those of the joints' angles."""
+    own, stops = potential(instant, laws), instant.system.stops
+    if stops is None:
+        return own
+    from mbproj.dynamics.equations.gaps import gaps, stored_energy
+
+    return own + stored_energy(stops, gaps(stops, instant.pose, turns))
+
+
 def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
     """Return the energies in J that elements store, and have lost since they began, (...)."""
     energies = instant.system.energies
@@ -68,11 +107,11 @@ def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
     from mbproj.functions.series import run
 
     variables = instant.variables()
-    stored, lost = (
+    kept, lost = (
         sum((run(programs, k, variables)[0] for k in range(programs.size)), np.zeros(instant.pose.position.shape[:-2]))
         for programs in (energies.stored, energies.lost)
     )
-    return stored, lost
+    return kept, lost
 
 
 def account(instant: Instant, at_start: tuple[Numbers, Numbers], work: Array) -> tuple[Numbers, Numbers]:

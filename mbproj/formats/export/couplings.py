@@ -11,7 +11,7 @@ from numpy.polynomial import Polynomial
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.formats.export.start import Start
-from mbproj.joints.ratios import thread
+from mbproj.joints.joint_type import thread
 from mbproj.scene.records import Joint
 
 #: A function is a polynomial of the fourth degree where it differs from one by less than about this part of its size.

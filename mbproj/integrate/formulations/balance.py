@@ -10,12 +10,12 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.forces import law_state
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.round_off import EPSILON
+from mbproj.dynamics.observe.total_energy import kinetic_energy
 from mbproj.dynamics.symmetries import rigid_fields
 from mbproj.model.system import System
 from mbproj.projection import Method, ProjectedState, Projection

@@ -15,8 +15,7 @@ from mbproj.dynamics.equations.forces import require_values
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
-from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.formulations.kernel_settings import kernel_steps, kernel_tableau
+from mbproj.integrate.events.leg import Leg, kernel_steps, kernel_tableau
 from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.lanes import contiguous
 from mbproj.model.layout import Layout

@@ -12,7 +12,6 @@ from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
-from mbproj.dynamics.equations.reflected import inertial_reaction, pull_on_bodies
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced, layout_in_bodies, space_state
@@ -119,6 +118,8 @@ class InPlane(Compiled):
         momentum = (system.inertia @ omega[..., None])[..., 0]
         force = system.mass[:, None] * (system.gravity - change.velocity[:-1])
         torque = -(system.inertia @ spin_up[..., None])[..., 0] - cross(omega, momentum)
+        from mbproj.dynamics.equations.reflected import inertial_reaction, pull_on_bodies
+
         loads, reaction = applied(instant), inertial_reaction(system.reflected, pose, twist, change)
         missing = np.concatenate([force + loads.force[:-1], torque + loads.torque[:-1]], axis=-1)
         missing += pull_on_bodies(system.reflected, pose, reaction)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from operator import itemgetter
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -16,12 +16,14 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import SHARED, Event
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
-from mbproj.integrate.loop.followed_steps import FollowedSteps
-from mbproj.integrate.loop.pauses import Pauses, Standing
 from mbproj.integrate.reporting.marks import START, Mark, Marks, restored_events, resuming, saved_events
 from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept, Tally, with_another
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
+
+if TYPE_CHECKING:
+    from mbproj.integrate.loop.followed_steps import FollowedSteps
+    from mbproj.integrate.loop.pauses import Pauses, Standing
 
 #: The kernel returns for Ctrl-C and for progress at least this often, in s.
 RETURN_SECONDS = 0.1
@@ -208,6 +210,8 @@ def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
 def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
     """Return where a run stands that has returned between two steps."""
     mark = run.here()
+    from mbproj.integrate.loop.pauses import Standing
+
     return Standing(
         steps=tally.steps,
         rejected=tally.rejected_steps,

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, stack
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.loop.compiled_march import Outside
 from mbproj.integrate.loop.compiled_march import march as march_compiled
-from mbproj.integrate.loop.followed_steps import FollowedSteps
-from mbproj.integrate.loop.pauses import Pauses
 from mbproj.integrate.reporting.marks import Marks
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.model.system import System
 from mbproj.registry import is_explicit
 from mbproj.scene.records import Settings
 from mbproj.scene.sampling import output_interval
+
+if TYPE_CHECKING:
+    from mbproj.integrate.loop.followed_steps import FollowedSteps
+    from mbproj.integrate.loop.pauses import Pauses
 
 
 def march_by_one_method(

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.constraints.angle import Angle
+from mbproj.constraints.basic import Angle
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.rope import Rope
 from mbproj.errors import InputError, Place, Problem

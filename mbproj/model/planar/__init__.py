@@ -13,8 +13,13 @@ have no gradient in the plane. The gyroscopic torque ω × Jω has no component 
 inertia, and forces along n, load the joints only.
 """
 
-from mbproj.model.planar.bushings import bushings_in_plane
-from mbproj.model.planar.loads import channels_in_plane, coordinates_in_plane, locals_in_plane, obstacle_in_plane
+from mbproj.model.planar.loads import (
+    bushings_in_plane,
+    channels_in_plane,
+    coordinates_in_plane,
+    locals_in_plane,
+    obstacle_in_plane,
+)
 from mbproj.model.planar.planar_set import PlanarSet
 from mbproj.model.planar.plane import Plane
 from mbproj.model.planar.reduction import NotPlanar, planar_reduction

@@ -27,8 +27,7 @@ from mbproj.results.faults import damaged, not_ours
 from mbproj.results.file.checksums import plain
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.dataset import CHUNK_CACHE, DAMAGE
-from mbproj.results.file.lock import is_locked
-from mbproj.results.file.regular import check_regular
+from mbproj.results.file.lock import check_regular, is_locked
 from mbproj.results.layout import FORMAT
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import hdf5, replacing
-from mbproj.results.file import stored_scene
+from mbproj.results import provenance
 from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_rehearsed
@@ -116,8 +116,8 @@ def read(path: Path, layout: FileLayout) -> tuple[dict[str, Any], dict[str, Any]
 def scene_in(path: Path) -> StoredScene:
     """Read the scene that the file belongs to."""
     with open_rehearsed(path) as contents:
-        path_then, overrides = stored_scene.path(contents), stored_scene.overrides(contents)
-        return StoredScene(stored_scene.text(contents, "text"), path_then, overrides, stored_scene.meshes(contents))
+        path_then, overrides = provenance.path(contents), provenance.overrides(contents)
+        return StoredScene(provenance.text(contents, "text"), path_then, overrides, provenance.meshes(contents))
 
 
 def _read(contents: Contents, layout: FileLayout) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from mbproj.results.events import Happening
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.records import TEXT, create_records, room_for_records, write_records
+from mbproj.results.file.whole import TEXT, create_records, room_for_records, write_records
 from mbproj.results.loads.largest import Load, Recorded, loads
 
 GROUP = "summary/loads"

@@ -20,8 +20,7 @@ from mbproj.scene.fields.checks import inertia_of
 from mbproj.scene.fields.choices import Alternatives
 from mbproj.scene.fields.containers import OneOf, Record, Rule
 from mbproj.scene.fields.fields import Converted, Deferred, Field, List
-from mbproj.scene.fields.quantities import Number
-from mbproj.scene.fields.vectors import POINT, rows, vector
+from mbproj.scene.fields.quantities import POINT, Number, rows, vector
 from mbproj.scene.records import Body, Matrix, Quaternion, Vector
 
 INERTIA: Field[Matrix] = Converted(

@@ -9,12 +9,16 @@ from mbproj.errors import choose_from
 from mbproj.joints import JOINTS
 from mbproj.registry import named
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in, with_coordinates
-from mbproj.scene.blocks.expectation_fit import fits
-from mbproj.scene.blocks.expectations import Given, expectation, subject
-from mbproj.scene.blocks.observables import CONTACT, MOST_WHEELS, OBSERVABLES, OF_BUSHINGS, TENSION, Observable
-from mbproj.scene.blocks.passages import (
+from mbproj.scene.blocks.expectations import Given, expectation, fits, subject
+from mbproj.scene.blocks.observables import (
+    CONTACT,
+    MOST_WHEELS,
+    OBSERVABLES,
+    OF_BUSHINGS,
     RATIOS,
+    TENSION,
     GivenPassage,
+    Observable,
     coordinates_of,
     of_coordinates,
     of_corners,

@@ -11,13 +11,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from mbproj.errors import Place, Problem
-from mbproj.functions.curves.piece import Form
-from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.inertia import principal_moments
 from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce, Scene
+
+if TYPE_CHECKING:
+    from mbproj.functions.curves.track import SpaceTrack, Track
 
 #: A joint is far from a body at more than so many of its lengths from the centre of mass; half a length is usual.
 FAR = 8.0
@@ -189,6 +191,9 @@ def uncertainty(track: Track | SpaceTrack) -> tuple[float, float] | None:
     """The unit in m to which the N points of a closed curve were rounded, and the error of a follower's acceleration,
     in m per (rad/s)². The error is 12 r (N/2π)² with r half the unit. None where it is small, or the rounding is not
     known."""
+    from mbproj.functions.curves.piece import Form
+    from mbproj.functions.curves.track import SpaceTrack
+
     if isinstance(track, SpaceTrack):
         return None
     polar = track.line.pieces[0].form is Form.POLAR

@@ -7,8 +7,7 @@ from mbproj.scene.fields.checks import orientation_of, unit_quaternion
 from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, List
-from mbproj.scene.fields.quantities import Number, PositionAngle
-from mbproj.scene.fields.vectors import DIRECTION, rows
+from mbproj.scene.fields.quantities import DIRECTION, Number, PositionAngle, rows
 from mbproj.scene.records import Quaternion
 
 QUATERNION: Field[Quaternion] = Converted(List(Number(), 4), unit_quaternion)

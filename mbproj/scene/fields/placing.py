@@ -10,8 +10,8 @@ from mbproj.scene.fields.checks import Placed, different, of_these_bodies, pair_
 from mbproj.scene.fields.choices import Alternatives, NameReference
 from mbproj.scene.fields.containers import Complaint, Named, Record
 from mbproj.scene.fields.fields import Converted, Deferred, Field, List
+from mbproj.scene.fields.quantities import DIRECTION, POINT
 from mbproj.scene.fields.reading import Unfit
-from mbproj.scene.fields.vectors import DIRECTION, POINT
 from mbproj.scene.records import GROUND, Pair, Quaternion, Vector
 
 JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))

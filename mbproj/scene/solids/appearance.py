@@ -19,9 +19,8 @@ from mbproj.scene.fields.choices import Alternatives
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Text
 from mbproj.scene.fields.orientation import ORIENTATION
-from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.quantities import POINT, Number
 from mbproj.scene.fields.reading import Unfit
-from mbproj.scene.fields.vectors import POINT
 from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS
 
 HEX = re.compile(r"#[0-9a-fA-F]{6}")

@@ -14,9 +14,8 @@ from mbproj.scene.fields.checks import inertia_of
 from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION
-from mbproj.scene.fields.quantities import LARGEST, Number
+from mbproj.scene.fields.quantities import LARGEST, POINT, Number
 from mbproj.scene.fields.reading import Unfit
-from mbproj.scene.fields.vectors import POINT
 from mbproj.scene.records import Matrix, Quaternion, Vector
 from mbproj.scene.solids.shapes import A_SHAPE, SHAPE_FIELDS, Shape
 

@@ -13,8 +13,7 @@ from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.expectations import Given
 from mbproj.scene.blocks.measures import complaints, measures_of
-from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable
-from mbproj.scene.blocks.passages import coordinates_of
+from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable, coordinates_of
 from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Scene

@@ -6,11 +6,11 @@ import numpy as np
 
 from mbproj.arrays import Array, cross
 from mbproj.dynamics.equations.constraint_equations import set_jacobian, tangent_jacobian, time_derivative
-from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.reflected import inertial_reaction
+from mbproj.dynamics.observe.total_energy import kinetic_energy
 from mbproj.studies.verify.accelerations import tangent
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.finding import Found, difference, worse

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import State
-from mbproj.dynamics.equations.energy import kinetic_energy
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix, tangent_mass_matrix
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics.observe.total_energy import kinetic_energy
 from mbproj.errors import InputError
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.reduced import from_space

@@ -21,9 +21,8 @@ from mbproj.scene.fields.containers import Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.orientation import ORIENTATION
 from mbproj.scene.fields.placing import FRAMES, JOINT_POINT, TWO_BODIES
-from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.quantities import Number, rows, vector
 from mbproj.scene.fields.reading import Unfit
-from mbproj.scene.fields.vectors import rows, vector
 from mbproj.scene.records import Bushing, Force, Matrix, Orientations, Vector
 
 NONE: Vector = (0.0, 0.0, 0.0)

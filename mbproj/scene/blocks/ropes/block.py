@@ -21,10 +21,9 @@ from mbproj.scene.fields.choices import NameChoice, NameReference
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List
 from mbproj.scene.fields.placing import BODY_POINT
-from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.quantities import DIRECTION, Number
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.rotations import to_matrix
-from mbproj.scene.fields.vectors import DIRECTION
 from mbproj.scene.records import GROUND, Body, Joint, Motion, Pair, Vector
 from mbproj.scene.stops import Limit, OfBody, StopLaw
 
