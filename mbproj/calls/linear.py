@@ -19,8 +19,8 @@ from mbproj.linear.root_loci import RootLocus, trace
 from mbproj.linear.state_space.model import LinearModel, linear_model
 from mbproj.model import compile_system
 from mbproj.registry import SCENE_START
-from mbproj.scene.problem_places import placed_in
 from mbproj.scene.records import Scene
+from mbproj.scene.settings import placed_in
 
 _NOTHING: Mapping[str, object] = {}
 

@@ -11,9 +11,9 @@ from mbproj.calls.run import run
 from mbproj.errors import InputError, Place, Problem
 from mbproj.model import compile_system
 from mbproj.results import Results, open_results
-from mbproj.scene.problem_places import placed_in
 from mbproj.scene.read import read_scene_text
 from mbproj.scene.records import Scene
+from mbproj.scene.settings import placed_in
 from mbproj.studies.inverse.given import GivenMotion, from_csv, from_results
 from mbproj.studies.inverse.loads import ActuatorLoads, loads_of_given, loads_of_results
 

@@ -22,9 +22,8 @@ from mbproj.model import compile_system
 from mbproj.registry import EQUILIBRIUM
 from mbproj.results import Results, ResultsWriter, open_own_results
 from mbproj.scene.blocks.simulation import OPTIONS
-from mbproj.scene.problem_places import placed_in
 from mbproj.scene.records import Scene
-from mbproj.scene.settings import settings_to_run
+from mbproj.scene.settings import placed_in, settings_to_run
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

@@ -1,4 +1,4 @@
-"""The basic primitives, of points and vectors (Haug 1989, sect. 9.4), and the angle of a vector in the plane of two others."""
+"""The basic primitives, of points and vectors (Haug 1989, sect. 9.4), and the angle of a vector in a plane."""
 
 from __future__ import annotations
 

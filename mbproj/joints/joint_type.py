@@ -1,4 +1,4 @@
-"""What a joint type is: its rows, its coordinates, what the scene may say of it, and how it couples joint coordinates."""
+"""What a joint type is: its rows, its coordinates, what the scene may say of it, and how it couples coordinates."""
 
 from __future__ import annotations
 

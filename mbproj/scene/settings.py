@@ -1,8 +1,12 @@
-"""The `Settings` of a scene: options of the command line replace the scene's, which replace defaults; their checks."""
+"""The `Settings` of a scene: options of the command line replace the scene's, which replace defaults; their checks.
+
+Code that does not know the file raises problems by their keys; `placed_in` gives them their places in the scene.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import fields, replace
 from typing import Any
 
@@ -238,3 +242,21 @@ def settings_to_run(scene: Scene, *, by_options: bool = True) -> Settings:
     if problems:
         raise InputError(problems)
     return settings
+
+
+#: The key that a problem is placed at where it has neither a place nor a key.
+UNPLACED: KeyPath = ("simulation", "projection", "method")
+
+
+def placed(problem: Problem, scene: Scene) -> Problem:
+    """The problem with its place in the scene, found by its key."""
+    return problem if problem.place else replace(problem, place=scene.place(*(problem.key or UNPLACED)))
+
+
+@contextmanager
+def placed_in(scene: Scene) -> Iterator[None]:
+    """Give problems that are raised in this block their places in the scene."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError([placed(problem, scene) for problem in error.problems]) from error

@@ -24,8 +24,8 @@ from mbproj.outputs import make_folder
 from mbproj.results import ResultsWriter, check_results, open_results
 from mbproj.results.files import part_path
 from mbproj.scene import settings_to_run
-from mbproj.scene.problem_places import placed_in
 from mbproj.scene.read import SceneText
+from mbproj.scene.settings import placed_in
 from mbproj.scene.text.source import read_text
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 from mbproj.studies.store import key_of

@@ -13,8 +13,8 @@ from mbproj.model import System, compile_system, initial_guess
 from mbproj.model.system import Conditions
 from mbproj.scene.fields.given import given_number
 from mbproj.scene.fields.quantities import Number
-from mbproj.scene.problem_places import placed_in
 from mbproj.scene.records import Scene
+from mbproj.scene.settings import placed_in
 
 _NOTHING: Mapping[str, object] = {}
 #: The most coordinates that a message names.

@@ -31,8 +31,8 @@ from mbproj.model import System, compile_system
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.blocks.oversights import notes_on
 from mbproj.scene.meshes import meshes_of
-from mbproj.scene.problem_places import placed, placed_in
 from mbproj.scene.records import Scene
+from mbproj.scene.settings import placed, placed_in
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack

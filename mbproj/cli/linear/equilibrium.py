@@ -80,7 +80,7 @@ def command(
     from mbproj.model import compile_system
     from mbproj.results import check_output
     from mbproj.scene import read_scene
-    from mbproj.scene.problem_places import placed_in
+    from mbproj.scene.settings import placed_in
 
     with placed_at(Place("--output")):
         check_output(Path(output))

@@ -88,7 +88,7 @@ def command(
     from mbproj.outputs import check_replaceable
     from mbproj.results.linear.model_file import KINDS, write_model
     from mbproj.scene import read_scene
-    from mbproj.scene.problem_places import placed_in
+    from mbproj.scene.settings import placed_in
 
     with placed_at(Place("--output")):
         if output.suffix not in KINDS:

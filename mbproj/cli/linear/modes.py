@@ -100,7 +100,7 @@ def _modes(
     from mbproj.linear.modes import modes
     from mbproj.model import compile_system
     from mbproj.scene import read_scene
-    from mbproj.scene.problem_places import placed_in
+    from mbproj.scene.settings import placed_in
 
     what = read_scene(scene, changed)
     with placed_in(what):

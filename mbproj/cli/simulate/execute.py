@@ -44,7 +44,7 @@ def execute(
     from mbproj.model import compile_system
     from mbproj.results import ResultsWriter
     from mbproj.scene import settings_to_run
-    from mbproj.scene.problem_places import placed_in
+    from mbproj.scene.settings import placed_in
 
     started = perf_counter()
     settings = settings_to_run(scene)

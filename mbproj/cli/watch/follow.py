@@ -27,7 +27,7 @@ from mbproj.pages.page.three_js import three_js
 from mbproj.pages.page.write import html, waiting
 from mbproj.results import ResultsWriter, open_own_results
 from mbproj.scene import Scene, read_scene, settings_to_run
-from mbproj.scene.problem_places import placed_in
+from mbproj.scene.settings import placed_in
 
 #: The time between two checks, s. A save is over when two checks agree: some editors write in pieces.
 LOOK = 0.05

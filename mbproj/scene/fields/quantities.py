@@ -1,4 +1,4 @@
-"""Fields of numbers: one in a unit, within bounds, whole; and three of them, as points, directions, the rows of a matrix."""
+"""Fields of numbers: one in a unit, within bounds, whole; and three, as points, directions, the rows of a matrix."""
 
 from __future__ import annotations
 
