@@ -1,5 +1,7 @@
-"""The solution of the joints' equations: when joints count as closed, which rows depend on each other, what masses and
-pivots it can bear, and when rows of the energy and the momenta are left out."""
+"""The solution of the joints' equations: when joints count as closed, and which rows depend on each other.
+
+Also what masses and pivots it can bear, and when rows of the energy and the momenta are left out.
+"""
 
 from __future__ import annotations
 
