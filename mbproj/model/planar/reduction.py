@@ -29,6 +29,7 @@ from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.certain import candidate_normals, certain_plane, plane_axes
 from mbproj.model.planar.planar_set import planar_set
 from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.rank import escape
 from mbproj.model.planar.rows import INSIDE, OUTSIDE, STRANGE, TILTED, RowMap, Seen, kind_of, see, sides, strangeness
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
@@ -100,8 +101,6 @@ def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Int
     parts = split(system.joints, joints, side)
     if isinstance(parts, Refusal):
         return _not_planar(f"joint '{system.names.joints[parts.joint]}' {parts.cause}, seen in the plane", axes)
-    from mbproj.model.planar.rank import escape
-
     loose = escape(system.joints, joints, parts.outside, system.names.carriers, system.length)
     if loose is not None:
         return _not_planar(loose, axes)
