@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
-from mbproj.scene.text.suggestions import choose_from
+from mbproj.errors import InputError, Problem, choose_from
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
