@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from mbproj.analysis.comparison import Difference, common_samples, trajectory_difference
     from mbproj.analysis.energy import EnergyDrift, energy_drift
     from mbproj.analysis.expectations import Outcome, outcomes
-    from mbproj.analysis.summary import SeriesPeak, peak, summary, worst
+    from mbproj.analysis.summary import SeriesPeak, peak, worst
 
 _HOME_OF = {
     **dict.fromkeys(("Difference", "common_samples", "trajectory_difference"), "mbproj.analysis.comparison"),
     **dict.fromkeys(("EnergyDrift", "energy_drift"), "mbproj.analysis.energy"),
     **dict.fromkeys(("Outcome", "outcomes"), "mbproj.analysis.expectations"),
-    **dict.fromkeys(("SeriesPeak", "peak", "summary", "worst"), "mbproj.analysis.summary"),
+    **dict.fromkeys(("SeriesPeak", "peak", "worst"), "mbproj.analysis.summary"),
 }
 __all__ = [
     "Difference",
@@ -29,7 +29,6 @@ __all__ = [
     "energy_drift",
     "outcomes",
     "peak",
-    "summary",
     "trajectory_difference",
     "worst",
 ]

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbproj.analysis import common_samples, energy_drift, peak, summary, trajectory_difference, worst
+from mbproj.analysis import common_samples, energy_drift, peak, trajectory_difference, worst
+from mbproj.analysis.summary import summary
 from mbproj.errors import InputError
 from mbproj.results import ResultsWriter, open_results
 from tests.results.pendulum_blocks import AMPLITUDE, GRAVITY, LENGTH, MASS, NAMES, NO_NAMES, block, record, scene, times

@@ -143,11 +143,11 @@ def _thresholds(as_json: bool) -> str:
 def _contents(results: Results) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from mbproj.analysis import summary
     from mbproj.analysis.contacts.creep import creep_by_friction
     from mbproj.analysis.contacts.friction import friction_records
     from mbproj.analysis.contacts.stops import stop_records
     from mbproj.analysis.reactions import reactions_not_unique, shared_at_contacts
+    from mbproj.analysis.summary import summary
 
     return {
         **summary(results),
