@@ -11,7 +11,7 @@ import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
 from mbproj.cli.report.verification import as_json, lines
-from mbproj.dynamics.equations import constraint_equations
+from mbproj.dynamics.equations import teeth
 from mbproj.dynamics.equations import equations_of_motion as equations
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.errors import SimulationError
@@ -348,7 +348,7 @@ def test_slipped_teeth_are_seen(monkeypatch):
     its turns notices, and the step is refused."""
     gears = Case(Mechanism.of(read_scene_text(GEARS)))
     assert outcome("turns", gears).measured <= 1e-9
-    monkeypatch.setattr(constraint_equations, "to_the_tooth", lambda system, pose, teeth, rows: rows)
+    monkeypatch.setattr(teeth, "to_the_tooth", lambda system, pose, teeth, rows: rows)
     with pytest.raises(SimulationError, match="the step is too long to tell its turns"):
         outcome("turns", gears)
 
