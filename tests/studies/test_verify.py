@@ -11,8 +11,8 @@ import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
 from mbproj.cli.report.verification import as_json, lines
-from mbproj.dynamics.equations import teeth
 from mbproj.dynamics.equations import equations_of_motion as equations
+from mbproj.dynamics.equations import teeth
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.errors import SimulationError
 from mbproj.integrate.steppers.tableau import load_tableau
