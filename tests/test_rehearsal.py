@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 
 import pytest
 
@@ -71,6 +72,46 @@ def test_an_input_error_comes_through_with_its_next_step(path):
     with pytest.raises(InputError) as caught:
         rehearse(refuse, path)
     assert str(caught.value) == "error: wrong äöü; mend it\nerror: this too"
+
+
+def test_a_slow_computer_is_no_damage(path, monkeypatch):
+    """A child that gets little of the processor is waited for as long as its own clock moves, and a processor that
+    computes slowly has more time."""
+
+    def slowly() -> None:
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end:
+            time.sleep(0.01)
+
+    monkeypatch.setattr(rehearsal, "PATIENCE", 0.1)
+    assert rehearse(slowly, path)
+    monkeypatch.setattr(rehearsal, "PATIENCE", 60.0)
+    limits: list[int] = []
+    monkeypatch.setattr(rehearsal, "_lower", lambda kind, limit: limits.append(limit))
+    monkeypatch.setattr(rehearsal, "SECONDS", 2)
+    monkeypatch.setattr(rehearsal, "USUAL", 1e-9)  # so that this processor is a slow one
+    rehearsal._limit(0)
+    assert limits[0] > 100
+
+
+def test_what_was_read_without_fault_is_not_read_again(path, monkeypatch):
+    fork, children = os.fork, list[int]()
+
+    def noted() -> int:
+        children.append(0)
+        return fork()
+
+    monkeypatch.setattr(os, "fork", noted)
+    monkeypatch.setattr(rehearsal, "SETTLED", 0.01)
+    time.sleep(0.05)
+    for name in ("parts", "parts", "others", "", ""):
+        assert rehearse(lambda: None, path, name)
+    assert len(children) == 4
+    path.write_bytes(b"new")  # of the same size, and changed just now: not remembered
+    monkeypatch.setattr(rehearsal, "SETTLED", 60.0)
+    for _ in range(2):
+        assert rehearse(lambda: None, path, "parts")
+    assert len(children) == 6
 
 
 def test_nothing_is_changed_here(path):

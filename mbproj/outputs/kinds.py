@@ -106,7 +106,7 @@ def hdf5(*file_formats: str) -> FileKind:
         if not _ends(path)[0].startswith(b"\x89HDF\r\n\x1a\n"):
             return False
         try:
-            rehearse(lambda: names_it(path), path)
+            rehearse(lambda: names_it(path), path, "format")
         except InputError:
             return False
         return names_it(path)

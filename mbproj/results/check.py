@@ -71,7 +71,7 @@ def _of_descriptions(results: Results) -> Iterator[str]:
                 yield error
 
     try:
-        rehearse(lambda: list(look()), contents.path)
+        rehearse(lambda: list(look()), contents.path, "descriptions")
         for error in look():
             yield from _messages(results, error)
     except InputError as error:

@@ -26,7 +26,6 @@ BESIDE_SAMPLES = (
     "gravity",
     "certified",
     "checkpoint",
-    "event_times",
     "events",
     "stored_loads",
     "trust",
@@ -39,7 +38,10 @@ def open_results(path: Path | str) -> Results:
 
     Raises InputError where there is no file, or it is no results file, of another schema version, cut short or damaged.
     """
-    return _results(open_rehearsed(_existing(Path(path)), lambda contents: _look_at_all(_checked(contents))))
+    found = _existing(Path(path))
+    import mbproj.results.verification  # noqa: F401  (here: a child would import it anew for each file)
+
+    return _results(open_rehearsed(found, lambda contents: _look_at_all(_checked(contents)), "results"))
 
 
 def open_own_results(path: Path | str) -> Results:

@@ -153,7 +153,7 @@ def check_store(path: Path, scene: Scene) -> None:
     if not path.exists():
         still = f"its run is not at its end: '{part_path(path)}'" if part_path(path).exists() else "there is none yet"
         raise InputError(Problem(f"cannot store in '{path}': {still}", hint=f"mbproj run SCENE -o {path}"))
-    with open_rehearsed(path, _run_of) as contents:
+    with open_rehearsed(path, _run_of, "run") as contents:
         text, changed = _run_of(contents)
     if (text, changed) != (scene.text, dict(scene.overrides)):
         message = f"'{path}' holds results of another scene, or of other parameters"

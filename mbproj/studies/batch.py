@@ -21,7 +21,7 @@ from mbproj.integrate.reporting.report import summary
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.outputs import make_folder
-from mbproj.results import ResultsWriter, check_results, open_results
+from mbproj.results import ResultsWriter, check_results, open_own_results, open_results
 from mbproj.results.files import part_path
 from mbproj.scene import settings_to_run
 from mbproj.scene.read import SceneText
@@ -169,7 +169,7 @@ def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...]
         seconds = perf_counter() - started
         made = summary(str(task.scene), str(task.output), report, total_seconds=seconds)
         recorder.attributes({**made, **({KEY: key} if task.keep else {})})
-    with open_results(output) as results:
+    with open_own_results(output) as results:
         return tuple(outcomes(scene.expectations, results)), report.formulation
 
 

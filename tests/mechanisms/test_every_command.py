@@ -79,7 +79,7 @@ def folder(tmp_path, monkeypatch, sweeps_here):
     monkeypatch.setattr("mbproj.studies.measure.timing.SHORTEST", 0.0)
     monkeypatch.setattr("mbproj.studies.recommend.recommendation.time_settings", partial(time_settings, repetitions=1))
     for reader in ("outputs.kinds", "results.file.opening", "results.check"):
-        monkeypatch.setattr(f"mbproj.{reader}.rehearse", lambda act, path: True)
+        monkeypatch.setattr(f"mbproj.{reader}.rehearse", lambda *_: True)
     return tmp_path
 
 

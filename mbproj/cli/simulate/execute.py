@@ -113,9 +113,9 @@ def _friction_history(scene: Scene, output: str) -> tuple[dict[str, Any], list[s
     ):
         return {}, []
     from mbproj.analysis.contacts import creep, friction
-    from mbproj.results import open_results
+    from mbproj.results import open_own_results
 
-    with open_results(output) as results:
+    with open_own_results(output) as results:
         rubbed, crept = friction.friction_records(results), creep.creep_by_friction(results, scene)
     lines = [f"friction '{name}': {friction.in_words(each)}" for name, each in rubbed.items()]
     lines += [f"friction '{name}': {creep.in_words(each)}" for name, each in crept.items()]
@@ -127,9 +127,9 @@ def _pushes(scene: Scene, output: str) -> dict[str, Any]:
     if not any("path" in joint.parameters for joint in scene.joints):
         return {}
     from mbproj.analysis.contacts.ropes import in_words, pushed_by_ropes
-    from mbproj.results import open_results
+    from mbproj.results import open_own_results
 
-    with open_results(output) as results:
+    with open_own_results(output) as results:
         pushed = pushed_by_ropes(results, scene)
     for name, each in pushed.items():
         click.echo(f"note: {in_words(name, each)}", err=True)

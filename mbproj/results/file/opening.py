@@ -150,12 +150,15 @@ class Identity(Enum):
     UNREADABLE = auto()
 
 
-def open_rehearsed(path: Path, act: Callable[[Contents], object] = Contents.attributes) -> Contents:
-    """Open the file at `path`, after a rehearsal of that and of `act`, which the reader will do next. Raises InputError
-    where HDF5 cannot open it, or it has links to other files."""
+def open_rehearsed(path: Path, act: Callable[[Contents], object] | None = None, name: str = "") -> Contents:
+    """Open the file at `path`, after a rehearsal of that and of `act`, which the reader will do next: of an act with a
+    `name` once for each state of the file. Without an act, attributes are read. Raises InputError where HDF5 cannot
+    open it, or it has links to other files."""
+    if act is None:
+        act, name = Contents.attributes, "attributes"
     try:
         check_regular(path, NEEDED)
-        looked_over = rehearse(lambda: act(_open_contents(path)), path)
+        looked_over = rehearse(lambda: act(_open_contents(path)), path, name)
     except OSError as error:
         raise unreadable(path) from error
     return _open_contents(path, looked_over=looked_over)
@@ -202,7 +205,7 @@ def identify(path: Path) -> Identity:
     if not has_signature(path):
         return Identity.FOREIGN
     try:
-        rehearse(lambda: _format_of(path), path)
+        rehearse(lambda: _format_of(path), path, "format")
         if _format_of(path) == FORMAT:
             return Identity.OURS
         with open_rehearsed(path) as contents:  # raises InputError where damage may hide the format

@@ -109,7 +109,7 @@ def read(path: Path, layout: FileLayout) -> tuple[dict[str, Any], dict[str, Any]
     has names that are not valid."""
     if not path.exists():
         raise InputError(Problem(f"there is no file '{path}'", hint=f"write it with: {layout.writer} -o {path}"))
-    with open_rehearsed(path, lambda contents: _read(contents, layout)) as contents:
+    with open_rehearsed(path, lambda contents: _read(contents, layout), layout.format) as contents:
         return _read(contents, layout), dict(contents.attributes())
 
 

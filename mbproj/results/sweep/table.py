@@ -73,7 +73,7 @@ def read_table(path: Path) -> SweepCases:
         raise InputError(Problem(f"'{path}' is not the folder of a sweep: it has no '{NAME}'", hint=WANTED))
     name = (path if path.is_dir() else file.absolute().parent).absolute().name
     try:
-        with open_rehearsed(file, lambda contents: _read(contents, name)) as contents:
+        with open_rehearsed(file, lambda contents: _read(contents, name), "sweep") as contents:
             return _read(contents, name)
     except InputError as error:
         raise InputError(
