@@ -278,6 +278,7 @@ def test_whatever_stands_beside_the_samples_is_rehearsed(path):
         "time",
         "status",
         "datasets",
+        "event_times",  # of the events
     }
     assert lazy == set(BESIDE_SAMPLES)
 
