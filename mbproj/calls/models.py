@@ -1,5 +1,5 @@
 """Models in other formats: `mbproj.import_model` reads one, `export_model` writes one. `new` makes a scene from a
-template; `schema` describes scenes."""
+template; `schema` describes scenes and reports."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 from mbproj.calls.given import Given, Quantity, by_arguments, scene_of
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from
+from mbproj.facts.schema import REPORTS, report_schema
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.couplers import without_refused
 from mbproj.formats.export.mjcf import as_mjcf
@@ -162,6 +163,13 @@ def new(kind: str, *, spatial: bool = False, **numbers: Quantity) -> Scene:
         return read_scene_text(written(kind, given, spatial), kind)
 
 
-def schema() -> dict[str, Any]:
-    """The JSON Schema of scene files, of draft 2020-12."""
-    return scene_schema()
+def schema(of: str = "scene") -> dict[str, Any]:
+    """The JSON Schema, of draft 2020-12, of scene files, or of what `--json` prints: "run", "info", "check" or "build".
+
+    Raises InputError for another word.
+    """
+    if of == "scene":
+        return scene_schema()
+    if of not in REPORTS:
+        raise InputError(Problem(f"there is no schema of '{of}'", Place("of"), choose_from(of, ["scene", *REPORTS])))
+    return report_schema(of)

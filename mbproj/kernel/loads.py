@@ -10,7 +10,6 @@ import numpy as np
 from mbproj.arrays import Array, Integers
 from mbproj.functions.program import CHANNELS
 from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.switches import all_switches
 from mbproj.kernel.bound import Bound, bound_in_space, joined, primitives
 from mbproj.lanes import contiguous
 from mbproj.model.euler_parameters import rotation_matrix
@@ -42,8 +41,16 @@ def functions(core: ModuleType, system: System, index: Integers) -> dict[str, An
         "programs": programs(core, system.programs, CHANNELS + system.channels.size),
         "first_rate": system.first_rate,
         "channels": _indices(np.column_stack([system.channels.kind, index])),
-        "switches": _indices(all_switches(system.programs)).reshape(-1, 2),
+        "switches": _indices(_switches(system.programs)).reshape(-1, 2),
     }
+
+
+def _switches(functions: ProgramSet) -> list[tuple[int, int]]:
+    if not functions.size:  # most scenes, which need not load what follows
+        return []
+    from mbproj.functions.switches import all_switches
+
+    return all_switches(functions)
 
 
 def space_loads(core: ModuleType, system: System) -> Any:

@@ -136,7 +136,7 @@ PAGE = FileKind("a page", _has_near_start(b'<meta name="generator" content="mbpr
 JUNIT = FileKind("a JUnit report", _has_near_start(b'<testsuites name="mbproj '))
 MODEL = FileKind("a model", _has_near_start(b"<!-- Written by mbproj "))
 LOOPS = FileKind("a file of loops", _has_near_start(b"# Loops of "))
-SCENE_SCHEMA = FileKind("a schema", _has_near_start(b'"title": "mbproj scene"'))
+SCHEMA = FileKind("a schema", _has_near_start(b'"title": "mbproj '))
 #: A scene is its author's, whoever wrote its first version: it is never ours to replace.
 SCENE = FileKind("a scene to replace", lambda path: False)
 DESIGNED = FileKind("a design that was found", _has_near_start(b"# Found by mbproj "))

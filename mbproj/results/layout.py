@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mbproj.dataclass import dataclass
+from mbproj.facts.run import COUNTS
 
 FORMAT = "mbproj results"
 SCHEMA_VERSION = 3
@@ -138,21 +139,7 @@ DATASETS: tuple[Dataset, ...] = (
     Dataset("diagnostics/dissipation", (), "J", f"energy D that dampers and friction have lost {SINCE_START}"),
     Dataset("diagnostics/energy_balance", (), "J", "E(t) - E(0) - W + D: zero but for errors of integration"),
     Dataset("diagnostics/step_size", (), "s", "step that led to the sample"),
-    Dataset("diagnostics/steps", (), "1", f"accepted steps {SINCE_START}", dtype=COUNT),
-    Dataset("diagnostics/rejected_steps", (), "1", f"rejected steps {SINCE_START}", dtype=COUNT),
-    Dataset("diagnostics/evaluations", (), "1", f"evaluations of the accelerations {SINCE_START}", dtype=COUNT),
-    Dataset("diagnostics/projections", (), "1", f"projections {SINCE_START}", dtype=COUNT),
-    Dataset("diagnostics/projection_iterations", (), "1", f"iterations on the position {SINCE_START}", dtype=COUNT),
-    Dataset("diagnostics/velocity_iterations", (), "1", f"iterations on the velocity {SINCE_START}", dtype=COUNT),
-    Dataset("diagnostics/projection_failures", (), "1", f"projections that failed {SINCE_START}", dtype=COUNT),
-    Dataset(
-        "diagnostics/projection_fallbacks",
-        (),
-        "1",
-        f"projections that took the fallback's metric {SINCE_START}",
-        dtype=COUNT,
-    ),
-    Dataset("diagnostics/factorisations", (), "1", f"factorisations {SINCE_START}", dtype=COUNT),
+    *(Dataset(f"diagnostics/{fact.key}", (), fact.unit, f"{fact.words} {SINCE_START}", dtype=COUNT) for fact in COUNTS),
 )
 
 #: The datasets of a scene with stops.

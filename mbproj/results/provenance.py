@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -24,10 +24,12 @@ from mbproj.results.file.whole import create_text
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading
-from mbproj.scene.meshes import MOST_TRIANGLES, TriangleMesh, meshes_of
 from mbproj.scene.records import ProjectionSettings, Scene, Settings
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
 from mbproj.version import __version__
+
+if TYPE_CHECKING:
+    from mbproj.scene.meshes import TriangleMesh
 
 #: The types of an attribute of the file.
 Attribute = str | int | float | bool | None
@@ -70,6 +72,10 @@ def write_scene(file: h5py.File, scene: Scene) -> None:
 
 def _write_meshes(scene_group: h5py.Group, scene: Scene) -> None:
     """Write the meshes of bodies, in body axes, so that the file shows them without their own files."""
+    if not any(body.appearance is not None and body.appearance.mesh is not None for body in scene.bodies):
+        return
+    from mbproj.scene.meshes import meshes_of
+
     meshes = meshes_of(scene)
     if not meshes:
         return
@@ -149,6 +155,8 @@ def meshes(contents: Contents) -> dict[str, TriangleMesh]:
     """The meshes by body; {} in files of older programs."""
     if not contents.has(MESHES):
         return {}
+    from mbproj.scene.meshes import MOST_TRIANGLES, TriangleMesh
+
     found: dict[str, TriangleMesh] = {}
     triangles = 0
     for number, body in enumerate(contents.texts(f"{MESHES}/bodies")):

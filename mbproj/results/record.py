@@ -27,11 +27,11 @@ from mbproj.results.loads.largest import Load
 from mbproj.results.provenance import UnfitSettings, settings_from
 from mbproj.results.shown import Shown
 from mbproj.results.trust import Poses, Trust
-from mbproj.scene.meshes import TriangleMesh
 from mbproj.scene.records import Settings, Vector
 
 if TYPE_CHECKING:
     from mbproj.results.verification import Verification
+    from mbproj.scene.meshes import TriangleMesh
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in ALL_NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *LATER)})

@@ -7,10 +7,9 @@ YAML takes for true, false or null has to be quoted where it is not a key.
 
 from __future__ import annotations
 
+from mbproj.facts.schema import DIALECT
 from mbproj.scene.fields.fields import Schema
 from mbproj.scene.grammar import SCENE
-
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def scene_schema() -> Schema:

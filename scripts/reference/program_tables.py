@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import click
 
@@ -14,6 +14,10 @@ from mbproj.cli.main import mbproj as group
 from mbproj.cli.report.thresholds import USERS
 from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
+from mbproj.facts import Fact
+from mbproj.facts.check import CHECK
+from mbproj.facts.info import BUILD, INFO, ROOT
+from mbproj.facts.run import RUN
 from mbproj.figures.kinds import KINDS
 from mbproj.figures.sweeps import PICTURES
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER
@@ -44,6 +48,36 @@ def thresholds() -> str:
         for row in threshold_table()
     ]
     return table(("name", "value", "unit", "used by", "what it decides", "source"), rows)
+
+
+def run_facts() -> str:
+    """What a run says."""
+    return _facts(RUN)
+
+
+def info_facts() -> str:
+    """What `info` says of a results file."""
+    return _facts(INFO)
+
+
+def attributes() -> str:
+    """What a results file has as attributes from its start."""
+    return _facts(ROOT)
+
+
+def check_facts() -> str:
+    """What `check` says of a scene."""
+    return _facts(CHECK)
+
+
+def build_facts() -> str:
+    """What `info --build` says."""
+    return _facts(BUILD)
+
+
+def _facts(facts: Sequence[Fact]) -> str:
+    rows = [(code(fact.key), fact.unit, fact.words, fact.when) for fact in facts]
+    return table(("key", "unit", "what it is", "when"), rows)
 
 
 def modes_file() -> str:

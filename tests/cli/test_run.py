@@ -15,6 +15,7 @@ import pytest
 
 from mbproj import open_results
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.facts.reports import refuse_what_no_table_says
 from tests.integrate.stiff_scenes import CREEP
 from tests.support import REDUNDANT, ROOT
 
@@ -215,7 +216,9 @@ def test_a_failed_run_prints_its_object_too(tmp_path):
     arguments = ["--projection", "none", "--step", "0.04", "--duration", "10", "--json"]
     done = mbproj("run", SLIDER_CRANK, *arguments, folder=tmp_path)
     assert done.returncode == 3
-    assert json.loads(done.stdout)["status"].startswith("failed: stopped at t = ")
+    printed = json.loads(done.stdout)
+    assert printed["status"].startswith("failed: stopped at t = ")
+    refuse_what_no_table_says(["run"], printed)
 
 
 def test_an_input_error_leaves_an_existing_results_file_alone(tmp_path):

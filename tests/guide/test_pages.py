@@ -194,7 +194,7 @@ QUESTIONS = {
     "method breaks": "find_where_a_method_breaks",
     "check mathematics": "check_the_mathematics",
     "animation": "see_it_move",
-    "exit code": "exit_codes",
+    "exit code": "json",
 }
 
 

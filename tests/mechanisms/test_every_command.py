@@ -22,6 +22,7 @@ from mbproj.cli.main import mbproj
 from mbproj.errors import MbprojError
 from mbproj.scene.records import Settings
 from mbproj.studies.measure.timing import time_settings
+from tests.facts.reports import refuse_what_no_table_says
 from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS
 
@@ -92,7 +93,8 @@ class Commands:
         self.as_json = path in MECHANISMS and MECHANISMS.index(path) % 2 == 1
 
     def __call__(self, *arguments: object) -> bool:
-        """Whether it ended well. Fails where it ends in a fault, or where what it prints as JSON is none."""
+        """Whether it ended well. Fails where it ends in a fault, or where what it prints as JSON is none, or not what
+        the table of facts says."""
         words = [str(each) for each in arguments]
         done = CliRunner().invoke(mbproj, words, standalone_mode=False)
         if isinstance(done.exception, (MbprojError, click.ClickException)):
@@ -102,7 +104,7 @@ class Commands:
             raise done.exception
         assert done.return_value in (None, 0), words
         if "--json" in words:
-            json.loads(done.stdout)
+            refuse_what_no_table_says(words, json.loads(done.stdout))
         return True
 
     def either(self, *arguments: object) -> bool:

@@ -41,6 +41,8 @@ joints:
       - {sheave: ground, at: [0, 0, 0], radius: 0.1, bends: right}
       - {point: load, at: [0.1, 0, -1]}
 """
+#: Lifts the weight of `LOAD` against gravity.
+UP = "forces:\n  up: {type: linear_spring_damper, joint: guide, force: 30*sin(10*t)}\n"
 
 
 def scene(body, formulation="auto", duration=1, integrator="dop853", tolerance="1.0e-12"):

@@ -17,7 +17,7 @@ from mbproj.cli.main import mbproj as command
 from mbproj.figures import kinds
 from mbproj.mechanisms_folder import mechanism
 from tests.kernel.scenes import needs_kernel
-from tests.ropes.scenes import ATWOOD, LOAD, G, scene, swinging
+from tests.ropes.scenes import ATWOOD, LOAD, UP, G, scene, swinging
 from tests.stops.runs import run
 
 pytestmark = needs_kernel
@@ -109,9 +109,6 @@ motions:
     np.testing.assert_allclose(first, 3.0 * (G + 0.8), rtol=1e-10)
     np.testing.assert_allclose(second - first, 0.02 * 8.0 / 0.1, rtol=1e-9)
     np.testing.assert_allclose(np.abs(found["motions/force"][:, 0]), second, rtol=1e-12)
-
-
-UP = "forces:\n  up: {type: linear_spring_damper, joint: guide, force: 30*sin(10*t)}\n"
 
 
 def test_a_rope_that_pushes_is_told(tmp_path):

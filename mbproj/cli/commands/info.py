@@ -16,6 +16,7 @@ from mbproj.cli.report.verification import as_json as verification_as_json
 from mbproj.cli.report.verification import lines as verification_lines
 from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import ExitCode
+from mbproj.facts.info import ATTRIBUTES
 
 if TYPE_CHECKING:
     from mbproj.results import Results
@@ -283,7 +284,9 @@ def _settings(has: Mapping[str, Any]) -> dict[str, str]:
 
 def _attributes(has: Mapping[str, Any]) -> dict[str, str]:
     rest = {key: value for key, value in has["attributes"].items() if key not in SHOWN_ELSEWHERE and key not in has}
-    return {key: f"{value:.6g}" if isinstance(value, float) else str(value) for key, value in rest.items()}
+    units = {fact.key: fact.unit.removeprefix("1") for fact in ATTRIBUTES}
+    texts = {key: f"{value:.6g}" if isinstance(value, float) else str(value) for key, value in rest.items()}
+    return {key: f"{text} {units.get(key, '')}".rstrip() for key, text in texts.items()}
 
 
 def _datasets(has: Mapping[str, Any]) -> dict[str, str]:

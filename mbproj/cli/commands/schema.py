@@ -1,4 +1,4 @@
-"""`mbproj schema`: the scene format as a JSON Schema."""
+"""`mbproj schema`: the scene format, or what --json prints, as a JSON Schema."""
 
 from __future__ import annotations
 
@@ -8,11 +8,23 @@ import click
 
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
+from mbproj.facts.schema import REPORTS, report_schema
 
-EXAMPLES = (("Write the schema to a file that an editor can read.", "mbproj schema -o scene.schema.json"),)
+EXAMPLES = (
+    ("Write the schema to a file that an editor can read.", "mbproj schema -o scene.schema.json"),
+    ("Say what `mbproj run --json` prints: keys, units and meaning.", "mbproj schema --of run"),
+)
 
 
 @explained("schema", EXAMPLES)
+@option(
+    Part.WHAT,
+    "--of",
+    type=click.Choice(["scene", *REPORTS]),
+    default="scene",
+    show_default=True,
+    help="Describe scene files, or what run, info, check or info --build print with --json.",
+)
 @option(
     Part.OUTPUT,
     "-o",
@@ -22,8 +34,8 @@ EXAMPLES = (("Write the schema to a file that an editor can read.", "mbproj sche
     help="Write to FILE instead of stdout.",
 )
 @force_option
-def command(output: Path | None, force: bool) -> None:
-    """Prints the JSON Schema of scene files, for checks in an editor.
+def command(of: str, output: Path | None, force: bool) -> None:
+    """Prints the JSON Schema of scene files, for checks in an editor, or of what --json prints.
 
     The schema is of draft 2020-12. For the YAML language server, begin a scene with:
 
@@ -32,12 +44,12 @@ def command(output: Path | None, force: bool) -> None:
     """
     import json
 
-    from mbproj.outputs import SCENE_SCHEMA, make_folder, write_text
+    from mbproj.outputs import SCHEMA, make_folder, write_text
     from mbproj.scene.schema import scene_schema
 
-    text = json.dumps(scene_schema(), indent=2, ensure_ascii=False)
+    text = json.dumps(scene_schema() if of == "scene" else report_schema(of), indent=2, ensure_ascii=False)
     if output is None:
         click.echo(text)
         return
     make_folder(output.parent)
-    click.echo(write_text(output, text + "\n", SCENE_SCHEMA, force=force))
+    click.echo(write_text(output, text + "\n", SCHEMA, force=force))

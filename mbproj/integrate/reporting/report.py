@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.recorded import Block
+from mbproj.facts.run import RECORDED, ROWS
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
 from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept
 from mbproj.model.system import System
@@ -199,56 +201,18 @@ def _often(times: int) -> str:
 def summary(scene: str, output: str, report: Report, total_seconds: float) -> dict[str, Any]:
     """Return the attributes of the results file, which --json also prints, for the run of the scene at `scene` to
     `output`."""
-    return {
-        "scene": str(scene),
-        "output": str(output),
-        "formulation": report.formulation,
-        "formulation_why": report.why,
-        "projection": report.settings.projection.method,
-        "integrator": report.settings.integrator,
-        "degrees_of_freedom": report.degrees_of_freedom,
-        "kinematic": report.kinematic,
-        "redundant_rows": report.redundant_rows,
+    projection = report.settings.projection
+    known = {
         **report.counters,
-        "integration_seconds": report.integration_seconds,
-        "recording_seconds": report.recording_seconds,
+        "scene": scene,
+        "output": output,
         "total_seconds": total_seconds,
-        "position_violation_max": report.position_violation.value,
-        "velocity_violation_max": report.velocity_violation.value,
-        "position_violation_floor": report.position_floor,
-        "velocity_violation_floor": report.velocity_floor,
-        "worst_joint": report.worst_joint,
-        "energy_drift": report.energy_drift,
-        "energy_drift_relative": report.energy_drift_relative,
-        "energy_put_in": report.energy.work,
-        "energy_dissipated": report.energy.dissipation,
-        "energy_numerical": report.energy.numerical,
-        **_of_rows(report),
-        "stiffness": report.stiffness,
-        "events": report.events,
-        "passed_over": report.passed,
-        "halved": report.halved,
-        "shared_at_contacts": report.shared,
-        "decided_by_shares": report.decided_by_shares,
         "methods": "; ".join(report.methods),
         "status": "complete",
     }
-
-
-def _of_rows(report: Report) -> dict[str, Any]:
-    """Return the counts of the rows for energy and momenta, where they were asked for."""
-    projection, rows = report.settings.projection, report.rows
-    if not (projection.energy or projection.momentum):
-        return {}
+    said = (*RECORDED, *ROWS) if projection.energy or projection.momentum else RECORDED
     return {
-        "rows_steps": rows.steps,
-        "rows_left_near_rest": rows.rest,
-        "rows_refused": rows.refused,
-        "rows_momenta": rows.momenta,
-        "energy_row_given": rows.given,
-        "energy_row_furthest": rows.furthest,
-        "energy_row_moved": rows.moved,
-        "rows_largest_correction": rows.largest,
+        fact.key: known[fact.key] if fact.key in known else attrgetter(fact.at or fact.key)(report) for fact in said
     }
 
 

@@ -6,14 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from mbproj.arrays import Array
+from mbproj.facts.run import RECORDED
 
 KINDS = ("bodies", "joints", "markers", "forces", "motions", "stops", "frictions", "states", "signals")
-#: The attributes whose numbers the summary shows, with their words and units.
-NUMBERS = (
-    ("position_violation_max", "position violation", ""),
-    ("velocity_violation_max", "velocity violation", ""),
-    ("energy_drift", "energy drift", " J"),
-)
+#: The attributes whose numbers the summary shows.
+NUMBERS = ("position_violation_max", "velocity_violation_max", "energy_drift")
 #: The most names of a kind that are shown.
 SHOWN = 6
 
@@ -25,9 +22,10 @@ def rows(
     span = f"{len(time)} from {time[0]:g} to {time[-1]:g} s" if len(time) else "none"
     lines = [("status", status), ("samples", span)]
     lines += [(kind, _listed(names(kind))) for kind in KINDS if names(kind)]
-    for key, word, unit in NUMBERS:
-        if key in attributes:
-            lines.append((word, f"{float(attributes[key]):.2g}{unit}"))
+    for fact in RECORDED:
+        if fact.key in NUMBERS and fact.key in attributes:
+            word = fact.key.removesuffix("_max").replace("_", " ")
+            lines.append((word, f"{float(attributes[fact.key]):.2g} {fact.unit}"))
     return lines
 
 

@@ -1,0 +1,136 @@
+"""The facts of a run: what `mbproj run`, `rerun` and `continue` say, and what a results file keeps as attributes."""
+
+from __future__ import annotations
+
+from mbproj.facts import COMPLETE, Fact
+
+#: The counts of a run's work, which the results file also has over time.
+COUNTS = (
+    Fact("steps", "integer", "1", "accepted steps", COMPLETE),
+    Fact("rejected_steps", "integer", "1", "rejected steps", COMPLETE),
+    Fact("evaluations", "integer", "1", "evaluations of the accelerations", COMPLETE),
+    Fact("projections", "integer", "1", "projections", COMPLETE),
+    Fact("projection_iterations", "integer", "1", "iterations on the position", COMPLETE),
+    Fact("velocity_iterations", "integer", "1", "iterations on the velocity", COMPLETE),
+    Fact("projection_failures", "integer", "1", "projections that failed", COMPLETE),
+    Fact("projection_fallbacks", "integer", "1", "projections that took the fallback's metric", COMPLETE),
+    Fact("factorisations", "integer", "1", "factorisations", COMPLETE),
+)
+LENGTHS, RATES = "m or rad", "m/s or rad/s"
+#: What every run writes into its results file.
+RECORDED = (
+    Fact("scene", "string", "", "the scene file, as it was named"),
+    Fact("output", "string", "", "the results file"),
+    Fact("formulation", "string", "", "coordinates that were computed in: full, reduced or planar", COMPLETE),
+    Fact("formulation_why", "string", "", "the reason for this formulation", COMPLETE, "why"),
+    Fact("projection", "string", "", "projection method", COMPLETE, "settings.projection.method"),
+    Fact("integrator", "string", "", "integration method", COMPLETE, "settings.integrator"),
+    Fact("degrees_of_freedom", "integer", "1", "number of degrees of freedom", COMPLETE),
+    Fact("kinematic", "boolean", "", "whether motions drive it all, so that nothing is integrated", COMPLETE),
+    Fact("redundant_rows", "integer", "1", "constraints in space that follow from the others", COMPLETE),
+    *COUNTS,
+    Fact("integration_seconds", "number", "s", "time that the steps took", COMPLETE),
+    Fact("recording_seconds", "number", "s", "time that observing and writing samples took", COMPLETE),
+    Fact("total_seconds", "number", "s", "time of the run from its compiled scene to its file", COMPLETE),
+    Fact(
+        "position_violation_max", "number", LENGTHS, "largest |C| over all steps", COMPLETE, "position_violation.value"
+    ),
+    Fact(
+        "velocity_violation_max",
+        "number",
+        RATES,
+        "largest |dC/dt| over all steps",
+        COMPLETE,
+        "velocity_violation.value",
+    ),
+    Fact("position_violation_floor", "number", LENGTHS, "|C| by round-off alone", COMPLETE, "position_floor"),
+    Fact("velocity_violation_floor", "number", RATES, "|dC/dt| by round-off alone", COMPLETE, "velocity_floor"),
+    Fact("worst_joint", "string | null", "", "joint that was open most; null without joints", COMPLETE),
+    Fact("energy_drift", "number", "J", "largest error of the energy balance", COMPLETE),
+    Fact("energy_drift_relative", "number", "1", "this over the largest kinetic energy + |ΔV|", COMPLETE),
+    Fact("energy_put_in", "number", "J", "work of forces and motions", COMPLETE, "energy.work"),
+    Fact(
+        "energy_dissipated",
+        "number",
+        "J",
+        "energy that dampers, friction and impacts took",
+        COMPLETE,
+        "energy.dissipation",
+    ),
+    Fact(
+        "energy_numerical",
+        "number",
+        "J",
+        "energy that integrator and projection put in; negative where they took some",
+        COMPLETE,
+        "energy.numerical",
+    ),
+    Fact("stiffness", "string", "", 'which force is too stiff for the step, and what to do; "" for none', COMPLETE),
+    Fact("events", "integer", "1", "times at which a step ended at an event", COMPLETE),
+    Fact("passed_over", "string", "", 'edges of laws that fixed steps passed over; "" for none', COMPLETE, "passed"),
+    Fact("halved", "string", "", 'why fixed steps were halved; "" where none was', COMPLETE),
+    Fact(
+        "shared_at_contacts",
+        "string",
+        "",
+        'contacts that shared a force arbitrarily, since when; "" for none',
+        COMPLETE,
+        "shared",
+    ),
+    Fact("decided_by_shares", "string", "", 'stops whose arbitrary shares decide the motion; "" for none', COMPLETE),
+    Fact("methods", "string", "", 'methods that `integrator: auto` took, and when; "" for others', COMPLETE),
+    Fact("status", "string", "", '"complete", "interrupted", or "failed: " and why'),
+)
+_KEPT = "with --energy-row or --momentum-row"
+#: What a run with rows for energy or momenta writes besides.
+ROWS = (
+    Fact("rows_steps", "integer", "1", "steps at which these rows were closed", _KEPT, "rows.steps"),
+    Fact("rows_left_near_rest", "integer", "1", "steps that were left alone near rest", _KEPT, "rows.rest"),
+    Fact("rows_refused", "integer", "1", "steps at which the rows asked for too much", _KEPT, "rows.refused"),
+    Fact("rows_momenta", "integer", "1", "momenta that are kept", _KEPT, "rows.momenta"),
+    Fact("energy_row_given", "number", "J", "energy that the rows added in sum", _KEPT, "rows.given"),
+    Fact("energy_row_furthest", "number", "J", "largest absolute value of that sum", _KEPT, "rows.furthest"),
+    Fact("energy_row_moved", "number", "J", "sum of the absolute values of what they added", _KEPT, "rows.moved"),
+    Fact(
+        "rows_largest_correction",
+        "number",
+        "1",
+        "largest change of the velocities, as a part of these",
+        _KEPT,
+        "rows.largest",
+    ),
+)
+_CHOSEN = "with --accuracy"
+#: What `run --accuracy` writes besides.
+ACCURACY = (
+    Fact("accuracy", "number", "m", "error that was asked for", _CHOSEN),
+    Fact("accuracy_error", "number", "m", "error of the setting that was chosen", _CHOSEN),
+    Fact("accuracy_uncertainty", "number", "m", "uncertainty of that error", _CHOSEN),
+)
+_RUBS = "where the scene has dry friction"
+TRUST = Fact("trust", "object", "s, m", "by point: trust horizons and growth of the error", "with --certify")
+FRICTIONS = Fact(
+    "frictions",
+    "object",
+    "s, N or N m, J",
+    "by dry friction: how often it stuck, for how long, its force and loss",
+    _RUBS,
+)
+CREEP = Fact("creep", "object", "m or rad, s", "by regularised friction: how far it crept, and for how long", _RUBS)
+#: All that a run says.
+RUN = (
+    *RECORDED,
+    *ROWS,
+    *ACCURACY,
+    TRUST,
+    FRICTIONS,
+    CREEP,
+    Fact("ropes_that_push", "object", "N, s", "by rope: its largest push and when", "where a rope pushes"),
+    Fact(
+        "expectations",
+        "array",
+        "",
+        "what the scene expects, each with what was measured and whether it holds",
+        COMPLETE,
+    ),
+)
