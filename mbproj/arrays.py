@@ -35,8 +35,8 @@ def dot(a: Numbers, b: Numbers) -> Numbers:
 def total(x: Numbers) -> Numbers:
     """The sum over the last axis, added in one order for every memory layout: a state has the same energy alone and in
     a block of states."""
-    found: Numbers = contiguous(x).sum(axis=-1)
-    return found
+    sums: Numbers = contiguous(x).sum(axis=-1)
+    return sums
 
 
 def together(parts: Sequence[Numbers]) -> Numbers:

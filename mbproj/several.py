@@ -30,8 +30,8 @@ def at_once(compute: Callable[..., Any], values: Sequence[Any]) -> Any:
     import numpy as np
 
     with np.errstate(all="ignore"):
-        found = compute(*values)
-        return found if found - found == 0.0 else None
+        value = compute(*values)
+        return value if value - value == 0.0 else None
 
 
 def each_case(function: Function) -> Function:

@@ -114,10 +114,10 @@ def outcomes(expectations: Iterable[Expectation], results: Results) -> list[Outc
 
 def outcome(expectation: Expectation, results: Results) -> Outcome:
     """The outcome of one expectation on the samples of `results`."""
-    found = measured(expectation, results, results.settings.duration)
-    if found is None:
+    measurement = measured(expectation, results, results.settings.duration)
+    if measurement is None:
         return Outcome(expectation)
-    values, time, unique = found.values, found.time, is_unique(expectation, results)
+    values, time, unique = measurement.values, measurement.time, is_unique(expectation, results)
     if expectation.value is None:
         return Outcome(expectation, _plain(values), time, unique=unique)
     exact = np.array(expectation.value)

@@ -66,8 +66,8 @@ def series(expectation: Expectation, samples: SampleSource) -> Array:
     time = samples["time"]
     if expectation.over or expectation.between:
         return _kinematic(expectation, samples).reshape(len(time), 1)
-    found = _diagnostic(expectation, samples) if expectation.of == "diagnostic" else _column(expectation, samples)
-    return numbers(found).reshape(len(time), -1)
+    values = _diagnostic(expectation, samples) if expectation.of == "diagnostic" else _column(expectation, samples)
+    return numbers(values).reshape(len(time), -1)
 
 
 def datasets(expectation: Expectation, coordinates: Sequence[str]) -> tuple[str, ...]:

@@ -110,14 +110,14 @@ def compare_motions(
     _check_comparable(first, second, len(rows[0]))
     least = floors(first, second)
     given = absolute or {}
-    found = [
+    partings = [
         _compared(columns, first.time[rows[0]], least, given.get(columns.path), tolerance)
         for columns in shared_columns(first, second, rows)
     ]
     ends = float(first.time[-1]), float(second.time[-1])
     interval = max(float(np.median(np.diff(time))) if len(time) > 1 else 0.0 for time in (first.time, second.time))
     return MotionComparison(
-        tuple(found),
+        tuple(partings),
         len(rows[0]),
         (len(first.time), len(second.time)),
         ends,

@@ -58,8 +58,8 @@ def tables(results: Results, corners: Sequence[tuple[str, str, str]] = ()) -> It
         markers = [results.marker(name).position for name in (first, corner, second)]
         angle = np.stack([results.time, transmission_angle(*markers)], axis=1)
         heading = f"angle between {first} and {second} (rad)"
-        found = QuantityTable(f"transmission-{corner}", ("time (s)", heading), partial(_as_it_is, angle))
-        yield found if over is None else _over(results, found)
+        transmission = QuantityTable(f"transmission-{corner}", ("time (s)", heading), partial(_as_it_is, angle))
+        yield transmission if over is None else _over(results, transmission)
 
 
 def _as_it_is(values: Array) -> Array:

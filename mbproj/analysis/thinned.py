@@ -34,8 +34,8 @@ def _over_time(x: Array, y: Array) -> tuple[Array, Array]:
 
 def _first(which: Flags, of: Integers) -> Integers:
     """The index of the first marked point in each column. `of` is the column of each point."""
-    found = np.flatnonzero(which)
-    places: Integers = found[np.unique(of[found], return_index=True)[1]]
+    marked = np.flatnonzero(which)
+    places: Integers = marked[np.unique(of[marked], return_index=True)[1]]
     return places
 
 

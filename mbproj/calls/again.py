@@ -73,8 +73,8 @@ def opened(results: Results | str | Path) -> Iterator[Results]:
     if isinstance(results, Results):
         yield results
         return
-    with open_results(results) as found:
-        yield found
+    with open_results(results) as opened_results:
+        yield opened_results
 
 
 def stored_scene(results: Results) -> tuple[Scene, str]:

@@ -43,13 +43,13 @@ def export(
     `per_turn` modulo a turn. It adds the table "ratios". `transmission` adds the angle at the second of three markers.
     Raises InputError for an unknown name, and for an existing file of another kind unless `force`.
     """
-    with by_arguments(), opened(results) as found:
+    with by_arguments(), opened(results) as opened_results:
         if format not in (CSV, LATEX):
             hint = choose_from(format, (CSV, LATEX))
             raise InputError(Problem(f"unknown format '{format}'", Place("format"), hint))
         if per_turn and over is None:
             raise InputError(Problem("it is for a coordinate", Place("per_turn"), "add over, or leave it out"))
-        shown = found if over is None else found.over(over, modulo=per_turn)
+        shown = opened_results if over is None else opened_results.over(over, modulo=per_turn)
         return written(shown, Path(output), names_of(table), format, transmission, force=force)
 
 
@@ -63,25 +63,25 @@ def written(
     force: bool,
 ) -> dict[str, Path]:
     """Write the tables of open results as `export` does; all tables where none is `chosen`."""
-    found, first = {each.name: each for each in tables(results, corners)}, stem(results)
-    names = [named(found, name) for name in chosen] or list(found)
+    by_name, first = {each.name: each for each in tables(results, corners)}, stem(results)
+    names = [named(by_name, name) for name in chosen] or list(by_name)
     make_folder(folder, OTHER_DIRECTORY)
     ending, is_csv = ("csv", True) if form == CSV else ("tex", False)
     files = {name: folder / _file_name(f"{first}-{name}.{ending}") for name in names}
     for name, path in files.items():  # check all files before the first is written
-        kind = csv(found[name].headings) if is_csv else latex()
+        kind = csv(by_name[name].headings) if is_csv else latex()
         check_replaceable(path, kind, force=force, hint=OTHER_DIRECTORY)
     write, digits = (write_csv, ".17g") if is_csv else (write_latex, ".6g")
     for name, path in files.items():
-        each = found[name]
+        each = by_name[name]
         write(path, each.headings, each.rows(), form=digits, force=force, hint=OTHER_DIRECTORY)
     return files
 
 
-def named(found: Mapping[str, QuantityTable], name: str) -> str:
+def named(tables_by_name: Mapping[str, QuantityTable], name: str) -> str:
     """Return the name of a table. Raises InputError with the most similar name where there is none."""
-    if name not in found:
-        raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, found)))
+    if name not in tables_by_name:
+        raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, tables_by_name)))
     return name
 
 
@@ -129,5 +129,5 @@ def largest_loads(results: Results | str | Path, *, over: str | None = None) -> 
 
     `over` names the coordinate that tells the place in the cycle. Raises InputError for an unknown name.
     """
-    with by_arguments(), opened(results) as found:
-        return Table.of((load._asdict() for load in loads_of(found, over)), *Load._fields)
+    with by_arguments(), opened(results) as opened_results:
+        return Table.of((load._asdict() for load in loads_of(opened_results, over)), *Load._fields)

@@ -64,7 +64,7 @@ def _by_argument(problem: Problem) -> Problem:
 
 
 def _argument(text: str) -> str:
-    return _OPTION.sub(lambda found: _RENAMED.get(found[1], found[1].replace("-", "_")), text)
+    return _OPTION.sub(lambda match: _RENAMED.get(match[1], match[1].replace("-", "_")), text)
 
 
 def amount(

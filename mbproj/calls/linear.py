@@ -56,10 +56,10 @@ def equilibria(
             system = compile_system(what)
             start = assembled_start(what, system)
             turning, held = steady_of(system, start, steady)
-            found = find.equilibrium(system, start, time, turning, held)
+            rest = find.equilibrium(system, start, time, turning, held)
             if turning is not None:
-                refuse_unsteady(found, turning, held)
-            return (found, *find.others(system, found, others, turning, held))
+                refuse_unsteady(rest, turning, held)
+            return (rest, *find.others(system, rest, others, turning, held))
 
 
 def modes(

@@ -128,8 +128,8 @@ def page(results: Results) -> Page:
     from mbproj.pages.data.pages import page_of
     from mbproj.pages.page.write import html
 
-    found = page_of([results], [results.title or "run"], False, None)
-    return Page(html(found.title, found.data, found.packer))
+    built = page_of([results], [results.title or "run"], False, None)
+    return Page(html(built.title, built.data, built.packer))
 
 
 def paper(*, duration: Quantity = 10.0, progress: Tell = silent) -> dict[int, Picture]:
@@ -139,11 +139,11 @@ def paper(*, duration: Quantity = 10.0, progress: Tell = silent) -> dict[int, Pi
     It takes about a minute.
     """
     with by_arguments():
-        until, found = amount(duration, "duration", "s", above=0.0), dict[int, Picture]()
+        until, pictures = amount(duration, "duration", "s", above=0.0), dict[int, Picture]()
     for done, name in enumerate(FIGURES):
         progress("mechanisms", done, len(FIGURES))
-        found |= {number: Picture(figure) for number, figure in figures_of(run_example(name, until)).items()}
-    return found
+        pictures |= {number: Picture(figure) for number, figure in figures_of(run_example(name, until)).items()}
+    return pictures
 
 
 def figures_of(example: Example) -> dict[int, Figure]:

@@ -48,10 +48,10 @@ def _balanced(scene: Scene, system: System, steady: str | None) -> LinearReferen
     """The motion at the equilibrium, or in the steady turn."""
     start = assembled_start(scene, system)
     turning, held = steady_of(system, start, steady)
-    found = equilibrium(system, start, 0.0, turning, held)
+    rest = equilibrium(system, start, 0.0, turning, held)
     if turning is not None:
-        refuse_unsteady(found, turning, held)
-    return found.reference
+        refuse_unsteady(rest, turning, held)
+    return rest.reference
 
 
 def steady_of(system: System, start: State, text: str | None) -> tuple[SteadyTurn | None, Conditions]:

@@ -123,11 +123,11 @@ def _found(
 
 def spec_of(path: Path, fits: bool) -> DesignSpec:
     """The design that a file describes, for `fit` or for `optimise`. Raises InputError where it is for the other."""
-    found = read_design(path)
-    if fits != bool(found.targets):
+    spec = read_design(path)
+    if fits != bool(spec.targets):
         what, other = ("matches nothing", "optimise") if fits else ("has no goal", "fit")
-        raise InputError(Problem(f"it {what}", found.place(), f"use: mbproj {other} {path}"))
-    return found
+        raise InputError(Problem(f"it {what}", spec.place(), f"use: mbproj {other} {path}"))
+    return spec
 
 
 def sensitivity(

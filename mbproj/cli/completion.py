@@ -24,15 +24,17 @@ class File(click.Path):
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """The matching files, and the folders to search; where there are none, the shell's own completion."""
-        found = list(_matching(incomplete, self._endings))
-        while len(found) == 1 and found[0].endswith("/"):  # a shell would end the word after the only candidate
-            inside = list(_matching(found[0], self._endings))
+        candidates = list(_matching(incomplete, self._endings))
+        while len(candidates) == 1 and candidates[0].endswith(
+            "/"
+        ):  # a shell would end the word after the only candidate
+            inside = list(_matching(candidates[0], self._endings))
             if not inside:
                 break
-            found = inside
-        if not found or not all(PLAIN.fullmatch(each) for each in (incomplete, *found)):
+            candidates = inside
+        if not candidates or not all(PLAIN.fullmatch(each) for each in (incomplete, *candidates)):
             return [CompletionItem(incomplete, type="file")]
-        return [CompletionItem(each) for each in found]
+        return [CompletionItem(each) for each in candidates]
 
 
 class FolderPath(click.Path):

@@ -22,9 +22,9 @@ def table_lines(said: Sequence[Said], all_said: str) -> list[str]:
     for row in said:
         alike.setdefault((row.element.partition(" '")[0], row.what, row.same), []).append(row)
     lines = ["same motion  element, and what happens with it"]
-    for (kind, what, same), found in alike.items():
-        place = "" if found[0].place is None else f", {_place(found[0].place)}"
-        shown = found[0].element if len(found) == 1 else f"{len(found)} times {kind}"
+    for (kind, what, same), entries in alike.items():
+        place = "" if entries[0].place is None else f", {_place(entries[0].place)}"
+        shown = entries[0].element if len(entries) == 1 else f"{len(entries)} times {kind}"
         lines += [f"{same.value:13}{shown}{place}", f"{'':15}{what}"]
     return lines
 

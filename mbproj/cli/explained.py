@@ -38,11 +38,11 @@ class Command(click.Command):
 
     def parts(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
         """The options by what they decide; click's own `--help` comes last."""
-        found: dict[Part, list[click.Parameter]] = {part: [] for part in Part}
+        groups: dict[Part, list[click.Parameter]] = {part: [] for part in Part}
         for parameter in self.get_params(context):
             if isinstance(parameter, click.Option):
-                found[parameter.part if isinstance(parameter, GroupedOption) else Part.HELP].append(parameter)
-        return {part: options for part, options in found.items() if options}
+                groups[parameter.part if isinstance(parameter, GroupedOption) else Part.HELP].append(parameter)
+        return {part: options for part, options in groups.items() if options}
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write a section of the help for each part."""

@@ -75,12 +75,12 @@ class Millimetres(click.ParamType):  # type: ignore[type-arg]
         if isinstance(value, tuple):
             return value
         try:
-            found = tuple(float(part.strip().removesuffix("mm")) for part in value.split(","))
+            lengths = tuple(float(part.strip().removesuffix("mm")) for part in value.split(","))
         except ValueError:
-            found = ()
-        if len(found) not in (1, 2):
+            lengths = ()
+        if len(lengths) not in (1, 2):
             self.fail(f"'{value}' is no width in mm, nor a width and a height, as 85 or 85,60", param, ctx)
-        return found
+        return lengths
 
 
 class QuantityNames(click.ParamType):  # type: ignore[type-arg]
@@ -102,8 +102,8 @@ class Corners(QuantityNames):
         """Return the three names. Raises InputError where there are not three."""
         from mbproj.errors import InputError, Place, Problem
 
-        found = super().convert(value, param, ctx)
-        if len(set(found)) != 3 or len(found) != 3:
+        names = super().convert(value, param, ctx)
+        if len(set(names)) != 3 or len(names) != 3:
             place = Place(param.opts[0] if param is not None else "")
             raise InputError(Problem(f"'{value}' is not three markers", place, "give FIRST,CORNER,SECOND"))
-        return found
+        return names

@@ -56,16 +56,16 @@ def selected(
         if name not in able:
             message = f"no force, motion, stop or friction '{name}' in the results"
             raise InputError(Problem(message, hint=choose_from(name, able)))
-    found = []
+    selection = []
     for results in given:
         chosen = {
             kind: [name for name in dict.fromkeys(wanted) if name in results.names(kind)] if wanted else None
             for kind, wanted in (("markers", markers), ("joints", joints))
         }
-        found.append(results.select(start=low, stop=high, acting=acting or None, **chosen))
-        if not len(found[-1].time):
+        selection.append(results.select(start=low, stop=high, acting=acting or None, **chosen))
+        if not len(selection[-1].time):
             raise _nothing(results, low, high)
-    return found
+    return selection
 
 
 def _nothing(results: Results, low: float, high: float) -> InputError:

@@ -52,31 +52,31 @@ def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
 NAMED, NOTHING = 8, 1e-12
 
 
-def stops(found: Mapping[str, AtStart]) -> list[str]:
+def stops(at_start: Mapping[str, AtStart]) -> list[str]:
     """The number of stops, and those that touch."""
-    touching = ", ".join(f"'{name}'" for name, entry in found.items() if entry["touches"])
+    touching = ", ".join(f"'{name}'" for name, entry in at_start.items() if entry["touches"])
     said = f"touching at the start: {touching}" if touching else "none touches at the start"
-    return [f"  {len(found)} stops, {said}"] if found else []
+    return [f"  {len(at_start)} stops, {said}"] if at_start else []
 
 
-def frictions(found: Mapping[str, RubsAtStart], where: str = "") -> list[str]:
+def frictions(at_start: Mapping[str, RubsAtStart], where: str = "") -> list[str]:
     """The number of dry frictions, and those that stick. `where` is a phrase such as "at the start"."""
-    if not found:
+    if not at_start:
         return []
-    sticking = [f"'{name}' bears {_share_of_load(entry)}" for name, entry in found.items() if entry["sticks"]]
+    sticking = [f"'{name}' bears {_share_of_load(entry)}" for name, entry in at_start.items() if entry["sticks"]]
     more = [f"and {len(sticking) - NAMED} more"] if len(sticking) > NAMED else []
     said = f"sticking{where}: {', '.join([*sticking[:NAMED], *more])}" if sticking else f"none sticks{where}"
-    count = "1 dry friction" if len(found) == 1 else f"{len(found)} dry frictions"
+    count = "1 dry friction" if len(at_start) == 1 else f"{len(at_start)} dry frictions"
     return [f"  {count}, {said}"]
 
 
-def ropes(found: Mapping[str, RopeAtStart]) -> list[str]:
+def ropes(at_start: Mapping[str, RopeAtStart]) -> list[str]:
     """The length of each rope, and its angles of wrap."""
     lines = []
-    for name, rope in list(found.items())[:NAMED]:
+    for name, rope in list(at_start.items())[:NAMED]:
         around = ", ".join(f"{degrees(wrap['angle']):.4g} deg around '{wrap['body']}'" for wrap in rope["wraps"])
         lines.append(f"  rope '{name}': {rope['length']:.6g} m{f', wrapped {around}' if around else ''}")
-    return [*lines, f"  and {len(found) - NAMED} ropes more"] if len(found) > NAMED else lines
+    return [*lines, f"  and {len(at_start) - NAMED} ropes more"] if len(at_start) > NAMED else lines
 
 
 def _share_of_load(entry: RubsAtStart) -> str:

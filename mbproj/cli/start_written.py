@@ -22,7 +22,7 @@ HINT = "choose another folder with --write"
 
 
 def write_starts(
-    scene: Scene, system: System, found: Assemblies, held: Conditions, folder: Path, *, force: bool
+    scene: Scene, system: System, all_assemblies: Assemblies, held: Conditions, folder: Path, *, force: bool
 ) -> Iterator[Path]:
     """Write DIR/<scene>_<number>.yaml for each assembly, from 1 on. Raises InputError where parameters were changed, or
     the text cannot be changed so that the scene starts there."""
@@ -30,7 +30,7 @@ def write_starts(
         problem = Problem("--set has changed parameters, which the file does not have", Place("--write"))
         raise InputError(problem)
     stem = make_folder(folder, HINT) / (scene.path.stem if scene.path is not None else "scene")
-    for number, each in enumerate(found.found, 1):
+    for number, each in enumerate(all_assemblies.found, 1):
         try:
             text = with_changes(scene.text, _changes(scene, system, each, held))
             read = read_scene_text(text, str(scene.path))

@@ -37,9 +37,9 @@ class Blocks:
 
     def dense(self) -> Array:
         """Return the dense matrix (6n, 6n)."""
-        found = np.zeros((self.bodies, self.bodies, 6, 6))
-        np.add.at(found, (self.row, self.column), self.value)
-        return np.ascontiguousarray(found.transpose(0, 2, 1, 3)).reshape(6 * self.bodies, 6 * self.bodies)
+        matrix = np.zeros((self.bodies, self.bodies, 6, 6))
+        np.add.at(matrix, (self.row, self.column), self.value)
+        return np.ascontiguousarray(matrix.transpose(0, 2, 1, 3)).reshape(6 * self.bodies, 6 * self.bodies)
 
     def sparse(self) -> csr_matrix:
         """Return the matrix (6n, 6n) as SciPy's sparse matrix."""
@@ -120,9 +120,9 @@ class Rows:
 
     def dense(self) -> Array:
         """Return the dense matrix (m, 6n)."""
-        found = np.zeros((self.count, self.bodies, 6), like=self.value)
-        np.add.at(found, (self.row, self.body), self.value)
-        return found.reshape(self.count, 6 * self.bodies)
+        matrix = np.zeros((self.count, self.bodies, 6), like=self.value)
+        np.add.at(matrix, (self.row, self.body), self.value)
+        return matrix.reshape(self.count, 6 * self.bodies)
 
     def sparse(self) -> csr_matrix:
         """Return the matrix (m, 6n) as SciPy's sparse matrix."""

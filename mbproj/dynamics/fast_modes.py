@@ -125,9 +125,9 @@ def _pulls(forces: Forces, pose: Pose) -> tuple[Integers, Integers, Array, Array
     np.add.at(force, pair, bound.is_point[bound.entry_slot, None] * gradient)
     local = (gradient[:, None, :] @ pose.rotation[body])[:, 0, :]
     np.add.at(torque, pair, cross(bound.local[bound.entry_slot], local))
-    found = pairs[:, 0], pairs[:, 1], force, torque
+    of_laws = pairs[:, 0], pairs[:, 1], force, torque
     if not forces.bushings.size:
-        return found
+        return of_laws
     unit = deflection(forces.bushings, pose).gradient  # (B, 2, 6, 6), rows are the wrenches of unit forces
     own, count = forces.bushings.body, len(COORDINATES)
     turned = unit[..., 3:] @ pose.rotation[own]
@@ -138,7 +138,7 @@ def _pulls(forces: Forces, pose: Pose) -> tuple[Integers, Integers, Array, Array
         unit[..., :3].reshape(-1, 3),
         turned.reshape(-1, 3),
     )
-    law, body, force, torque = (np.concatenate(pair) for pair in zip(found, more, strict=True))
+    law, body, force, torque = (np.concatenate(pair) for pair in zip(of_laws, more, strict=True))
     return law, body, force, torque
 
 

@@ -58,12 +58,12 @@ def draw(axis: Axes, results: Sequence[Results], labels: Sequence[str], read: Re
 
 def coinciding(results: Sequence[Results], names: Sequence[str]) -> dict[str, list[str]]:
     """Group the coordinates of the results that coincide: the others by the first of each group."""
-    found: dict[str, list[str]] = {}
+    groups: dict[str, list[str]] = {}
     for name in names:
         own = [_of(result, name) for result in results]
-        first = next((kept for kept in found if _agree(own, [_of(result, kept) for result in results])), None)
-        found.setdefault(name, []) if first is None else found[first].append(name)
-    return found
+        first = next((kept for kept in groups if _agree(own, [_of(result, kept) for result in results])), None)
+        groups.setdefault(name, []) if first is None else groups[first].append(name)
+    return groups
 
 
 def alike(first: Array, second: Array) -> bool:

@@ -148,16 +148,16 @@ def figure_style(
     font is not installed, or a size is out of range.
     """
     known = look()
-    found = replace(known, sheets={**known.sheets, **{key: value for one in sheets for key, value in read_sheet(one)}})
-    if "figure.figsize" in found.sheets and size is None and known.width is None:
-        width, height = found.sheets["figure.figsize"]
-        found = replace(found, width=float(width), height=float(height))
+    style = replace(known, sheets={**known.sheets, **{key: value for one in sheets for key, value in read_sheet(one)}})
+    if "figure.figsize" in style.sheets and size is None and known.width is None:
+        width, height = style.sheets["figure.figsize"]
+        style = replace(style, width=float(width), height=float(height))
     if size is not None:
         width, *rest = (size,) if isinstance(size, int | float) else tuple(size)
-        found = replace(found, width=_inches(width), height=_inches(rest[0]) if rest else None)
+        style = replace(style, width=_inches(width), height=_inches(rest[0]) if rest else None)
     if font is not None:
-        found = replace(found, font=_present(font))
-    token = _LOOK.set(found)
+        style = replace(style, font=_present(font))
+    token = _LOOK.set(style)
     try:
         yield
     finally:

@@ -93,10 +93,10 @@ def connect(
 ) -> None:
     """Add the joints between two bodies. `places` gets the joint and coordinate of the scene for each of `singles`."""
     for recognised in (_universal, _cylindrical, _planar):
-        found = recognised(singles)
-        if found is None:
+        joint = recognised(singles)
+        if joint is None:
             continue
-        kind, point, axes, names = found
+        kind, point, axes, names = joint
         every = [single.name for single in singles]
         name = own(before_coordinates(every, names) or "_".join(every))
         add_one(mechanism, name, kind, bodies, point, axes, list(zip(singles, names, strict=True)))

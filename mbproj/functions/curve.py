@@ -41,8 +41,8 @@ class Curve:
             replace(each, operand=TIME) if each.op is Op.VARIABLE else each  # kinks are searched in time
             for each in self.program.code
         )
-        found = kinks(flatten([replace(self.program, code=s)]), 0, low, high)
-        return tuple(each.t for each in found if any(jump and np.isfinite(jump) for jump in each.jump[:2]))
+        jumping = kinks(flatten([replace(self.program, code=s)]), 0, low, high)
+        return tuple(each.t for each in jumping if any(jump and np.isfinite(jump) for jump in each.jump[:2]))
 
     def repeats(self, period: float, by: float) -> bool:
         """Return whether the function repeats from half a period below 0 to half a period above: its derivatives, its

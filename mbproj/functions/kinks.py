@@ -53,8 +53,8 @@ def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[K
         [Kink(t, tuple(jump))] if any(jump) else []
         for t, jump in zip((start, end), look.jump(*ends).tolist(), strict=True)
     )
-    found = zip(times[counts].tolist(), jumps[counts].tolist(), strict=True)
-    return (*first, *(Kink(t, tuple(jump)) for t, jump in found), *last)
+    inner = zip(times[counts].tolist(), jumps[counts].tolist(), strict=True)
+    return (*first, *(Kink(t, tuple(jump)) for t, jump in inner), *last)
 
 
 def _suspects(programs: ProgramSet, index: int) -> tuple[frozenset[Op], frozenset[Op]]:
@@ -110,13 +110,13 @@ class _SampledFunction:
         return self._bisected(self.value, self.values, unexplained)
 
     def _bisected(
-        self, look: Callable[[Array], Array], found: Array, score: Callable[[Array, Array, Array, Array], Array]
+        self, look: Callable[[Array], Array], looks: Array, score: Callable[[Array, Array, Array, Array], Array]
     ) -> Array:
         """Return the upper ends of the intervals with a score above 0, halved down to the resolution of time.
 
         `score` rates an interval by the values of `look` at its ends. Of many intervals those with the largest score,
         or the earliest, are kept."""
-        low, high, before, after = self.times[:-1], self.times[1:], found[:, :-1], found[:, 1:]
+        low, high, before, after = self.times[:-1], self.times[1:], looks[:, :-1], looks[:, 1:]
         while True:
             scores = score(low, high, before, after)
             kept = np.sort(
@@ -161,13 +161,13 @@ class _SampledFunction:
 
 def _branches(programs: ProgramSet, index: int, t: Array, ops: frozenset[Op]) -> Array:
     """Return the branch of each of these operations, (operations, T)."""
-    found = []
+    branches = []
     with np.errstate(all="ignore"):
         for at, stack in walk(programs, index, [time_series(t)]):
             op = Op(int(programs.op[at]))
             if op in ops:
-                found.append(_branch(programs, op, int(programs.operand[at]), [series[0] for series in stack[-2:]]))
-    return np.array(found, dtype=float).reshape(-1, len(t))
+                branches.append(_branch(programs, op, int(programs.operand[at]), [series[0] for series in stack[-2:]]))
+    return np.array(branches, dtype=float).reshape(-1, len(t))
 
 
 def _branch(programs: ProgramSet, op: Op, operand: int, given: list[Any]) -> Any:

@@ -46,7 +46,7 @@ def look_times(programs: ProgramSet, index: int, start: float, end: float) -> Ar
 
 def _zeros(programs: ProgramSet, index: int, times: Array) -> Array:
     """Return the zeros of the values that the program computes on its way, by linear interpolation."""
-    found = [np.zeros(0)]
+    parts = [np.zeros(0)]
     with np.errstate(all="ignore"):
         for _, stack in walk(programs, index, [time_series(times)]):
             if not stack:
@@ -54,6 +54,6 @@ def _zeros(programs: ProgramSet, index: int, times: Array) -> Array:
             x = np.broadcast_to(stack[-1][0], times.shape)
             at = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0) | (x[:-1] > 0.0) & (x[1:] <= 0.0))
             if len(at) <= THRESHOLDS.most_kinks:
-                found.append(times[at] - x[at] * (times[at + 1] - times[at]) / (x[at + 1] - x[at]))
-    zeros = np.concatenate(found)
+                parts.append(times[at] - x[at] * (times[at + 1] - times[at]) / (x[at + 1] - x[at]))
+    zeros = np.concatenate(parts)
     return np.unique(zeros[np.isfinite(zeros)])

@@ -54,8 +54,8 @@ class Hit:
 @cache
 def pages() -> Mapping[str, GuidePage]:
     """Every page by its topic: tutorials first, each kind in alphabetical order."""
-    found = [GuidePage(path.stem, kind, path) for kind in KINDS for path in sorted((ROOT / kind).glob("*.md"))]
-    return MappingProxyType({page.topic: page for page in found})
+    listed = [GuidePage(path.stem, kind, path) for kind in KINDS for path in sorted((ROOT / kind).glob("*.md"))]
+    return MappingProxyType({page.topic: page for page in listed})
 
 
 def page_of(words: Sequence[str]) -> GuidePage | None:
@@ -71,7 +71,7 @@ def search(words: Sequence[str]) -> list[Hit]:
     First come those with the words in their heading or topic. Pages that say how come before those that say why, and
     sections in which the words stand more often before the others."""
     wanted = {word.casefold() for word in words}
-    found: list[tuple[tuple[int, bool, int], Hit]] = []
+    hits: list[tuple[tuple[int, bool, int], Hit]] = []
     for page in pages().values():
         for section in re.split(r"^(?=#+ )", _without_fences(page.text), flags=re.MULTILINE):
             text = section.casefold()
@@ -82,9 +82,9 @@ def search(words: Sequence[str]) -> list[Hit]:
             lines = (line for line in body.splitlines() if any(word in line.casefold() for word in present))
             hit = Hit(page, heading.lstrip("# "), _plain(next(lines, "")), len(present))
             named = sum(word in f"{page.topic} {hit.section}".casefold() for word in present)
-            found.append(((named, page.kind != "explanation", sum(map(text.count, present))), hit))
-    most = max((hit.words for _, hit in found), default=0)
-    best = sorted((each for each in found if each[1].words == most), key=lambda each: each[0], reverse=True)
+            hits.append(((named, page.kind != "explanation", sum(map(text.count, present))), hit))
+    most = max((hit.words for _, hit in hits), default=0)
+    best = sorted((each for each in hits if each[1].words == most), key=lambda each: each[0], reverse=True)
     return [hit for _, hit in best]
 
 

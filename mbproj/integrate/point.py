@@ -50,14 +50,14 @@ class Point:
 
     def save(self) -> dict[str, Any]:
         """Return this point as plain data."""
-        found, turning = self.found, self.turning
+        accelerations, turning = self.found, self.turning
         return {
             "t": self.t,
             "y": self.y,
-            "acceleration": found.acceleration,
-            "multipliers": found.multipliers,
-            "power": found.power,
-            "nearness": found.nearness,
+            "acceleration": accelerations.acceleration,
+            "multipliers": accelerations.multipliers,
+            "power": accelerations.power,
+            "nearness": accelerations.nearness,
             "coordinate": self.coordinate,
             "turned": turning.coordinate,
             "speed": turning.speed,
@@ -67,9 +67,11 @@ class Point:
     @classmethod
     def restore(cls, saved: Mapping[str, Any]) -> Point:
         """Return the point that was saved."""
-        found = Accelerations(saved["acceleration"], saved["multipliers"], saved["power"], float(saved["nearness"]))
+        accelerations = Accelerations(
+            saved["acceleration"], saved["multipliers"], saved["power"], float(saved["nearness"])
+        )
         turning = Turning(float(saved["t"]), saved["turned"], saved["speed"], saved["prescribed"])
-        return cls(float(saved["t"]), saved["y"], found, saved["coordinate"], turning)
+        return cls(float(saved["t"]), saved["y"], accelerations, saved["coordinate"], turning)
 
     def sample(self, formulation: FullFormulation, step_size: float, tally: Tally) -> Sample:
         """Return this point as a sample."""
@@ -81,8 +83,8 @@ class Point:
 
 def point_at(formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
     """Return the point at y at the time of `turning`."""
-    found = formulation.accelerations(turning.t, y, turning.coordinate)
-    return Point(turning.t, y, found, coordinate, turning)
+    accelerations = formulation.accelerations(turning.t, y, turning.coordinate)
+    return Point(turning.t, y, accelerations, coordinate, turning)
 
 
 def acted(formulation: FullFormulation, actions: Sequence[int], point: Point) -> Point:

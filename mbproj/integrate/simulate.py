@@ -275,11 +275,11 @@ def _naming(
     except SimulationError as error:
         from mbproj.integrate.reporting.dead_ends import explained
 
-        found = explained(error, system, start, reached)
-        found.formulation = formulation
-        if found is error:
+        explanation = explained(error, system, start, reached)
+        explanation.formulation = formulation
+        if explanation is error:
             raise
-        raise found from error
+        raise explanation from error
 
 
 def _floors(system: System, samples: Samples) -> Array:

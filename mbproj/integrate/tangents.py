@@ -38,30 +38,30 @@ def slopes_along(trace: Trace, start: Array, directions: Directions, at: Array, 
     slopes = _slopes(trace, directions)
     began = trace.leg.start
     if trace.settings.kinematic is True:
-        found: Array = slopes.stand(at, y)
+        slopes_there: Array = slopes.stand(at, y)
     else:
         if not slopes.start(began, start, np.ascontiguousarray(directions.start)):
             raise SimulationError(began, "the equations have no unique solution")
         first = int(np.searchsorted(at, began, side="right"))
         beginning = np.broadcast_to(slopes.slopes, (first, *slopes.slopes.shape))
         rest = slopes.follow(np.append(began, trace.t), trace.h, trace.y, at[first:], np.ascontiguousarray(y[first:]))
-        found = np.concatenate([beginning, rest])
-    if len(found) < len(at):
-        raise SimulationError(float(at[len(found)]), "the slopes of the motion have no unique solution")
-    return found
+        slopes_there = np.concatenate([beginning, rest])
+    if len(slopes_there) < len(at):
+        raise SimulationError(float(at[len(slopes_there)]), "the slopes of the motion have no unique solution")
+    return slopes_there
 
 
 def numbers_of(compiled: Compiled) -> Array:
     """Return the kernel's numbers of a model, (N,), in the order of directions."""
-    found: Array = getattr(compiled.core, f"{compiled.dimension}Tangents").numbers(compiled.model)
-    return found
+    values: Array = getattr(compiled.core, f"{compiled.dimension}Tangents").numbers(compiled.model)
+    return values
 
 
 def structure_of(compiled: Compiled) -> Array:
     """Return the structure that a model shares with its neighbours, as numbers: curves, knots, which numbers are
     where."""
-    found: Array = getattr(compiled.core, f"{compiled.dimension}Tangents").structure(compiled.model)
-    return found
+    pattern: Array = getattr(compiled.core, f"{compiled.dimension}Tangents").structure(compiled.model)
+    return pattern
 
 
 def _slopes(trace: Trace, directions: Directions) -> Any:

@@ -71,8 +71,8 @@ def geneva(slots: float) -> Ratio:
     back = apply(Op.ATAN2, apply(Op.NEGATE, sine), apply(Op.NEGATE, cosine))
     stays = _times(1.0 / slots, apply(Op.SUBTRACT, φ, back))
     locked = apply(Op.ADD, number(0.5), _times(0.5, apply(Op.SIGN, apply(Op.SUBTRACT, number(k), cosine))))
-    found = apply(Op.ADD, turned, apply(Op.MULTIPLY, locked, apply(Op.SUBTRACT, stays, turned)))
-    return Ratio((0.0, 1.0), None, Program(apply(Op.NEGATE, found)))
+    turn = apply(Op.ADD, turned, apply(Op.MULTIPLY, locked, apply(Op.SUBTRACT, stays, turned)))
+    return Ratio((0.0, 1.0), None, Program(apply(Op.NEGATE, turn)))
 
 
 def _times(factor: float, code: Code) -> Code:

@@ -18,14 +18,14 @@ __all__ = ["build_info", "core", "fingerprint", "left_out", "pack_width"]
 
 def core() -> ModuleType | None:
     """The extension, or None where there is none; `build_info` says why."""
-    found = _loaded()
-    return found if isinstance(found, ModuleType) else None
+    loaded = _loaded()
+    return loaded if isinstance(loaded, ModuleType) else None
 
 
 def build_info() -> dict[str, str] | str:
     """How the extension was compiled (compiler, flags, build type, Eigen, instruction set), or why there is none."""
-    found = _loaded()
-    return dict(found.build_info()) if isinstance(found, ModuleType) else found
+    loaded = _loaded()
+    return dict(loaded.build_info()) if isinstance(loaded, ModuleType) else loaded
 
 
 def fingerprint() -> str:
@@ -39,8 +39,8 @@ def fingerprint() -> str:
 
 def pack_width() -> int:
     """How many cases of a sweep a pack holds on this processor; 0 where there are no packs."""
-    found = core()
-    return 0 if found is None else int(found.pack_width())
+    kernel = core()
+    return 0 if kernel is None else int(kernel.pack_width())
 
 
 def left_out() -> bool:

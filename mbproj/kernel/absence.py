@@ -39,7 +39,7 @@ def _installed() -> Path | None:
     from importlib import metadata  # takes 20 ms, and only a missing kernel asks for it
 
     try:
-        found = Path(str(metadata.distribution("mbproj").locate_file("mbproj")))
+        folder = Path(str(metadata.distribution("mbproj").locate_file("mbproj")))
     except metadata.PackageNotFoundError:
         return None
-    return found.absolute() if (found / "__init__.py").exists() else None
+    return folder.absolute() if (folder / "__init__.py").exists() else None

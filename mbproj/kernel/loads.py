@@ -106,17 +106,17 @@ def _space_bushings(core: ModuleType, bodies: int, bushings: Bushings) -> Any:
 
 
 def _plane_bushings(core: ModuleType, bodies: int, bushings: Bushings, plane: Plane) -> Any:
-    found = bushings_in_plane(plane, bushings)
+    in_plane = bushings_in_plane(plane, bushings)
     return core.PlaneBushings(
         bodies=bodies,
         body=_indices(bushings.body.ravel()),
-        origin=_floats(found.origin, 2),
-        turn=_floats(found.turn, 2, 2),
-        stiffness=_floats(found.stiffness, 3, 3),
-        damping=_floats(found.damping, 3, 3),
-        preload=_floats(found.preload, 3),
+        origin=_floats(in_plane.origin, 2),
+        turn=_floats(in_plane.turn, 2, 2),
+        stiffness=_floats(in_plane.stiffness, 3, 3),
+        damping=_floats(in_plane.damping, 3, 3),
+        preload=_floats(in_plane.preload, 3),
         turns_freely=_indices(bushings.turns_freely),
-        map=_floats(found.map, 6, 3),
+        map=_floats(in_plane.map, 6, 3),
     )
 
 

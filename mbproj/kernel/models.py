@@ -242,14 +242,14 @@ def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
 def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int, int]]:
     """What follows curves as the kernel takes it, in a plane: where it is, its number there, its program, and on which
     of two curves."""
-    rows, found = plane_rows(plane).tolist(), []
+    rows, followers = plane_rows(plane).tolist(), []
     for program, (kind, at, second) in system.following.items():
         if kind is FollowedKind.COORDINATE:
             own = int(coordinates_in_plane(plane, np.array([at]))[0])
         else:
             own = rows.index(at) if kind is FollowedKind.ROW else at
-        found.append((int(kind), own, program, second))
-    return [each for each in found if each[1] >= 0]  # what is constant in the plane has no sign to change
+        followers.append((int(kind), own, program, second))
+    return [each for each in followers if each[1] >= 0]  # what is constant in the plane has no sign to change
 
 
 def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:

@@ -113,10 +113,10 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
         if is_split(own):
             return lanewise(lambda each: each[index], self)
         place = (slice(None), *own)
-        found = self.values[place]
+        chosen = self.values[place]
         if any(isinstance(each, (np.ndarray, list)) for each in own):
-            found = laid_out_like(self.values[0][index], found)
-        return Lanes(found)
+            chosen = laid_out_like(self.values[0][index], chosen)
+        return Lanes(chosen)
 
     def __setitem__(self, index: Any, value: Any) -> None:
         own = index if isinstance(index, tuple) else (index,)
@@ -185,8 +185,8 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
     def reshape(self, *shape: Any, **options: Any) -> Lanes:
         own = shape[0] if len(shape) == 1 and isinstance(shape[0], (tuple, list)) else shape
         if options:
-            found: Lanes = lanewise(lambda each: np.asarray(each).reshape(*own, **options), self)
-            return found
+            reshaped: Lanes = lanewise(lambda each: np.asarray(each).reshape(*own, **options), self)
+            return reshaped
         return Lanes(self.values.reshape(len(self.values), *own))
 
     def ravel(self) -> Lanes:
@@ -196,8 +196,8 @@ class Lanes(Several, np.lib.mixins.NDArrayOperatorsMixin):
         return Lanes(self.values.copy("K"))
 
     def astype(self, dtype: Any, **options: Any) -> Any:
-        found = self.values.astype(dtype, **options)
-        return agreed(found) if found.dtype == bool else Lanes(found)
+        cast = self.values.astype(dtype, **options)
+        return agreed(cast) if cast.dtype == bool else Lanes(cast)
 
     def transpose(self, *axes: Any) -> Lanes:
         own = axes[0] if len(axes) == 1 and isinstance(axes[0], (tuple, list)) else axes

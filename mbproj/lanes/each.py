@@ -28,8 +28,8 @@ class Each:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        found = [getattr(each, name) for each in self.items]
-        return Each(found) if callable(found[0]) else restacked(found)
+        attributes = [getattr(each, name) for each in self.items]
+        return Each(attributes) if callable(attributes[0]) else restacked(attributes)
 
     def __setattr__(self, name: str, value: Any) -> None:
         taken = _taken(value)
@@ -49,16 +49,16 @@ class OfLanes:
         self._of = of
 
     def __getattr__(self, name: str) -> Any:
-        found = getattr(self._of, name)
-        return OfLanes(found) if callable(found) else found
+        attribute = getattr(self._of, name)
+        return OfLanes(attribute) if callable(attribute) else attribute
 
     def __call__(self, *args: Any, **options: Any) -> Any:
         return each_call(self._of, args, options)
 
     @staticmethod
-    def of_all(found: Any) -> Any:
+    def of_all(of: Any) -> Any:
         """An object whose methods take numbers of several cases. The object itself may be the same for all cases."""
-        return found if isinstance(found, Each) else OfLanes(found)
+        return of if isinstance(of, Each) else OfLanes(of)
 
 
 def lane(values: Kind, at: int) -> Kind:
@@ -121,41 +121,41 @@ def _width(values: Sequence[Any]) -> int:
     raise LanesMet("nothing is of several cases")
 
 
-def restacked(found: Sequence[Any]) -> Any:
+def restacked(values: Sequence[Any]) -> Any:
     """The values of all cases as one value: floats become Lanes. Integers and texts must be the same for all cases,
     else Parted is raised."""
-    first = found[0]
-    if all(each is first for each in found):
+    first = values[0]
+    if all(each is first for each in values):
         return first
     if isinstance(first, (float, np.floating)):
-        return Lanes(np.array(found, dtype=float))
+        return Lanes(np.array(values, dtype=float))
     if isinstance(first, np.ndarray):
-        return _arrays(found, first)
+        return _arrays(values, first)
     if isinstance(first, (int, bool, str, bytes, np.integer, np.bool_)):
-        return agreed_of(found)
+        return agreed_of(values)
     if isinstance(first, (list, tuple)):
-        agreed_of([len(each) for each in found])
-        parts = [restacked(each) for each in zip(*found, strict=True)]
+        agreed_of([len(each) for each in values])
+        parts = [restacked(each) for each in zip(*values, strict=True)]
         return type(first)._make(parts) if hasattr(first, "_make") else type(first)(parts)
     if isinstance(first, dict):
-        agreed_of([tuple(each) for each in found])
-        return {key: restacked([each[key] for each in found]) for key in first}
-    agreed_of([each is None for each in found])
-    return Each(found)
+        agreed_of([tuple(each) for each in values])
+        return {key: restacked([each[key] for each in values]) for key in first}
+    agreed_of([each is None for each in values])
+    return Each(values)
 
 
-def agreed_of(found: Sequence[Any]) -> Any:
+def agreed_of(parts: Sequence[Any]) -> Any:
     """The value that all cases share. Raises Parted where they differ."""
-    first = found[0]
-    if any(each != first for each in found):
-        raise Parted(found)
+    first = parts[0]
+    if any(each != first for each in parts):
+        raise Parted(parts)
     return first
 
 
-def _arrays(found: Sequence[Any], first: Any) -> Any:
-    agreed_of([each.shape for each in found])
+def _arrays(parts: Sequence[Any], first: Any) -> Any:
+    agreed_of([each.shape for each in parts])
     if first.dtype.kind != "f":
-        return agreed(np.stack(found))
+        return agreed(np.stack(parts))
     if first.flags.f_contiguous and not first.flags.c_contiguous:
-        return Lanes(np.stack([each.T for each in found])).transpose()
-    return Lanes(np.stack(found))
+        return Lanes(np.stack([each.T for each in parts])).transpose()
+    return Lanes(np.stack(parts))

@@ -147,5 +147,5 @@ def called(function: Any, like: Lanes, args: Sequence[Any], options: Mapping[str
         raise LanesMet(INTO_ONE)
     if function in MADE:
         return MADE[function](like, *args, **options)
-    found = FUNCTIONS[function](*args, **options) if function in FUNCTIONS else NotImplemented
-    return each_call(function, args, options) if found is NotImplemented else found
+    result = FUNCTIONS[function](*args, **options) if function in FUNCTIONS else NotImplemented
+    return each_call(function, args, options) if result is NotImplemented else result

@@ -53,12 +53,12 @@ class Bordered:
         if rows is not None:
             right[self.size :] = (self._rows * rows[self.rows].T).T
         if np.iscomplexobj(right):
-            found = self._factor.solve(right.real.copy()) + 1j * self._factor.solve(right.imag.copy())
+            solution = self._factor.solve(right.real.copy()) + 1j * self._factor.solve(right.imag.copy())
         else:
-            found = self._factor.solve(right)
-        multipliers = np.zeros((self.constraints, *force.shape[1:]), dtype=found.dtype)
-        multipliers[self.rows] = self._size * (self._rows * found[self.size :].T).T
-        return (self._lengths * found[: self.size].T).T, multipliers
+            solution = self._factor.solve(right)
+        multipliers = np.zeros((self.constraints, *force.shape[1:]), dtype=solution.dtype)
+        multipliers[self.rows] = self._size * (self._rows * solution[self.size :].T).T
+        return (self._lengths * solution[: self.size].T).T, multipliers
 
 
 @final

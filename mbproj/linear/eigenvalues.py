@@ -62,19 +62,19 @@ def eigen(reduced: ReducedEquations) -> Eigen:
     reduced, back = _condensed(reduced)
     if not len(reduced.M):
         return Eigen(np.zeros(0, dtype=complex), np.zeros((len(back), 0), dtype=complex))
-    found = _symmetric(reduced) if is_symmetric(reduced) else _by_qz(reduced)
-    order = np.argsort(np.abs(found.values), kind="stable")
-    return Eigen(found.values[order], back @ found.vectors[:, order])
+    pairs = _symmetric(reduced) if is_symmetric(reduced) else _by_qz(reduced)
+    order = np.argsort(np.abs(pairs.values), kind="stable")
+    return Eigen(pairs.values[order], back @ pairs.vectors[:, order])
 
 
-def shares_of_states(reduced: ReducedEquations, found: Eigen, count: int) -> Array:
+def shares_of_states(reduced: ReducedEquations, pairs: Eigen, count: int) -> Array:
     """Return the participation of each of the last `count` coordinates, which are first-order states, in each mode, (k,
     count).
 
     It is the part in uᴴ(2 λ M + D) v, with u the left vector (Pérez-Arriaga et al. 1982). Where that vanishes, as for
     drifting motions, it is the part in |v|²."""
-    parts = np.zeros((len(found.values), len(reduced.M)))
-    for mode, (value, v) in enumerate(zip(found.values, found.vectors.T, strict=True)):
+    parts = np.zeros((len(pairs.values), len(reduced.M)))
+    for mode, (value, v) in enumerate(zip(pairs.values, pairs.vectors.T, strict=True)):
         U, σ, _ = np.linalg.svd(value * (value * reduced.M + reduced.D) + reduced.K)
         none = U[:, σ <= max(float(σ[-1]), THRESHOLDS.rounding * float(σ[0]))]
         change = (2.0 * value * reduced.M + reduced.D) @ v

@@ -147,13 +147,13 @@ def modes(reference: LinearReference, count: int | None = None) -> Modes:
         return described(reference, few.values, few.vectors, none.T, none, few.freedom, turns=False)
     here = projected(reference)
     (reduced, back), freedom = here.solvable(scale), here.space.freedom
-    found = eigen(reduced).slowest_and_growing(FEW) if large and count is None else eigen(reduced).slowest(count)
-    vectors = back @ found.vectors
+    pairs = eigen(reduced).slowest_and_growing(FEW) if large and count is None else eigen(reduced).slowest(count)
+    vectors = back @ pairs.vectors
     ξ, x = here.space.N @ vectors[:freedom], scale[:, None] * vectors[freedom:]
-    share = shares_of_states(reduced, found, len(scale)) if len(scale) else np.zeros((len(found.values), 0))
+    share = shares_of_states(reduced, pairs, len(scale)) if len(scale) else np.zeros((len(pairs.values), 0))
     size = float(np.abs(here.space.N).max(initial=0.0))
     turns = bool(np.abs(here.N_dot).max(initial=0.0) > THRESHOLDS.rounding * size)
-    return described(reference, found.values, ξ, x, share, here.freedom, turns=turns)
+    return described(reference, pairs.values, ξ, x, share, here.freedom, turns=turns)
 
 
 #: The number of modes of a large mechanism, unless more are asked for.

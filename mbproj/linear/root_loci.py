@@ -30,9 +30,9 @@ def trace(name: str, values: Sequence[float], at: Callable[[float], Modes]) -> t
         here = at(value)
         place = _places(before, here, place, len(columns))
         columns += [[np.nan] * number for _ in range(max(place, default=-1) + 1 - len(columns))]
-        found = dict(zip(place, here.eigenvalues.tolist(), strict=True))
+        by_column = dict(zip(place, here.eigenvalues.tolist(), strict=True))
         for column, entries in enumerate(columns):
-            entries.append(found.get(column, complex(np.nan, np.nan)))
+            entries.append(by_column.get(column, complex(np.nan, np.nan)))
         before = here
     assert before is not None
     eigenvalues = np.array(columns, dtype=complex).reshape(len(columns), len(values)).T
@@ -48,9 +48,9 @@ def _places(before: Modes | None, here: Modes, place: list[int], columns: int) -
     speed = np.abs(before.eigenvalues[:, None]) + np.abs(here.eigenvalues) + np.finfo(float).tiny
     unlike = np.abs(before.eigenvalues[:, None] - here.eigenvalues) / speed + 1.0 - _likeness(before, here)
     rows, chosen = linear_sum_assignment(unlike)
-    found = dict(zip(chosen.tolist(), (place[row] for row in rows), strict=True))
+    place_of = dict(zip(chosen.tolist(), (place[row] for row in rows), strict=True))
     fresh = iter(range(columns, columns + len(here.eigenvalues)))
-    return [found[mode] if mode in found else next(fresh) for mode in range(len(here.eigenvalues))]
+    return [place_of[mode] if mode in place_of else next(fresh) for mode in range(len(here.eigenvalues))]
 
 
 def _likeness(before: Modes, here: Modes) -> Array:

@@ -168,13 +168,13 @@ class Actions:
             if count > MOST_INSTANTS:
                 what = f"{name} has {count:.2g} instants in this run, at most {MOST_INSTANTS:.2g} are kept"
                 raise InputError(Problem(what, hint="give it a longer period, or make the run shorter"))
-        found = defaultdict[float, list[int]](list)
+        at_times = defaultdict[float, list[int]](list)
         for action, (first, period) in enumerate(zip(self.first.tolist(), self.period.tolist(), strict=True)):
             k = max(int(np.ceil((start - slack - first) / period)), 0)
             last = int(np.floor((end - first) / period))
             for time in (first + np.arange(k, last + 1) * period).tolist():
-                found[time].append(action)
-        return {time: tuple(actions) for time, actions in found.items()}
+                at_times[time].append(action)
+        return {time: tuple(actions) for time, actions in at_times.items()}
 
 
 NO_ACTIONS = Actions(np.zeros(0), np.zeros(0), np.zeros(1, dtype=np.intp), np.zeros(0, dtype=np.intp), flatten([]), ())

@@ -75,10 +75,10 @@ def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Conta
         return contacts
     along = stops.joint_coordinate
     rub = {k: [j for j in range(frictions.size) if 0 <= along[k] == frictions.joint_coordinate[j]] for k in closed}
-    found = {k: own[0] for k, own in rub.items() if len(own) == 1 and own[0] not in contacts.sliding}
-    stuck = {j: at for j, at in contacts.stuck.items() if j not in found.values()}
-    bearing = {**contacts.bearing, **dict.fromkeys(found.values(), 0.0)}
-    return replace(contacts, held=tuple(sorted({*contacts.held, *found})), stuck=stuck, bearing=bearing)
+    walls = {k: own[0] for k, own in rub.items() if len(own) == 1 and own[0] not in contacts.sliding}
+    stuck = {j: at for j, at in contacts.stuck.items() if j not in walls.values()}
+    bearing = {**contacts.bearing, **dict.fromkeys(walls.values(), 0.0)}
+    return replace(contacts, held=tuple(sorted({*contacts.held, *walls})), stuck=stuck, bearing=bearing)
 
 
 def in_contact(system: System, contacts: Contacts) -> System:
@@ -87,7 +87,7 @@ def in_contact(system: System, contacts: Contacts) -> System:
     Rows follow those of the joints: one for each held stop, then one for each stuck friction, as joints of their own.
     Laws follow those of the scene: one for each pushing stop, then one for each friction that slides or bears a force.
     Each of these laws of frictions has an integral of the energy it loses."""
-    stops, frictions, found = system.stops, system.frictions, system
+    stops, frictions, changed = system.stops, system.frictions, system
     rows, laws = list[_HeldRow](), list[AddedLaw]()
     if stops is not None:
         held = ((k, float(stops.bound[k])) for k in contacts.held)
@@ -96,14 +96,14 @@ def in_contact(system: System, contacts: Contacts) -> System:
     if frictions is not None:
         stuck = contacts.stuck.items()
         rows += [_HeldRow(frictions.coordinates, k, at, frictions.owners[k], frictions.places[k]) for k, at in stuck]
-        numbers = bearing_numbers(found, frictions, contacts)
+        numbers = bearing_numbers(changed, frictions, contacts)
         laws += _frictions(frictions, numbers, contacts, len(laws))
     if stops is not None:
-        found = replace(found, bearings=_with_pushes(found, stops, contacts))
+        changed = replace(changed, bearings=_with_pushes(changed, stops, contacts))
     if rows:
-        found = _holding(found, rows)
-    found = replace(found, forces=with_laws(found.forces, laws)) if laws else found
-    return found if frictions is None or not frictions.varies else _with_bounds(found, frictions)
+        changed = _holding(changed, rows)
+    changed = replace(changed, forces=with_laws(changed.forces, laws)) if laws else changed
+    return changed if frictions is None or not frictions.varies else _with_bounds(changed, frictions)
 
 
 def _with_bounds(system: System, frictions: Frictions) -> System:
@@ -146,13 +146,13 @@ class _HeldRow:
     def bound(self, owner: int) -> Binding:
         """Return the constraint s - at = 0 as a binding. An angle counts from `at`, so that it is 0 there and needs no
         turns."""
-        (found,) = bindings(self.coordinates, [self.k])
+        (binding,) = bindings(self.coordinates, [self.k])
         if self.coordinates.is_length[self.k]:
-            return replace(found, owner=owner, offset=found.offset + self.at)
-        (body, side, x), (_, _, y), last = found.slots
+            return replace(binding, owner=owner, offset=binding.offset + self.at)
+        (body, side, x), (_, _, y), last = binding.slots
         cosine, sine = np.cos(self.at), np.sin(self.at)
         turned = (body, side, cosine * x + sine * y), (body, side, cosine * y - sine * x)
-        return replace(found, owner=owner, slots=(*turned, last))
+        return replace(binding, owner=owner, slots=(*turned, last))
 
 
 def _holding(system: System, held: list[_HeldRow]) -> System:
@@ -202,11 +202,11 @@ def _with_pushes(system: System, stops: Stops, contacts: Contacts) -> Bearings |
     parts = tuple(tuple((held[at], 0, -float(stops.side[at]) * part) for at, part in each) for each in shares)
     none = np.zeros(len(pushes))
     first = np.full(len(pushes), joints, dtype=np.intp)
-    found = Bearings(first, np.zeros((len(pushes), 3)), none, none, np.full(len(pushes), np.inf), none, parts)
+    pushing = Bearings(first, np.zeros((len(pushes), 3)), none, none, np.full(len(pushes), np.inf), none, parts)
     if own is None:
-        return found
+        return pushing
     arrays = [each.name for each in fields(Bearings) if each.name != "parts"]
-    joined = {name: np.concatenate([getattr(own, name), getattr(found, name)]) for name in arrays}
+    joined = {name: np.concatenate([getattr(own, name), getattr(pushing, name)]) for name in arrays}
     return Bearings(**joined, parts=own.parts + parts)
 
 

@@ -69,7 +69,7 @@ def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: A
 def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places: Numbers) -> dict[int, float]:
     """Return the parameter of the foot, by program, of each row that follows a curve, on the branches `held`. `of`
     gives the row of each program; `places` (S, 3) are the points and vectors of the rows' slots."""
-    found, on_pieces = {}, dict[int, Primitive]()
+    by_program, on_pieces = {}, dict[int, Primitive]()
     for program, (row, second) in of.items():
         own = on_pieces.get(row, rows.layout.members[rows.layout.member[row]].primitive)
         on_pieces[row] = _on_branch(own, programs.branches(program, held), second)
@@ -77,8 +77,8 @@ def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places
         distance = on_pieces[row]
         assert isinstance(distance, DISTANCES)
         foot = distance.foot(places[None, list(rows.layout.members[rows.layout.member[row]].slots)])
-        found[program] = float(foot[0, second] if isinstance(distance, Gap) else foot[0])
-    return found
+        by_program[program] = float(foot[0, second] if isinstance(distance, Gap) else foot[0])
+    return by_program
 
 
 def _on_branch(primitive: Primitive, branches: tuple[float, ...], second: int = 0) -> Primitive:

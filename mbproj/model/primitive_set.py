@@ -179,11 +179,13 @@ class PrimitiveSet:
     def _of_motion(
         self, x: Numbers, x_dot: Numbers, of: Callable[[Primitive], Callable[[Numbers, Numbers], Numbers]]
     ) -> Numbers:
-        found = np.empty((*x.shape[:-2], self.size), dtype=np.result_type(x, x_dot), order="F", like=one_of((x, x_dot)))
+        values = np.empty(
+            (*x.shape[:-2], self.size), dtype=np.result_type(x, x_dot), order="F", like=one_of((x, x_dot))
+        )
         for group in self.groups:
             slots = group.slots
-            found[..., group.rows] = of(group.primitive)(x[..., slots, :], x_dot[..., slots, :])
-        return found
+            values[..., group.rows] = of(group.primitive)(x[..., slots, :], x_dot[..., slots, :])
+        return values
 
     def forces(self, x: Numbers, multipliers: Numbers) -> Numbers:
         """Return ∂C/∂xᵀ λ of each attachment, (..., S, 3), for multipliers λ (..., m)."""
@@ -275,8 +277,8 @@ def _layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
 def bindings(bound: PrimitiveSet, rows: Sequence[int] | None = None) -> list[Binding]:
     """Return the primitives of a set as bindings, in the order of their rows; of all, or of those with these first
     rows."""
-    found = dict(_bindings(bound))
-    return [found[row] for row in (sorted(found) if rows is None else rows)]
+    by_row = dict(_bindings(bound))
+    return [by_row[row] for row in (sorted(by_row) if rows is None else rows)]
 
 
 def _bindings(bound: PrimitiveSet) -> Iterator[tuple[int, Binding]]:

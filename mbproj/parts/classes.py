@@ -169,8 +169,8 @@ def _classes() -> dict[str, type[ScenePart]]:
         "Simulation": SIMULATION,
     }
     typed: Mapping[str, Record[Any]] = {**JOINT.variants, **OWN_RECORDS}
-    found = {name: _made(name, _record(field)) for name, field in alone.items()}
-    return found | {_named(name): _made(_named(name), record, name) for name, record in typed.items()}
+    classes = {name: _made(name, _record(field)) for name, field in alone.items()}
+    return classes | {_named(name): _made(_named(name), record, name) for name, record in typed.items()}
 
 
 CLASSES: Mapping[str, type[ScenePart]] = MappingProxyType(_classes())

@@ -45,10 +45,10 @@ def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
     def guarded(formula: str) -> Callable[..., Any]:
         def call(self: Any, *given: Array) -> Any:
             with blamed(f"'{formula}' of projection method '{name}'", np.linalg.LinAlgError):
-                found = getattr(method, formula)(self, *given)
-                if formula == "correction" and np.shape(found) != (given[1].shape[1],):
-                    raise ValueError(f"Δ has the shape {np.shape(found)}, not {(given[1].shape[1],)}")
-                return found
+                value = getattr(method, formula)(self, *given)
+                if formula == "correction" and np.shape(value) != (given[1].shape[1],):
+                    raise ValueError(f"Δ has the shape {np.shape(value)}, not {(given[1].shape[1],)}")
+                return value
 
         return call
 

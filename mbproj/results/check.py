@@ -83,8 +83,8 @@ def _of_samples(results: Results) -> Iterator[str]:
         try:
             yield from _of_dataset(results, dataset)
         except InputError as error:
-            found = results.contents.unreadable_rows(dataset.path, results.shape("time")[0])
-            places = "".join(f", samples {first} to {last}" for first, last in found)
+            spans = results.contents.unreadable_rows(dataset.path, results.shape("time")[0])
+            places = "".join(f", samples {first} to {last}" for first, last in spans)
             yield from (message + places for message in _messages(results, error))
 
 

@@ -137,10 +137,10 @@ def as_json(contents: Contents, name: str) -> Any:
 
 def path(contents: Contents) -> Path | None:
     """The path of the scene file; None for text from elsewhere."""
-    found = text(contents, "path")
-    if "\0" in found:
+    written = text(contents, "path")
+    if "\0" in written:
         raise contents.damaged("scene/path", "is not a path")
-    return Path(found) if found else None
+    return Path(written) if written else None
 
 
 def overrides(contents: Contents) -> dict[str, str]:
@@ -157,7 +157,7 @@ def meshes(contents: Contents) -> dict[str, TriangleMesh]:
         return {}
     from mbproj.scene.meshes import MOST_TRIANGLES, TriangleMesh
 
-    found: dict[str, TriangleMesh] = {}
+    by_body: dict[str, TriangleMesh] = {}
     triangles = 0
     for number, body in enumerate(contents.texts(f"{MESHES}/bodies")):
         name = f"{MESHES}/{number}"
@@ -168,5 +168,5 @@ def meshes(contents: Contents) -> dict[str, TriangleMesh]:
         vertices = contents.array(f"{name}/vertices", (None, 3))
         if not np.isfinite(vertices).all() or not ((corners >= 0) & (corners < len(vertices))).all():
             raise contents.damaged(name, "is no mesh")
-        found[body] = TriangleMesh(vertices, corners)
-    return found
+        by_body[body] = TriangleMesh(vertices, corners)
+    return by_body

@@ -76,16 +76,16 @@ def _look_at_all(results: Results) -> None:
 
 def _existing(path: Path) -> Path:
     try:
-        found = next((candidate for candidate in (path, part_path(path)) if candidate.exists()), None)
-        is_directory = found is not None and found.is_dir()
+        existing = next((candidate for candidate in (path, part_path(path)) if candidate.exists()), None)
+        is_directory = existing is not None and existing.is_dir()
     except (OSError, ValueError) as error:  # a name that is too long or not valid
         raise InputError(Problem(f"cannot read '{path}': {error}", hint="give the path of a results file")) from error
-    if found is None:
+    if existing is None:
         hint = f"write it with: mbproj run SCENE -o {path}"
         raise InputError(Problem(f"there is no results file '{path}'", hint=hint))
     if is_directory:
-        raise InputError(Problem(f"'{found}' is a directory", hint="give a results file in it"))
-    return found
+        raise InputError(Problem(f"'{existing}' is a directory", hint="give a results file in it"))
+    return existing
 
 
 def _checked(contents: Contents, *, own: bool = False) -> Results:
@@ -119,9 +119,9 @@ def _sizes(contents: Contents, names: dict[str, tuple[str, ...]]) -> dict[str, i
     """The number of columns by symbol of the layout. Raises InputError where names and their units differ in number."""
     sizes: dict[str, int] = {}
     for kind, entry in ALL_NAMES.items():
-        found = len(names[kind])
-        if sizes.setdefault(entry.symbol, found) != found:
-            raise contents.damaged(entry.path, f"has {found} entries for {sizes[entry.symbol]} columns")
+        size = len(names[kind])
+        if sizes.setdefault(entry.symbol, size) != size:
+            raise contents.damaged(entry.path, f"has {size} entries for {sizes[entry.symbol]} columns")
     return sizes
 
 

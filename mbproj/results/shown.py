@@ -57,10 +57,12 @@ class Shown(ABC):
         """These results with a joint coordinate, as "A.angle", in place of time as the abscissa of pictures. An angle
         is in degrees, with `modulo` within a turn. `of` are results of the same samples that have the coordinate, where
         this view leaves it out. Raises InputError with the nearest name where there is none."""
-        found, shown = (of or self).coordinate(name), copy(self)
-        values = np.degrees(found.value) if found.unit == "rad" else found.value
-        is_turned = modulo and found.unit == "rad"
-        shown.shown_over = Over(name, found.unit, values % 360.0 if is_turned else values, found.speed, is_turned)
+        coordinate, shown = (of or self).coordinate(name), copy(self)
+        values = np.degrees(coordinate.value) if coordinate.unit == "rad" else coordinate.value
+        is_turned = modulo and coordinate.unit == "rad"
+        shown.shown_over = Over(
+            name, coordinate.unit, values % 360.0 if is_turned else values, coordinate.speed, is_turned
+        )
         return shown
 
     @property
@@ -111,8 +113,8 @@ class Shown(ABC):
     @property
     def scene(self) -> Scene:
         """The scene of the run, read again. Raises InputError where its bodies are not those of the results."""
-        found: Scene = import_module("mbproj.pages.appearance.recorded").scene_of(self)
-        return found
+        drawn: Scene = import_module("mbproj.pages.appearance.recorded").scene_of(self)
+        return drawn
 
     @property
     def plot(self) -> Any:

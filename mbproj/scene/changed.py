@@ -73,7 +73,7 @@ def _lines(scene: Scene) -> list[tuple[str, str]]:
     step = f"step {settings.step:g} s" if settings.step is not None else ""
     step = f"tolerance {settings.tolerance:g}" if settings.tolerance is not None else step
     duration = f"{settings.duration:g} s" if settings.duration is not None else ""
-    found = [
+    groups = [
         ("bodies", [f"{body.name} {body.mass:.4g} kg" for body in scene.bodies]),
         ("joints", [f"{joint.name} {joint.type}" for joint in scene.joints]),
         ("forces", [force.name for force in scene.forces]),
@@ -84,7 +84,7 @@ def _lines(scene: Scene) -> list[tuple[str, str]]:
         ("parameters", [f"{name} = {value:.6g}" for name, value in scene.parameters.items()]),
         ("simulation", [part for part in (duration, settings.integrator, step, settings.projection.method) if part]),
     ]
-    return [(word, _some(parts)) for word, parts in found if parts]
+    return [(word, _some(parts)) for word, parts in groups if parts]
 
 
 def _some(parts: list[str]) -> str:

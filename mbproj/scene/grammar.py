@@ -148,8 +148,8 @@ def _joint(
     name: str, type: str, bodies: tuple[str, str], speed: Mapping[str, float] | None = None, **given: Any
 ) -> Joint:
     def pair(*keys: str) -> Pair | None:
-        found = [given[key] for key in keys if key in given]
-        return pair_of(found[0], bodies) if found else None
+        pairs = [given[key] for key in keys if key in given]
+        return pair_of(pairs[0], bodies) if pairs else None
 
     kind = JOINTS[type]
     points: Pair | None
@@ -218,17 +218,17 @@ MARKER: Record[Marker] = Record(
 
 
 def _couplings_fit(joints: Mapping[str, Joint]) -> Iterable[Complaint]:
-    found: Iterable[Complaint] = ()
+    complaints: Iterable[Complaint] = ()
     if any(joint.couples is not None for joint in joints.values()):
-        found = named("mbproj.scene.blocks.couplings:couple_coordinates")(joints)
-    return found
+        complaints = named("mbproj.scene.blocks.couplings:couple_coordinates")(joints)
+    return complaints
 
 
 def _ropes_fit(joints: Mapping[str, Joint], *others: Any) -> Iterable[Complaint]:
-    found: Iterable[Complaint] = ()
+    complaints: Iterable[Complaint] = ()
     if any("path" in joint.parameters for joint in joints.values()):
-        found = named("mbproj.scene.blocks.ropes.fit:run_over_places")(joints, *others)
-    return found
+        complaints = named("mbproj.scene.blocks.ropes.fit:run_over_places")(joints, *others)
+    return complaints
 
 
 #: `parameters` comes first: reading it defines the names that later numbers may use.

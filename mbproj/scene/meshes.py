@@ -75,11 +75,11 @@ def _why_not(scene: Scene) -> str:
     return "" if find_spec("trimesh") else "trimesh reads them: pip install 'mbproj[animate]'"
 
 
-def _refuse_many(scene: Scene, found: Mapping[str, TriangleMesh]) -> None:
-    count = sum(len(mesh.triangles) for mesh in found.values())
+def _refuse_many(scene: Scene, meshes: Mapping[str, TriangleMesh]) -> None:
+    count = sum(len(mesh.triangles) for mesh in meshes.values())
     if count > MOST_TRIANGLES:
-        name = max(found, key=lambda body: len(found[body].triangles))
-        said = f"the meshes have {count} triangles, the largest {len(found[name].triangles)}; at most {MOST_TRIANGLES}"
+        name = max(meshes, key=lambda body: len(meshes[body].triangles))
+        said = f"the meshes have {count} triangles, the largest {len(meshes[name].triangles)}; at most {MOST_TRIANGLES}"
         raise InputError(Problem(f"{said} are drawn", scene.place("bodies", name, "appearance", "mesh"), FEWER))
 
 

@@ -128,32 +128,32 @@ class SceneText:
         problems = [*self._problems, *wrong_changes, *wrong_files]
         reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
         with _without_cycles():
-            found: Mapping[str, Any] | None = SCENE.read(root, (), reading)
-        settings = _settings(root, found, simulation, reading)
-        if found is not None and not found.keys().isdisjoint(WITH_EXPRESSIONS):
-            found = named("mbproj.scene.blocks.control.named:with_known_names")(found, settings, reading)
-        if found is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
-            _check_times(found, reading)
-        if reading.problems or found is None or settings is None:
+            blocks: Mapping[str, Any] | None = SCENE.read(root, (), reading)
+        settings = _settings(root, blocks, simulation, reading)
+        if blocks is not None and not blocks.keys().isdisjoint(WITH_EXPRESSIONS):
+            blocks = named("mbproj.scene.blocks.control.named:with_known_names")(blocks, settings, reading)
+        if blocks is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
+            _check_times(blocks, reading)
+        if reading.problems or blocks is None or settings is None:
             raise InputError(in_text_order(reading.problems))
         if kept is not None and not kept.is_full:
             kept.close(reading.names, reading.items, reading.places)
             self._kept = kept
         self._is_read = self._is_read or not of_cases
         return Scene(
-            title=found.get("title", ""),
-            gravity=found["gravity"],
-            bodies=tuple(found["bodies"].values()),
-            curves=tuple(found.get("curves", {}).values()),
-            joints=tuple(_connected(found)),
-            forces=tuple(_on_coordinates(found.get("forces", {}), found.get("joints", {}))),
-            motions=tuple(found.get("motions", {}).values()),
-            markers=tuple(found.get("markers", {}).values()),
-            expectations=tuple(expectations_of(found)),
-            parameters=found.get("parameters", {}),
-            signals=tuple(found.get("signals", {}).values()),
-            states=tuple(found.get("states", {}).values()),
-            controllers=tuple(found.get("controllers", {}).values()),
+            title=blocks.get("title", ""),
+            gravity=blocks["gravity"],
+            bodies=tuple(blocks["bodies"].values()),
+            curves=tuple(blocks.get("curves", {}).values()),
+            joints=tuple(_connected(blocks)),
+            forces=tuple(_on_coordinates(blocks.get("forces", {}), blocks.get("joints", {}))),
+            motions=tuple(blocks.get("motions", {}).values()),
+            markers=tuple(blocks.get("markers", {}).values()),
+            expectations=tuple(expectations_of(blocks)),
+            parameters=blocks.get("parameters", {}),
+            signals=tuple(blocks.get("signals", {}).values()),
+            states=tuple(blocks.get("states", {}).values()),
+            controllers=tuple(blocks.get("controllers", {}).values()),
             settings=settings,
             text=self.text,
             path=self.path,
@@ -208,8 +208,8 @@ def _number_at(root: MappingNode, path: str, reading: Reading) -> float:
         node = inside
     if not isinstance(node, ScalarNode):
         return nan
-    found = reading.value(node, reading.parse(node))
-    return nan if found is None else found.number
+    value = reading.value(node, reading.parse(node))
+    return nan if value is None else value.number
 
 
 class _LastText(threading.local):
@@ -233,13 +233,13 @@ def _taken_apart(text: str, name: str, path: Path | None) -> SceneText:
     return _last.taken_apart
 
 
-def _connected(found: Mapping[str, Any]) -> Iterator[Joint]:
+def _connected(blocks: Mapping[str, Any]) -> Iterator[Joint]:
     """The joints, with references resolved: curves, paths of ropes, and the bodies and coordinates of couplings."""
-    joints: Mapping[str, Joint] = found.get("joints", {})
-    curves: Mapping[str, Track] = found.get("curves", {})
+    joints: Mapping[str, Joint] = blocks.get("joints", {})
+    curves: Mapping[str, Track] = blocks.get("curves", {})
     for joint in joints.values():
         if "path" in joint.parameters:
-            yield named("mbproj.scene.blocks.ropes.block:connected")(joint, found["bodies"], found.get("motions", {}))
+            yield named("mbproj.scene.blocks.ropes.block:connected")(joint, blocks["bodies"], blocks.get("motions", {}))
         elif "curve" in joint.parameters:
             yield replace(joint, parameters={**joint.parameters, "curve": curves[joint.parameters["curve"]]})
         elif "curves" in joint.parameters:
@@ -255,9 +255,9 @@ def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) ->
         yield with_coordinates(force, joints) if isinstance(force, JointForce) else force
 
 
-def _check_times(found: Mapping[str, Any], reading: Reading) -> None:
+def _check_times(blocks: Mapping[str, Any], reading: Reading) -> None:
     """Report times of expectations at which the scene's own settings give no sample; options may change these."""
-    for complaint in unsampled(found.get("expect", {}), settings_of(flatten(found.get("simulation", {})))):
+    for complaint in unsampled(blocks.get("expect", {}), settings_of(flatten(blocks.get("simulation", {})))):
         reading.report(complaint.message, reading.places[complaint.path], complaint.hint)
 
 
@@ -268,11 +268,11 @@ def _items(root: MappingNode) -> dict[str, dict[str, None]]:
 
 
 def _settings(
-    root: MappingNode, found: Mapping[str, Any] | None, options: Mapping[str, object], reading: Reading
+    root: MappingNode, blocks: Mapping[str, Any] | None, options: Mapping[str, object], reading: Reading
 ) -> Settings | None:
-    """The settings of the scene's block with the options over them; None where one is wrong, which is reported. `found`
-    are the blocks as read, None where the scene has a fault."""
-    block = None if found is None else found.get("simulation")
+    """The settings of the scene's block with the options over them; None where one is wrong, which is reported.
+    `blocks` are those of the scene, None where it has a fault."""
+    block = None if blocks is None else blocks.get("simulation")
     if block is None:
         node = root.values.get("simulation", ScalarNode("", root.place))
         apart = Reading(names=reading.names)  # a second reading: its problems are reported already

@@ -76,8 +76,8 @@ def read_options(options: Mapping[str, object], reading: Reading) -> dict[KeyPat
             (projection if len(OPTIONS[name]) > 1 else values)[str(OPTIONS[name][-1])] = from_value(value, place)
     if projection:
         values["projection"] = _mapping(projection)
-    found = SIMULATION.read(_mapping(values), ("simulation",), reading)
-    return None if found is None else flatten(found)
+    blocks = SIMULATION.read(_mapping(values), ("simulation",), reading)
+    return None if blocks is None else flatten(blocks)
 
 
 def option_name(name: str) -> str:

@@ -115,12 +115,12 @@ def run_task(task: Task, folder: Path = HERE) -> SceneResult:
     """Runs one scene and checks its expectations. The task's paths are relative to `folder`, wherever this process is.
     Any error is part of the result."""
     started = perf_counter()
-    found: tuple[Outcome, ...] = ()
+    judged: tuple[Outcome, ...] = ()
     code, message, formulation = ExitCode.DONE, "", None
     try:
         with _output(task, folder) as output:
-            found, formulation = _outcomes(task, folder / task.scene, output)
-        if not all(outcome.holds for outcome in found):
+            judged, formulation = _outcomes(task, folder / task.scene, output)
+        if not all(outcome.holds for outcome in judged):
             code = ExitCode.CHECK_FAILED
     except MbprojError as error:
         code, message = error.exit_code, str(error)
@@ -128,7 +128,7 @@ def run_task(task: Task, folder: Path = HERE) -> SceneResult:
     except Exception as error:
         message, code = ending(error)
     kept = task.output if task.keep and (folder / task.output).exists() else None
-    return SceneResult(task.scene, code, message, found, perf_counter() - started, kept, formulation)
+    return SceneResult(task.scene, code, message, judged, perf_counter() - started, kept, formulation)
 
 
 @contextmanager
@@ -181,7 +181,7 @@ def scene_paths(paths: Iterable[Path]) -> list[Path]:
     The files come in the order of `paths`, each once. Raises InputError for a missing path, and for one without a
     scene.
     """
-    found: list[Path] = []
+    listed: list[Path] = []
     problems: list[Problem] = []
     for path in paths:
         if path.is_dir():
@@ -195,11 +195,11 @@ def scene_paths(paths: Iterable[Path]) -> list[Path]:
             inside = [path] if path.exists() else []
             wrong = Problem(f"there is no '{path}'", hint="give scene files, or directories of them")
         problems += [] if inside else [wrong]
-        found += inside
+        listed += inside
     if problems:
         raise InputError(problems)
-    first = {os.path.realpath(path): path for path in reversed(found)}
-    return [path for path in dict.fromkeys(found) if first[os.path.realpath(path)] == path]
+    first = {os.path.realpath(path): path for path in reversed(listed)}
+    return [path for path in dict.fromkeys(listed) if first[os.path.realpath(path)] == path]
 
 
 def tasks(scenes: Sequence[Path], directory: Path, keep: bool, resume: bool = False) -> list[Task]:

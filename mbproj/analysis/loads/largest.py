@@ -92,12 +92,12 @@ def swings(values: Array) -> list[Swings]:
     except ImportError as error:
         problem = Problem("rainflow counts need the package 'rainflow'", hint='pip install "mbproj[loads]"')
         raise InputError(problem) from error
-    found = [(swing, mean, count) for swing, mean, count, _, _ in rainflow.extract_cycles(values.tolist())]
-    largest = max((swing for swing, _, _ in found), default=0.0)
+    cycles = [(swing, mean, count) for swing, mean, count, _, _ in rainflow.extract_cycles(values.tolist())]
+    largest = max((swing for swing, _, _ in cycles), default=0.0)
     if largest == 0.0:
         return []
     classes: dict[int, list[tuple[float, float, float]]] = {}
-    for each in found:
+    for each in cycles:
         classes.setdefault(min(int(CLASSES * each[0] / largest), CLASSES - 1), []).append(each)
     counted = []
     for number in sorted(classes, reverse=True):

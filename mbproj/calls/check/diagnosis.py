@@ -79,14 +79,14 @@ class Diagnosis:
         return "the pose is singular" if passing else self.conditioning.words
 
     def _conditions(self) -> str:
-        found, left_out, parts = self.conditioning, self.redundancy.left_out, []
-        if found.as_written is not None:
-            parts.append(f"condition of C_q {found.as_written:.3g} as written, {found.scaled:.3g} scaled")
+        of_rows, left_out, parts = self.conditioning, self.redundancy.left_out, []
+        if of_rows.as_written is not None:
+            parts.append(f"condition of C_q {of_rows.as_written:.3g} as written, {of_rows.scaled:.3g} scaled")
         if left_out:
             parts.append(f"rank and distance to singular poses not computed (a loop of {left_out} bodies)")
         else:
-            is_regular = found.distance is not None and self.verdict == found.words
-            distance = f" (distance {found.distance:.2g}, {found.owner})" if is_regular else ""
+            is_regular = of_rows.distance is not None and self.verdict == of_rows.words
+            distance = f" (distance {of_rows.distance:.2g}, {of_rows.owner})" if is_regular else ""
             parts.append(f"{self.verdict}{distance}")
         return "; ".join(parts)
 

@@ -87,27 +87,30 @@ def command(
 
     what = read_scene(scene, parameters(settings))
     system, state, conditions = ready(what, hold)
-    found = assemblies(system.at_positions, state, conditions, starts)
+    all_assemblies = assemblies(system.at_positions, state, conditions, starts)
     written: list[str] = []
     if write is not None:
         from mbproj.cli.start_written import write_starts
 
-        written = [str(path) for path in write_starts(what, system, found, conditions, write, force=force)]
+        written = [str(path) for path in write_starts(what, system, all_assemblies, conditions, write, force=force)]
     if picture is not None:
-        _draw(what, system, found, picture, force=force)
+        _draw(what, system, all_assemblies, picture, force=force)
     if as_json:
         drawn = None if picture is None else str(picture)
-        click.echo(json_text({"scene": scene, **_facts(system, found), "written": written, "picture": drawn}))
+        click.echo(json_text({"scene": scene, **_facts(system, all_assemblies), "written": written, "picture": drawn}))
     else:
-        click.echo("\n".join(_lines(what.title or scene, system, found)))
+        click.echo("\n".join(_lines(what.title or scene, system, all_assemblies)))
         for path in [*written, *([] if picture is None else [str(picture)])]:
             click.echo(path)
-        if found.missed > UNSURE:
-            click.echo(f"note: {_doubt(found)}; search from more poses, --starts {4 * found.starts}", err=True)
+        if all_assemblies.missed > UNSURE:
+            click.echo(
+                f"note: {_doubt(all_assemblies)}; search from more poses, --starts {4 * all_assemblies.starts}",
+                err=True,
+            )
     return int(ExitCode.DONE)
 
 
-def _draw(what: Scene, system: System, found: Assemblies, picture: Path, *, force: bool) -> None:
+def _draw(what: Scene, system: System, all_assemblies: Assemblies, picture: Path, *, force: bool) -> None:
     """Draw the assemblies side by side, at the same scale."""
     import numpy as np
 
@@ -118,7 +121,7 @@ def _draw(what: Scene, system: System, found: Assemblies, picture: Path, *, forc
     from mbproj.pages.appearance.view import view_of
     from mbproj.scene.meshes import meshes_of
 
-    each = [motion_at(system, assembly.q) for assembly in found.found]
+    each = [motion_at(system, assembly.q) for assembly in all_assemblies.found]
     position, orientation = (
         np.concatenate([getattr(one, name) for one in each]) for name in ("position", "orientation")
     )
@@ -127,7 +130,7 @@ def _draw(what: Scene, system: System, found: Assemblies, picture: Path, *, forc
     save(draw_side_by_side(look, view_of(what, motion, look), motion), picture, force=force)
 
 
-def _facts(system: System, found: Assemblies) -> dict[str, Any]:
+def _facts(system: System, all_assemblies: Assemblies) -> dict[str, Any]:
     """The assemblies as a dictionary for JSON, with stable keys."""
     names = system.names.coordinates
     return {
@@ -140,12 +143,12 @@ def _facts(system: System, found: Assemblies) -> dict[str, Any]:
                 "singular": each.is_singular,
                 "at_start": number == 0,
             }
-            for number, each in enumerate(found.found)
+            for number, each in enumerate(all_assemblies.found)
         ],
         "units": dict(zip(names, system.names.coordinate_units, strict=True)),
-        "starts": found.starts,
-        "closed": found.closed,
-        "missed": found.missed,
+        "starts": all_assemblies.starts,
+        "closed": all_assemblies.closed,
+        "missed": all_assemblies.missed,
     }
 
 
@@ -159,7 +162,7 @@ def _poses(system: System, each: Assembly) -> dict[str, dict[str, list[float]]]:
     }
 
 
-def _lines(title: str, system: System, found: Assemblies) -> list[str]:
+def _lines(title: str, system: System, all_assemblies: Assemblies) -> list[str]:
     """The report on the assemblies, line by line."""
     from mbproj.cli.report.text import columns
 
@@ -171,16 +174,16 @@ def _lines(title: str, system: System, found: Assemblies) -> list[str]:
             str(each.hits),
             "singular: assemblies meet here" if each.is_singular else f"{each.distance:.2g}",
         ]
-        for number, each in enumerate(found.found, 1)
+        for number, each in enumerate(all_assemblies.found, 1)
     ]
     more = len(system.names.coordinates) - len(names)
     return [
-        f"{title}: {len(found.found)} assembl{'y' if len(found.found) == 1 else 'ies'}",
+        f"{title}: {len(all_assemblies.found)} assembl{'y' if len(all_assemblies.found) == 1 else 'ies'}",
         columns(["", *names, "found", "distance"], rows),
         *([f"  and {more} more coordinates, which --json has"] if more > 0 else []),
-        f"  {found.closed:,} of {found.starts:,} random starts led to one; {_doubt(found)}",
+        f"  {all_assemblies.closed:,} of {all_assemblies.starts:,} random starts led to one; {_doubt(all_assemblies)}",
     ]
 
 
-def _doubt(found: Assemblies) -> str:
-    return f"another one, as rare as the rarest, was missed with a probability of {found.missed:.1g}"
+def _doubt(all_assemblies: Assemblies) -> str:
+    return f"another one, as rare as the rarest, was missed with a probability of {all_assemblies.missed:.1g}"

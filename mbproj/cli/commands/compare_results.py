@@ -57,13 +57,13 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
     part = given_number(tolerance, "--tolerance", Number(above=0.0))
     limits = dict(_limit(text) for text in absolute)
     with open_results(first) as one, open_results(second) as other:
-        found = compare_motions(one, other, part, limits)
+        comparison = compare_motions(one, other, part, limits)
     if as_json:
-        click.echo(json_text({"first": str(first), "second": str(second), **_record(found)}))
+        click.echo(json_text({"first": str(first), "second": str(second), **_record(comparison)}))
     else:
-        for line in _lines(found, first, second):
+        for line in _lines(comparison, first, second):
             click.echo(line)
-    return int(ExitCode.DONE if found.same else ExitCode.CHECK_FAILED)
+    return int(ExitCode.DONE if comparison.same else ExitCode.CHECK_FAILED)
 
 
 def _limit(text: str) -> tuple[str, float]:
@@ -74,22 +74,22 @@ def _limit(text: str) -> tuple[str, float]:
     return name, allowed(name, value)
 
 
-def _lines(found: MotionComparison, first: Path, second: Path) -> Iterator[str]:
+def _lines(comparison: MotionComparison, first: Path, second: Path) -> Iterator[str]:
     from mbproj.analysis.reactions import in_words
 
-    for path, count, end in zip((first, second), found.counts, found.ends, strict=True):
+    for path, count, end in zip((first, second), comparison.counts, comparison.ends, strict=True):
         yield f"{path}: {count} samples to t = {end:.6g} s"
-    yield f"compared at the {found.samples} times that both have"
-    for kind, names in found.missing.items():
+    yield f"compared at the {comparison.samples} times that both have"
+    for kind, names in comparison.missing.items():
         yield f"only one of them has the {kind} {', '.join(names)}"
-    if found.left_out:
-        yield f"not compared, because redundant joints can share it in any proportion: {in_words(found.left_out)}"
-    rows = [_row(each) for each in found.quantities]
+    if comparison.left_out:
+        yield f"not compared, because redundant joints can share it in any proportion: {in_words(comparison.left_out)}"
+    rows = [_row(each) for each in comparison.quantities]
     header = ("quantity", "largest difference", "of", "at", "allowed", "")
     widths = [max(len(row[place]) for row in (header, *rows)) for place in range(len(header))]
     for row in (header, *rows):
         yield "  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
-    yield _verdict(found)
+    yield _verdict(comparison)
 
 
 def _row(each: QuantityComparison) -> tuple[str, ...]:
@@ -104,29 +104,29 @@ def _row(each: QuantityComparison) -> tuple[str, ...]:
     )
 
 
-def _verdict(found: MotionComparison) -> str:
-    parting = found.parting
+def _verdict(comparison: MotionComparison) -> str:
+    parting = comparison.parting
     if parting is not None and parting.first is not None:
         of = f" of '{parting.first.name}'" if parting.first.name else ""
         return (
             f"they part at t = {parting.first.time:.6g} s: {parting.quantity}{of} differs by "
             f"{parting.first.difference:.2e} {parting.unit}, {parting.allowed:.2e} is allowed"
         )
-    if not found.as_long:
-        return f"the same motion until t = {min(found.ends):.6g} s, where one of them ends"
+    if not comparison.as_long:
+        return f"the same motion until t = {min(comparison.ends):.6g} s, where one of them ends"
     return "the same motion"
 
 
-def _record(found: MotionComparison) -> dict[str, Any]:
-    parting = found.parting
+def _record(comparison: MotionComparison) -> dict[str, Any]:
+    parting = comparison.parting
     return {
-        "same": found.same,
-        "samples": list(found.counts),
-        "samples_compared": found.samples,
-        "ends": list(found.ends),
+        "same": comparison.same,
+        "samples": list(comparison.counts),
+        "samples_compared": comparison.samples,
+        "ends": list(comparison.ends),
         "parting": None if parting is None else {"quantity": parting.quantity, **_parting(parting.first)},
-        "reactions_not_unique": dict(found.left_out),
-        "only_in_one": {kind: list(names) for kind, names in found.missing.items()},
+        "reactions_not_unique": dict(comparison.left_out),
+        "only_in_one": {kind: list(names) for kind, names in comparison.missing.items()},
         "quantities": [
             {
                 "quantity": each.quantity,
@@ -136,7 +136,7 @@ def _record(found: MotionComparison) -> dict[str, Any]:
                 "largest": _parting(each.largest),
                 "first": None if each.first is None else _parting(each.first),
             }
-            for each in found.quantities
+            for each in comparison.quantities
         ],
     }
 

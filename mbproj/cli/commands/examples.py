@@ -49,8 +49,8 @@ def command(folder: str | None, notebooks: str | None) -> None:
     from mbproj.scene import read_scene
 
     if notebooks is not None:
-        found = sorted((ROOT / "notebooks").glob("*.ipynb"))
-        _copy({path: Path(notebooks) / path.name for path in found}, Path(notebooks), NOTEBOOK)
+        books = sorted((ROOT / "notebooks").glob("*.ipynb"))
+        _copy({path: Path(notebooks) / path.name for path in books}, Path(notebooks), NOTEBOOK)
     if folder is None and notebooks is not None:
         return
     paths = mechanisms()

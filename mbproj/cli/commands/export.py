@@ -127,8 +127,8 @@ def _tables(
     from mbproj.calls.files import named, written
 
     if only_list:
-        found = {table.name: table for table in tables(shown, corners)}
-        click.echo("\n".join([named(found, name) for name in chosen] or found))
+        by_name = {table.name: table for table in tables(shown, corners)}
+        click.echo("\n".join([named(by_name, name) for name in chosen] or by_name))
         return
     for path in written(shown, folder, chosen, file_format, corners, force=force).values():
         click.echo(path)

@@ -90,8 +90,8 @@ def command(
     driven = read_signals(motions) if motions else {}
     folder = output.parent if output else Path()
     options = ImportOptions(key, read_pose(pose) if pose else {}, acting, driven, contacts, loops, meet, folder)
-    found = imported(model, options)
-    mechanism, text = found.mechanism, found.text
+    model_read = imported(model, options)
+    mechanism, text = model_read.mechanism, model_read.text
     if output is None:
         click.echo(text, nl=False)
     else:
@@ -104,5 +104,5 @@ def command(
             click.echo(line, err=to_stderr)
         if output is not None:
             click.echo(written)
-    if strict and not found.same:
+    if strict and not model_read.same:
         context.exit(int(ExitCode.CHECK_FAILED))

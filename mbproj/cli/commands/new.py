@@ -39,10 +39,10 @@ def _options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def _defaults(name: str) -> str:
     """The default of an option, for each template."""
-    found = {kind: template.defaults[name] for kind, template in TEMPLATES.items() if name in template.defaults}
-    if len(set(found.values())) == 1:
-        return f"[default: {next(iter(found.values()))}; {', '.join(found)}]"
-    return f"[default: {', '.join(f'{kind} {default}' for kind, default in found.items())}]"
+    defaults = {kind: template.defaults[name] for kind, template in TEMPLATES.items() if name in template.defaults}
+    if len(set(defaults.values())) == 1:
+        return f"[default: {next(iter(defaults.values()))}; {', '.join(defaults)}]"
+    return f"[default: {', '.join(f'{kind} {default}' for kind, default in defaults.items())}]"
 
 
 @explained("new", EXAMPLES, help=HELP)

@@ -204,12 +204,12 @@ def _report_step_limits(results: Sequence[Results], figure: Figure) -> None:
     if len(results) > 1 or results[0].settings.tolerance is None:
         return
     try:
-        found = step_limits.found(results[0])
+        limits = step_limits.found(results[0])
     except InputError as error:
         click.echo(f"note: what limits the steps cannot be told: {error.problems[0].message}", err=True)
         return
-    small_print(figure, step_limits.remark(found))
-    click.echo("\n".join(step_limits.table(results[0], found)), err=True)
+    small_print(figure, step_limits.remark(limits))
+    click.echo("\n".join(step_limits.table(results[0], limits)), err=True)
 
 
 def _check(results: Sequence[Path], kinds: Sequence[str], labels: Sequence[str], times: Sequence[float]) -> None:

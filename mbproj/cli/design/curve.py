@@ -61,16 +61,16 @@ def command(
     from mbproj.scene.blocks.curves.sheet import sheet_of
     from mbproj.scene.read import read_scene
 
-    found = sheet_of(read_scene(scene, parameters(settings)), name, rows)
-    columns = found.columns()
+    sheet = sheet_of(read_scene(scene, parameters(settings)), name, rows)
+    columns = sheet.columns()
     kind = csv(list(columns)[:1])
     if output is not None:
         check_replaceable(output, kind, force=force)
     check_picture(picture_path, force=force)
     if as_json:
-        click.echo(json_text(facts(found)))
+        click.echo(json_text(facts(sheet)))
     elif not quiet:
-        click.echo("\n".join(lines(found)))
+        click.echo("\n".join(lines(sheet)))
     if output is not None:
         values = [list(row) for row in zip(*(column.tolist() for column in columns.values()), strict=True)]
         write_csv(output, list(columns), values, form=".17g", kind=kind, force=force)
@@ -78,35 +78,35 @@ def command(
         from mbproj.figures.pages.profile import draw_profile
         from mbproj.figures.save import save
 
-        save(draw_profile(found), picture_path, force=force)
+        save(draw_profile(sheet), picture_path, force=force)
     for path in (output, picture_path):
         if path is not None and not (as_json or quiet):
             click.echo(path)
 
 
-def facts(found: Sheet) -> dict[str, object]:
+def facts(sheet: Sheet) -> dict[str, object]:
     """The curve as a dictionary for JSON with stable keys, in m and rad; an unbounded number is null."""
     return {
-        "curve": found.name,
-        "closed": found.closed,
-        "length": float(found.arc[-1]),
-        "roller": found.roller,
-        "largest_pressure_angle": float(found.pressure.max()) if found.closed else None,
-        "largest_roller": {side: None if radius == inf else radius for side, radius in found.rollers.items()},
-        "table": {heading: values.tolist() for heading, values in found.columns().items()},
+        "curve": sheet.name,
+        "closed": sheet.closed,
+        "length": float(sheet.arc[-1]),
+        "roller": sheet.roller,
+        "largest_pressure_angle": float(sheet.pressure.max()) if sheet.closed else None,
+        "largest_roller": {side: None if radius == inf else radius for side, radius in sheet.rollers.items()},
+        "table": {heading: values.tolist() for heading, values in sheet.columns().items()},
     }
 
 
-def lines(found: Sheet) -> Iterator[str]:
+def lines(sheet: Sheet) -> Iterator[str]:
     """Yield the numbers that decide whether a cam can be made and moved."""
-    kind = "closed" if found.closed else "open"
-    yield f"curve '{found.name}': {kind}, {1e3 * found.arc[-1]:.6g} mm long"
-    said = {"radius": f"{1e3 * found.radius.min():.6g} to {1e3 * found.radius.max():.6g} mm about the origin"}
-    if found.closed:
-        worst = int(found.pressure.argmax())
-        where = f" at {degrees(found.angle[worst]) % 360.0:.4g} deg" if found.pressure[worst] > 0.0 else ""
-        said["pressure angle"] = f"up to {degrees(found.pressure[worst]):.4g} deg{where}"
-    said["curvature"] = f"{1e-3 * found.curvature.min():.4g} to {1e-3 * found.curvature.max():.4g} per mm"
-    for side, radius in found.rollers.items():
+    kind = "closed" if sheet.closed else "open"
+    yield f"curve '{sheet.name}': {kind}, {1e3 * sheet.arc[-1]:.6g} mm long"
+    said = {"radius": f"{1e3 * sheet.radius.min():.6g} to {1e3 * sheet.radius.max():.6g} mm about the origin"}
+    if sheet.closed:
+        worst = int(sheet.pressure.argmax())
+        where = f" at {degrees(sheet.angle[worst]) % 360.0:.4g} deg" if sheet.pressure[worst] > 0.0 else ""
+        said["pressure angle"] = f"up to {degrees(sheet.pressure[worst]):.4g} deg{where}"
+    said["curvature"] = f"{1e-3 * sheet.curvature.min():.4g} to {1e-3 * sheet.curvature.max():.4g} per mm"
+    for side, radius in sheet.rollers.items():
         said[f"largest roller {side}"] = "any" if radius == inf else f"{1e3 * radius:.4g} mm"
     yield from table(said, "  ")

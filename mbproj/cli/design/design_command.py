@@ -95,101 +95,103 @@ def search(given: dict[str, Any], *, fits: bool) -> int:
     figure = folder.path / "design.png"
     study.check(figure, picture("png"))
     with study.telling() as tell:
-        found = find_design(what, study.where, engine=asked.engine, fresh=study.fresh, tell=tell)
-    written = [*folder.write(found), save(whole_page(drawn(found)), figure, force=study.force)]
-    text = "\n".join(report(found))
-    study.hand_over(starts_table(found), text, numbers(found), notes=found.notes, beside=written)
-    return int(ExitCode.FAILED if found.searches[0].broken > 0.0 else ExitCode.DONE)
+        design = find_design(what, study.where, engine=asked.engine, fresh=study.fresh, tell=tell)
+    written = [*folder.write(design), save(whole_page(drawn(design)), figure, force=study.force)]
+    text = "\n".join(report(design))
+    study.hand_over(starts_table(design), text, numbers(design), notes=design.notes, beside=written)
+    return int(ExitCode.FAILED if design.searches[0].broken > 0.0 else ExitCode.DONE)
 
 
-def numbers(found: FoundDesign) -> dict[str, Any]:
+def numbers(design: FoundDesign) -> dict[str, Any]:
     """The design as a dictionary for JSON; NaN and infinity are null."""
     from mbproj.studies.design.drawn import signs
 
-    known, by = found.knowledge, signs(found)
-    deviation = np.full(len(found.x), np.nan) if known is None else known.deviation
+    known, by = design.knowledge, signs(design)
+    deviation = np.full(len(design.x), np.nan) if known is None else known.deviation
     return {
-        "engine": found.engine,
-        "why": found.why,
-        "slopes": slopes_by(found),
-        "starts": len(found.searches),
-        "reused": found.reused,
-        "runs": found.runs,
-        "value": found.searches[0].value,
-        "front": [(by * each.goals).tolist() for each in found.searches if each.goals.size],
-        "rms": rms(found) if found.spec.targets else None,
+        "engine": design.engine,
+        "why": design.why,
+        "slopes": slopes_by(design),
+        "starts": len(design.searches),
+        "reused": design.reused,
+        "runs": design.runs,
+        "value": design.searches[0].value,
+        "front": [(by * each.goals).tolist() for each in design.searches if each.goals.size],
+        "rms": rms(design) if design.spec.targets else None,
         "numbers": {
             path: {"value": value, "unit": unit, "deviation": spread}
             for path, value, unit, spread in zip(
-                found.spec.paths, found.x.tolist(), found.spec.units, deviation.tolist(), strict=True
+                design.spec.paths, design.x.tolist(), design.spec.units, deviation.tolist(), strict=True
             )
         },
         "goals": {
             goal.measure.name: goal.sign * value
-            for goal, value in zip(found.spec.goals, found.trial.goals.tolist(), strict=True)
+            for goal, value in zip(design.spec.goals, design.trial.goals.tolist(), strict=True)
         },
-        "constraints": dict(zip((limit.name for limit in found.spec.limits), found.trial.limits.tolist(), strict=True)),
+        "constraints": dict(
+            zip((limit.name for limit in design.spec.limits), design.trial.limits.tolist(), strict=True)
+        ),
         "unseen": [] if known is None else [*known.unseen],
     }
 
 
-def rms(found: FoundDesign) -> float:
+def rms(design: FoundDesign) -> float:
     """The root mean square of all residuals, in units of their standard deviations."""
-    return float(np.sqrt(np.mean(found.trial.residuals**2)))
+    return float(np.sqrt(np.mean(design.trial.residuals**2)))
 
 
-def report(found: FoundDesign) -> Iterator[str]:
+def report(design: FoundDesign) -> Iterator[str]:
     """Yield the design in words and a table."""
     from mbproj.cli.report.text import columns
 
-    spec, known = found.spec, found.knowledge
-    yield f"{found.engine}, because {found.why}"
-    by = slopes_by(found)
+    spec, known = design.spec, design.knowledge
+    yield f"{design.engine}, because {design.why}"
+    by = slopes_by(design)
     if by is not None:
         yield f"slopes: {by['by']}" + (f", because {by['because']}" if by["because"] else " along each run")
         for name, why in by["apart"].items():
             yield f"slopes of {name}: {DIFFERENCES}, because {why}"
-    yield _about_searches(found)
+    yield _about_searches(design)
     yield ""
     headings = ["", "value", *([] if known is None else ["±"]), "between", "unit"]
     rows = []
     for k, path in enumerate(spec.paths):
         spread = [] if known is None else ["not seen" if np.isnan(known.deviation[k]) else f"{known.deviation[k]:.1e}"]
         between = f"{spec.low[k]:.6g} and {spec.high[k]:.6g}"
-        rows.append([column_of(path), f"{found.x[k]:.10g}", *spread, between, spec.units[k]])
+        rows.append([column_of(path), f"{design.x[k]:.10g}", *spread, between, spec.units[k]])
     yield columns(headings, rows)
     yield ""
-    for target, off in found.off:
+    for target, off in design.off:
         size, most, unit = float(np.sqrt(np.mean(off**2))), np.abs(off).max(), target.unit
         yield f"{target.name}: {len(off)} points, off by {size:.3g} {unit} (rms), {most:.3g} {unit} at most"
-    for goal, value in zip(spec.goals, found.trial.goals, strict=True):
+    for goal, value in zip(spec.goals, design.trial.goals, strict=True):
         wanted = "smallest" if goal.sign > 0.0 else "largest"
         yield f"{goal.measure.name}: {goal.sign * value:.10g} {goal.measure.unit}, the {wanted} found".replace(
             " ,", ","
         )
-    for limit, margin in zip(spec.limits, found.trial.limits, strict=True):
+    for limit, margin in zip(spec.limits, design.trial.limits, strict=True):
         value = limit.bound - margin if limit.side == "at_most" else limit.bound + margin
         words = {"at_least": "at least", "at_most": "at most", "equals": "equal to"}[limit.side]
         yield f"{limit.name}: {value:.10g} {limit.unit}, to be {words} {limit.bound:.10g}".replace(" ,", ",")
 
 
-def slopes_by(found: FoundDesign) -> dict[str, Any] | None:
+def slopes_by(design: FoundDesign) -> dict[str, Any] | None:
     """The method that gave the search its slopes; None where it used none. `because` is the reason why dual numbers did
     not, `apart` the reason for each measure whose slopes came by another method."""
-    if found.differences is None:
+    if design.differences is None:
         return None
-    by = DIFFERENCES if found.differences else "dual numbers"
-    return {"by": by, "because": found.differences, "apart": found.apart}
+    by = DIFFERENCES if design.differences else "dual numbers"
+    return {"by": by, "because": design.differences, "apart": design.apart}
 
 
-def _about_searches(found: FoundDesign) -> str:
+def _about_searches(design: FoundDesign) -> str:
     """The number of searches, and of those that reached the best design; or the length of the front."""
-    best, near = found.searches[0], SAME * (found.spec.high - found.spec.low)
+    best, near = design.searches[0], SAME * (design.spec.high - design.spec.low)
     if best.goals.size:
-        many = f"{len(found.searches)} designs on the front" if len(found.searches) > 1 else "one design on the front"
-        return f"{found.runs} runs: {many}; the most balanced one:"
-    same = sum(bool(np.all(np.abs(each.end - best.end) <= near)) for each in found.searches)
-    failed = sum(not np.isfinite(each.value) for each in found.searches)
-    starts = f"{len(found.searches)} starts" + (f" ({found.reused} reused)" if found.reused else "")
+        many = f"{len(design.searches)} designs on the front" if len(design.searches) > 1 else "one design on the front"
+        return f"{design.runs} runs: {many}; the most balanced one:"
+    same = sum(bool(np.all(np.abs(each.end - best.end) <= near)) for each in design.searches)
+    failed = sum(not np.isfinite(each.value) for each in design.searches)
+    starts = f"{len(design.searches)} starts" + (f" ({design.reused} reused)" if design.reused else "")
     ends = f"{same} came to the best design" + (f", {failed} found none that runs" if failed else "")
-    return f"{starts}, {found.runs} runs: {ends}"
+    return f"{starts}, {design.runs} runs: {ends}"

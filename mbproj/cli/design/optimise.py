@@ -70,29 +70,29 @@ def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
         study.check(path, kind)
     names = () if topologies == (ALL,) else topologies
     with study.telling() as tell:
-        found = synthesise(wanted, names, folder, study.where, fresh=study.fresh, force=study.force, tell=tell)
-    design, listed = found.found[0].design, table(found)
+        synthesis = synthesise(wanted, names, folder, study.where, fresh=study.fresh, force=study.force, tell=tell)
+    design, listed = synthesis.found[0].design, table(synthesis)
     assert design is not None
     title = f"{wanted.kind} of {asked.spec.name}"
     written = [
         write_text(best, best_scene(design), DESIGNED, force=study.force, hint=OTHER_FOLDER),
         write_csv(rows, listed.headings, listed.rows, force=study.force, hint=OTHER_FOLDER),
-        write_text(page, designs_page(title, shown(found)), PAGE, force=study.force, hint=OTHER_FOLDER),
+        write_text(page, designs_page(title, shown(synthesis)), PAGE, force=study.force, hint=OTHER_FOLDER),
     ]
-    numbers = {"best": found.found[0].topology, "topologies": listed.records}
-    study.hand_over(listed, "\n".join(report(found)), numbers, beside=written)
+    numbers = {"best": synthesis.found[0].topology, "topologies": listed.records}
+    study.hand_over(listed, "\n".join(report(synthesis)), numbers, beside=written)
     return int(ExitCode.DONE)
 
 
-def report(found: Synthesis) -> Iterator[str]:
+def report(synthesis: Synthesis) -> Iterator[str]:
     """Yield the topologies as a table, and the chosen one."""
     from mbproj.cli.report.text import columns
 
-    unit = "rad" if found.wanted.kind == "function" else "m"
-    yield f"{found.found[0].topology} does it with the fewest bodies of those that are as good as the best"
+    unit = "rad" if synthesis.wanted.kind == "function" else "m"
+    yield f"{synthesis.found[0].topology} does it with the fewest bodies of those that are as good as the best"
     yield ""
     rows = [
         [each.topology, str(each.bodies), "-" if each.design is None else f"{each.rms:.3g}", each.cause]
-        for each in found.found
+        for each in synthesis.found
     ]
     yield columns(["topology", "bodies", f"off by ({unit}, rms)", ""], rows)

@@ -103,11 +103,11 @@ def _how(table: Table) -> Iterator[str]:
     reason."""
     from mbproj.studies.design.sensitivity import LEFT_OUT
 
-    found: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    reasons: dict[tuple[str, str], list[tuple[str, str]]] = {}
     for measure, number, *_, by, because in table.rows:
-        found.setdefault((by, because), []).append((measure, number))
+        reasons.setdefault((by, because), []).append((measure, number))
     numbers = {number: None for _, number, *_ in table.rows}
-    for (by, because), pairs in found.items():
+    for (by, because), pairs in reasons.items():
         own = dict.fromkeys(number for _, number in pairs)
         of = dict.fromkeys(measure for measure, _ in pairs) if len(own) == len(numbers) else {}
         what = f" of {', '.join(of)}" if of else f" by {', '.join(own)}"
@@ -115,7 +115,7 @@ def _how(table: Table) -> Iterator[str]:
         if by == LEFT_OUT:
             yield f"{by}: {', '.join(own)}{reason}"
         else:
-            yield f"slopes{what if len(found) > 1 else ''}: {by}{reason}"
+            yield f"slopes{what if len(reasons) > 1 else ''}: {by}{reason}"
 
 
 def _cells(row: tuple[Any, ...]) -> list[str]:

@@ -92,10 +92,10 @@ def command(
             system = compile_system(what)
             start = assembled_start(what, system)
             turning, held = steady_of(system, start, steady)
-            found = equilibrium(system, start, time, turning, held)
+            rest = equilibrium(system, start, time, turning, held)
             if turning is not None:
-                refuse_unsteady(found, turning, held)
-            more = list(others(system, found, starts, turning, held))
+                refuse_unsteady(rest, turning, held)
+            more = list(others(system, rest, starts, turning, held))
     except NoEquilibrium as error:
         if as_json:
             relative = error.balance.relative
@@ -103,88 +103,88 @@ def command(
                 json_text({"scene": scene, "converged": False, "residual": {"relative": relative}, "why": str(error)})
             )
         raise
-    facts = numbers(found, more, scene, output)
+    facts = numbers(rest, more, scene, output)
     with placed_at(Place("--output")):
-        write_results(output, what, found, {"converged": True, "residual_relative": found.reference.imbalance.relative})
-    written = str(write_pose(what, found)) if write else None
+        write_results(output, what, rest, {"converged": True, "residual_relative": rest.reference.imbalance.relative})
+    written = str(write_pose(what, rest)) if write else None
     if as_json:
         click.echo(json_text({**facts, "written": written}))
     elif not quiet:
-        click.echo(report(found, more, what.title or scene))
+        click.echo(report(rest, more, what.title or scene))
         click.echo(output)
         if written:
             click.echo(f"{written}: the joints start there now")
 
 
-def numbers(found: Equilibrium, more: list[Equilibrium], scene: str, output: str) -> dict[str, Any]:
+def numbers(rest: Equilibrium, more: list[Equilibrium], scene: str, output: str) -> dict[str, Any]:
     """The equilibrium as a dictionary for JSON, with stable keys."""
     from mbproj.linear.equilibrium.recorded import observed
 
-    system, block = found.whole, observed(found)
+    system, block = rest.whole, observed(rest)
     force, torque = (block[f"joints/reaction_{kind}"][0] for kind in ("force", "torque"))
     return {
         "scene": scene,
         "output": output,
         "converged": True,
-        "at": found.reference.where,
-        "time": found.reference.motion.t,
-        "residual": vars(found.reference.imbalance),
-        "steps": found.steps,
-        "stable": found.stable,
-        "unstable_along": found.unstable or None if found.stable is False else None,
-        "neutral": list(found.neutral),
-        "family": found.family,
-        "coordinates": found.coordinates,
-        "states": found.states,
+        "at": rest.reference.where,
+        "time": rest.reference.motion.t,
+        "residual": vars(rest.reference.imbalance),
+        "steps": rest.steps,
+        "stable": rest.stable,
+        "unstable_along": rest.unstable or None if rest.stable is False else None,
+        "neutral": list(rest.neutral),
+        "family": rest.family,
+        "coordinates": rest.coordinates,
+        "states": rest.states,
         "reactions": {
             name: {"force": force[joint].tolist(), "torque": torque[joint].tolist()}
             for joint, name in enumerate(system.names.joints)
         },
-        "frictions": dict(found.frictions),
-        "drive": found.drive.tolist(),
+        "frictions": dict(rest.frictions),
+        "drive": rest.drive.tolist(),
         "others": [{"stable": other.stable, "coordinates": other.coordinates} for other in more],
     }
 
 
-def report(found: Equilibrium, more: list[Equilibrium], title: str) -> str:
+def report(rest: Equilibrium, more: list[Equilibrium], title: str) -> str:
     """The report on the equilibrium."""
     from mbproj.cli.report.text import table
     from mbproj.cli.start import frictions
     from mbproj.linear.equilibrium.recorded import observed
 
-    system, off = found.whole, found.reference.imbalance
-    where = "turns steadily" if found.reference.where == "steady" else "rests"
+    system, off = rest.whole, rest.reference.imbalance
+    where = "turns steadily" if rest.reference.where == "steady" else "rests"
     units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
-    coordinates = {name: f"{_number(value)} {units[name]}" for name, value in found.coordinates.items()}
+    coordinates = {name: f"{_number(value)} {units[name]}" for name, value in rest.coordinates.items()}
     of_states = dict(zip(system.names.states, system.names.state_units, strict=True))
-    states = {name: f"{_number(value)} {of_states[name]}" for name, value in found.states.items()}
-    force = observed(found)["joints/reaction_force"][0]
+    states = {name: f"{_number(value)} {of_states[name]}" for name, value in rest.states.items()}
+    force = observed(rest)["joints/reaction_force"][0]
     reactions = {
         name: f"[{', '.join(_number(part) for part in force[joint])}] N"
         for joint, name in list(enumerate(system.names.joints))[:SHOWN_REACTIONS]
     }
     lines = [
-        f"{title}: {where} at t = {found.reference.motion.t:.6g} s, found in {found.steps} steps",
+        f"{title}: {where} at t = {rest.reference.motion.t:.6g} s, found in {rest.steps} steps",
         f"  forces left: {off.force:.1e} N, {off.torque:.1e} N m ({off.relative:.1e} of the largest)",
-        f"  {_stability(found)}",
-        *([f"  one of a {found.family}-dimensional family: what rolls may rest elsewhere"] if found.family else []),
-        *([f"  neutral, kept as they were: the motions {'; '.join(found.neutral)}"] if found.neutral else []),
-        *([f"  held at its speed by {found.drive[0]:.6g} N m"] if len(found.drive) else []),
+        f"  {_stability(rest)}",
+        *([f"  one of a {rest.family}-dimensional family: what rolls may rest elsewhere"] if rest.family else []),
+        *([f"  neutral, kept as they were: the motions {'; '.join(rest.neutral)}"] if rest.neutral else []),
+        *([f"  held at its speed by {rest.drive[0]:.6g} N m"] if len(rest.drive) else []),
         *(["  joint coordinates", *table(coordinates, "    ")] if coordinates else []),
         *(["  states", *table(states, "    ")] if states else []),
         *(["  reactions on body 2", *table(reactions, "    ")] if reactions else []),
     ]
-    lines += frictions(found.frictions)
+    lines += frictions(rest.frictions)
     for other in more:
         told = ", ".join(f"{name} {_number(value)}" for name, value in list(other.coordinates.items())[:6])
         lines.append(f"  another, {_stability(other)}: {told}")
     return "\n".join(lines)
 
 
-def _stability(found: Equilibrium) -> str:
-    if found.stable is None:
-        return f"whether it is stable cannot be told: {found.unstable}"
-    return "stable" if found.stable else f"not stable, along the motion {found.unstable}"
+def _stability(rest: Equilibrium) -> str:
+    if rest.stable is None:
+        return f"whether it is stable cannot be told: {rest.unstable}"
+    return "stable" if rest.stable else f"not stable, along the motion {rest.unstable}"
 
 
 def _number(value: float) -> str:

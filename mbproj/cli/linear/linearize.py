@@ -99,24 +99,24 @@ def command(
     what = read_scene(scene, parameters(settings))
     with placed_in(what):
         reference = reference_of(what, compile_system(what), where, results, steady)
-        found = linear_model(reference, inputs, outputs)
-    write_model(output, stored(found, what.title), what, force=force)
+        linear = linear_model(reference, inputs, outputs)
+    write_model(output, stored(linear, what.title), what, force=force)
     if as_json:
-        click.echo(json_text(numbers(found, scene, str(output))))
+        click.echo(json_text(numbers(linear, scene, str(output))))
     elif not quiet:
-        click.echo(report(found, what.title or scene))
+        click.echo(report(linear, what.title or scene))
         click.echo(output)
 
 
-def stored(found: LinearModel, title: str) -> StoredModel:
+def stored(linear: LinearModel, title: str) -> StoredModel:
     """The model in the form of its file."""
     from mbproj.results.linear.model_file import StoredModel
 
-    own = {name: value for name, value in vars(found).items() if name != "reference"}
-    return StoredModel(**own, where=found.reference.where, time=found.reference.motion.t, title=title)
+    own = {name: value for name, value in vars(linear).items() if name != "reference"}
+    return StoredModel(**own, where=linear.reference.where, time=linear.reference.motion.t, title=title)
 
 
-def numbers(found: LinearModel, scene: str, output: str) -> dict[str, Any]:
+def numbers(linear: LinearModel, scene: str, output: str) -> dict[str, Any]:
     """The model as a dictionary for JSON, with stable keys."""
     from mbproj.linear.mode_notes import is_balanced
 
@@ -124,32 +124,32 @@ def numbers(found: LinearModel, scene: str, output: str) -> dict[str, Any]:
     return {
         "scene": scene,
         "output": output,
-        "at": found.reference.where,
-        "time": found.reference.motion.t,
-        "balanced": is_balanced(found.reference),
-        **{name: getattr(found, name).tolist() for name in "ABCD"},
-        **{name: list(getattr(found, name)) for name in named},
+        "at": linear.reference.where,
+        "time": linear.reference.motion.t,
+        "balanced": is_balanced(linear.reference),
+        **{name: getattr(linear, name).tolist() for name in "ABCD"},
+        **{name: list(getattr(linear, name)) for name in named},
     }
 
 
-def report(found: LinearModel, title: str) -> str:
+def report(linear: LinearModel, title: str) -> str:
     """The report on the model, with notes."""
     from mbproj.linear.mode_notes import is_balanced, unsteady_states
 
     def listed(names: tuple[str, ...], units: tuple[str, ...]) -> str:
         return ", ".join(f"{name} ({unit})" for name, unit in zip(names, units, strict=True))
 
-    where = found.reference.where
-    at = where if where.isalpha() else f"t = {found.reference.motion.t:.6g} s"
-    off = found.reference.imbalance
+    where = linear.reference.where
+    at = where if where.isalpha() else f"t = {linear.reference.motion.t:.6g} s"
+    off = linear.reference.imbalance
     note = f"note: forces do not balance here: up to {off.force:.3g} N and {off.torque:.3g} N m are left"
-    unsteady = unsteady_states(found.reference)
+    unsteady = unsteady_states(linear.reference)
     return "\n".join(
         [
-            f"{title}: linear model with {len(found.states)} states, at {at}",
-            f"  inputs   {listed(found.inputs, found.input_units)}",
-            f"  outputs  {listed(found.outputs, found.output_units)}",
-            *([] if is_balanced(found.reference) else [note]),
+            f"{title}: linear model with {len(linear.states)} states, at {at}",
+            f"  inputs   {listed(linear.inputs, linear.input_units)}",
+            f"  outputs  {listed(linear.outputs, linear.output_units)}",
+            *([] if is_balanced(linear.reference) else [note]),
             *([f"note: {unsteady}"] if unsteady else []),
         ]
     )

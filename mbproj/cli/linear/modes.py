@@ -80,16 +80,16 @@ def command(
     changed = parameters(settings)
     trace: RootLocus | None = None
     if vary is None:
-        what, found = _modes(scene, changed, (where, results, steady), count)
+        what, modal = _modes(scene, changed, (where, results, steady), count)
     else:
-        what, found, trace = _traced(scene, changed, (where, results, steady), count, vary)
+        what, modal, trace = _traced(scene, changed, (where, results, steady), count, vary)
     if table_file is not None:
-        write_table(table_file, found.table.headings, found.table.rows, force=force)
-    write_modes(output, stored(found, what.title, trace), what, force=force)
+        write_table(table_file, modal.table.headings, modal.table.rows, force=force)
+    write_modes(output, stored(modal, what.title, trace), what, force=force)
     if as_json:
-        click.echo(json_text(numbers(found, scene, str(output), trace)))
+        click.echo(json_text(numbers(modal, scene, str(output), trace)))
     elif not quiet:
-        click.echo(report(found, what.title or scene, trace))
+        click.echo(report(modal, what.title or scene, trace))
         click.echo(output)
 
 
@@ -122,50 +122,50 @@ def _traced(
     scenes: list[Scene] = []
 
     def at(value: float) -> Modes:
-        what, found = _modes(scene, {**changed, name: repr(value)}, place, count)
+        what, modal = _modes(scene, {**changed, name: repr(value)}, place, count)
         scenes.append(what)
-        return found
+        return modal
 
     traced, last = trace(name, [float(item) for item in span.items], at)
     return scenes[-1], last, traced
 
 
-def numbers(found: Modes, scene: str, output: str, trace: RootLocus | None) -> dict[str, Any]:
+def numbers(modal: Modes, scene: str, output: str, trace: RootLocus | None) -> dict[str, Any]:
     """The modes as a dictionary for JSON, with stable keys."""
     from mbproj.linear.mode_notes import is_balanced, notes_on
 
-    reference, names = found.reference, found.reference.system.names
-    every = range(len(found.eigenvalues))
+    reference, names = modal.reference, modal.reference.system.names
+    every = range(len(modal.eigenvalues))
     traced = {} if trace is None else {"vary": _trace_numbers(trace)}
     return {
         "scene": scene,
         "output": output,
         "at": reference.where,
         "time": reference.motion.t,
-        "degrees_of_freedom": found.freedom,
+        "degrees_of_freedom": modal.freedom,
         "balanced": is_balanced(reference),
         "imbalance": vars(reference.imbalance),
-        "frequencies_hz": found.frequencies.tolist(),
-        "damping_ratios": found.damping_ratios.tolist(),
-        "growth_rates": found.eigenvalues.real.tolist(),
-        "angular_frequencies": found.eigenvalues.imag.tolist(),
+        "frequencies_hz": modal.frequencies.tolist(),
+        "damping_ratios": modal.damping_ratios.tolist(),
+        "growth_rates": modal.eigenvalues.real.tolist(),
+        "angular_frequencies": modal.eigenvalues.imag.tolist(),
         "modes": [
             {
-                "name": found.name(mode),
-                "kinetic_energy": dict(zip(found.kinetic_names, found.kinetic[mode].tolist(), strict=True)),
-                "potential_energy": dict(zip(found.strain_names, found.strain[mode].tolist(), strict=True)),
+                "name": modal.name(mode),
+                "kinetic_energy": dict(zip(modal.kinetic_names, modal.kinetic[mode].tolist(), strict=True)),
+                "potential_energy": dict(zip(modal.strain_names, modal.strain[mode].tolist(), strict=True)),
                 "coordinates": {
                     name: [value.real, value.imag]
-                    for name, value in zip(names.coordinates, found.coordinates[mode].tolist(), strict=True)
+                    for name, value in zip(names.coordinates, modal.coordinates[mode].tolist(), strict=True)
                 },
                 "states": {
                     name: [value.real, value.imag]
-                    for name, value in zip(names.states, found.states[mode].tolist(), strict=True)
+                    for name, value in zip(names.states, modal.states[mode].tolist(), strict=True)
                 },
             }
             for mode in every
         ],
-        "notes": notes_on(found),
+        "notes": notes_on(modal),
         **traced,
     }
 
@@ -179,47 +179,47 @@ def _trace_numbers(trace: RootLocus) -> dict[str, Any]:
     }
 
 
-def report(found: Modes, title: str, trace: RootLocus | None) -> str:
+def report(modal: Modes, title: str, trace: RootLocus | None) -> str:
     """The table of the modes, with notes."""
     from mbproj.cli.report.text import columns
     from mbproj.linear.mode_notes import notes_on
 
-    shown = range(min(len(found.eigenvalues), SHOWN_MODES))
+    shown = range(min(len(modal.eigenvalues), SHOWN_MODES))
     head = ["mode", "Hz", "damping", "growth 1/s", "time s"]
-    rows = [[str(mode + 1), *_cells(found, mode)] for mode in shown]
+    rows = [[str(mode + 1), *_cells(modal, mode)] for mode in shown]
     lines = columns(head, rows).splitlines() if rows else []
-    told = [f"{_coordinates(found, mode)}  {found.name(mode)}".strip() for mode in shown]
+    told = [f"{_coordinates(modal, mode)}  {modal.name(mode)}".strip() for mode in shown]
     width = max((len(line) for line in lines), default=0)
     table = (
         [lines[0], *(f"{line:{width}}  {words}" for line, words in zip(lines[1:], told, strict=True))] if lines else []
     )
-    left = len(found.eigenvalues) - len(shown)
+    left = len(modal.eigenvalues) - len(shown)
     more = [f"    ... and {left} more in the file"] if left else []
     traced = (
         []
         if trace is None
         else [f"{len(trace.values)} values of {trace.name}; the table is of the last, {trace.values[-1]:.6g}"]
     )
-    notes = [f"note: {note}" for note in notes_on(found)]
-    return "\n".join([f"{title}: {found.line}", *traced, "", *table, *more, *notes])
+    notes = [f"note: {note}" for note in notes_on(modal)]
+    return "\n".join([f"{title}: {modal.line}", *traced, "", *table, *more, *notes])
 
 
-def _cells(found: Modes, mode: int) -> list[str]:
-    value = found.eigenvalues[mode]
+def _cells(modal: Modes, mode: int) -> list[str]:
+    value = modal.eigenvalues[mode]
     time = "-" if value.real == 0.0 else f"{1.0 / abs(value.real):.4g}"
-    damping = "-" if value == 0.0 else f"{found.damping_ratios[mode]:.4g}"
-    return [f"{found.frequencies[mode]:.6g}", damping, f"{value.real:.4g}", time]
+    damping = "-" if value == 0.0 else f"{modal.damping_ratios[mode]:.4g}"
+    return [f"{modal.frequencies[mode]:.6g}", damping, f"{value.real:.4g}", time]
 
 
-def _coordinates(found: Modes, mode: int) -> str:
+def _coordinates(modal: Modes, mode: int) -> str:
     """The joint coordinates or states that move most, relative to the largest, with their phase where they have one."""
     import numpy as np
 
-    names, units = found.reference.system.names.coordinates, found.reference.system.names.coordinate_units
-    length = found.reference.system.length
-    parts = found.coordinates[mode] / np.array([1.0 if unit == "rad" else length for unit in units])
-    if found.is_of_states(mode):
-        names, parts = found.reference.system.names.states, found.states[mode] / found.reference.system.states.scale
+    names, units = modal.reference.system.names.coordinates, modal.reference.system.names.coordinate_units
+    length = modal.reference.system.length
+    parts = modal.coordinates[mode] / np.array([1.0 if unit == "rad" else length for unit in units])
+    if modal.is_of_states(mode):
+        names, parts = modal.reference.system.names.states, modal.states[mode] / modal.reference.system.states.scale
     order = np.argsort(-np.abs(parts), kind="stable")[:SHOWN_COORDINATES]
     if not len(order) or not abs(parts[order[0]]) > 0.0:
         return ""

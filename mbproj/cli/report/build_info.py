@@ -42,8 +42,8 @@ def lines() -> Iterator[str]:
     kernel = has.pop("kernel")
     has["formulations"] = ", ".join(has["formulations"])
     kinds = has.pop("plugins")
-    for kind, found in kinds.items():
-        has[f"{kind}s"] = ", ".join(f"{name} (from {module})" for name, module in found.items())
+    for kind, members in kinds.items():
+        has[f"{kind}s"] = ", ".join(f"{name} (from {module})" for name, module in members.items())
     has["kernel"] = kernel["instruction_set"] if kernel["built"] else f"none: {kernel['reason']}"
     yield from table(has)
     if not kernel["built"] and kernel["advice"]:

@@ -104,11 +104,11 @@ def _suite(of: Path, cases: Sequence[TestCase], seconds: float, formulation: str
 def _full_message(outcome: Outcome) -> str:
     """The full message of an expectation that is not met."""
     expected, measured = outcome.expectation, outcome.measured
-    found = "nothing" if measured is None else ", ".join(f"{value:.17g}" for value in measured)
+    values = "nothing" if measured is None else ", ".join(f"{value:.17g}" for value in measured)
     lines = [
         subject(expected),
         f"expected: {wanted(expected)}",
-        f"found: {found} {expected.unit}".rstrip(),
+        f"found: {values} {expected.unit}".rstrip(),
         f"error: {error_words(outcome)}",
         f"source: {expected.source}",
     ]

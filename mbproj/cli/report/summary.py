@@ -79,77 +79,77 @@ def _trust(trust: Trust | None) -> Iterator[str]:
 
 def warnings(report: Report) -> list[str]:
     """The warnings that a user should not overlook."""
-    found = [report.stiffness] if report.stiffness else []
+    notes = [report.stiffness] if report.stiffness else []
     if report.passed:
-        found.append(
+        notes.append(
             f"fixed steps passed over edges of laws, from which the motion is pushed back ({report.passed}): no method "
             "keeps its order there; 'coulomb' of a friction on the joint sticks"
         )
     if report.shared:
-        found.append(
+        notes.append(
             f"contacts share a load arbitrarily ({report.shared}): the motion does not determine these forces, and the "
             "recorded ones are one share of many"
         )
     if report.halved:
-        found.append(
+        notes.append(
             f"fixed steps were halved {report.halved}: Newton's method did not solve them whole; a smaller --step or a "
             "--tolerance does without"
         )
     if report.decided_by_shares:
-        found.append(
+        notes.append(
             f"the motion depends on how these share their load, which rigid bodies leave open: "
             f"{report.decided_by_shares}; they share as springs of one stiffness do. Make the stops compliant with "
             "'stiffness', or use three points"
         )
     if report.crowded:
-        found.append(
+        notes.append(
             f"{', '.join(report.crowded)}: more kinks in time than count; steps end at the first "
             f"{THRESHOLDS.most_kinks:,} of each, and meet later ones anywhere"
         )
     if report.unresolved:
-        found.append(
+        notes.append(
             f"{'; '.join(report.unresolved[:MOST_FRICTIONS])}: fixed steps do not resolve what happens there, though "
             "they are split; take --tolerance in place of --step"
         )
-    found += warnings_on_rows(report)
+    notes += warnings_on_rows(report)
     if report.drifts:
-        found.append(
+        notes.append(
             f"the energy drifted by {100 * report.drift_of_exchanged:.2g} %: the motion may be wrong "
             "although the joints are closed; compare with a smaller --step, or with --integrator dop853 --tolerance "
             "1e-10"
         )
     open_by = report.position_violation
     if open_by.value > FAR_OPEN * report.position_floor / EPSILON:
-        found.append(
+        notes.append(
             f"{open_by.owner} was open by {open_by.value:.2g} (m, rad) at t = {open_by.time:.4g} s: this is not "
             "the mechanism's motion; use a projection method, gpopm for example, or a smaller step"
         )
     asked = report.settings.projection.tolerance
     if asked is not None and report.settings.projection.test == "violation" and asked < report.position_floor:
-        found.append(
+        notes.append(
             f"the projection's tolerance of {asked:.0e} is below round-off, {report.position_floor:.0e}: the "
             "iterations stop where the violation falls no further"
         )
     finest = report.settings.tolerance
     if finest is not None and finest < report.round_off:
-        found.append(
+        notes.append(
             f"the tolerance of {finest:.0e} is below what round-off leaves of positions, {report.round_off:.0e} of the "
             "mechanism's length: smaller steps make nothing more accurate"
         )
     if report.swamped:
         from mbproj.dynamics.rank.massless import SHOWN
 
-        found.append(
+        notes.append(
             f"round-off of the other bodies' forces decides motions with less than {HARDLY_ANY:.0e} of the "
             f"largest inertia: {'; '.join(report.swamped[:SHOWN])}; give these bodies more inertia, or joints that "
             "hold them"
         )
     if report.counters["projection_failures"]:
-        found.append(
+        notes.append(
             f"{report.counters['projection_failures']} projections missed their tolerance; the largest violation "
             f"is {report.position_violation.value:.1e}"
         )
-    return found
+    return notes
 
 
 def step_words(settings: Settings) -> str:
@@ -264,18 +264,18 @@ def _given(report: Report) -> str:
 def warnings_on_rows(report: Report) -> list[str]:
     """Warnings where these rows may hide a wrong motion, or correct nothing."""
     projection, rows = report.settings.projection, report.rows
-    found = []
+    notes = []
     if rows.refused:
-        found.append(
+        notes.append(
             f"the rows of energy and momenta were refused at {rows.refused} of {rows.steps + rows.rest + rows.refused} "
             f"steps: there they asked for more than {100 * THRESHOLDS.row_refused:g} % of what the step changed; the "
             "motion may be wrong; take a smaller --step or --tolerance"
         )
     if report.hidden > 1.0:
-        found.append(
+        notes.append(
             f"{_given(report)}, where the run exchanged {report.exchanged:.2g} J: the motion may be wrong although the "
             "balance is kept; take a smaller --step or --tolerance"
         )
     if projection.momentum and not rows.momenta and not projection.energy:
-        found.append("joints to the ground, gravity or forces act on every momentum: --momentum-row keeps none")
-    return found
+        notes.append("joints to the ground, gravity or forces act on every momentum: --momentum-row keeps none")
+    return notes

@@ -11,28 +11,28 @@ if TYPE_CHECKING:
 HEADINGS = ("check", "what must hold", "measured", "allowed", "")
 
 
-def as_json(found: Verification) -> dict[str, Any]:
+def as_json(verification: Verification) -> dict[str, Any]:
     """The verification as a dictionary for JSON."""
     return {
-        "holds": found.holds,
-        "formulation": found.formulation,
-        "mbproj_version": found.version,
-        "checks": [check.as_numbers() for check in found.checks],
+        "holds": verification.holds,
+        "formulation": verification.formulation,
+        "mbproj_version": verification.version,
+        "checks": [check.as_numbers() for check in verification.checks],
     }
 
 
-def lines(found: Verification) -> Iterator[str]:
+def lines(verification: Verification) -> Iterator[str]:
     """Yield the table with a line for each check, and the number of those that hold."""
-    rows = [HEADINGS, *map(_row, found.checks)]
+    rows = [HEADINGS, *map(_row, verification.checks)]
     widths = [max(len(row[column]) for row in rows) for column in range(len(HEADINGS) - 1)]
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
         cells[2:4] = [cell.rjust(width) for cell, width in zip(row[2:4], widths[2:4], strict=True)]
         yield "  " + "  ".join([*cells, row[-1]]).rstrip()
-    counts = {verdict: len(found.of(verdict)) for verdict in ("passed", "does not apply", "failed")}
+    counts = {verdict: len(verification.of(verdict)) for verdict in ("passed", "does not apply", "failed")}
     yield (
         f"  {counts['passed']} hold, {counts['does not apply']} do not apply, {counts['failed']} fail; "
-        f"runs take the {found.formulation} formulation"
+        f"runs take the {verification.formulation} formulation"
     )
 
 

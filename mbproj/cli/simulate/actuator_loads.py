@@ -19,29 +19,29 @@ HEADINGS = ("actuator", "largest", "unit", "at t (s)", "place", "mean", "rms")
 LISTED = 5
 
 
-def facts(found: ActuatorLoads, source: str, over: str | None) -> dict[str, Any]:
+def facts(acting: ActuatorLoads, source: str, over: str | None) -> dict[str, Any]:
     """The loads as a dictionary for JSON with stable keys; NaN and infinity are null."""
     actuators = {
         name: {
             "unit": unit,
             "weight": float(weight),
-            "force": _plain(found.force[:, k]),
-            "rate": _plain(found.rate[:, k]),
-            "power": _plain(found.power[:, k]),
+            "force": _plain(acting.force[:, k]),
+            "rate": _plain(acting.rate[:, k]),
+            "power": _plain(acting.power[:, k]),
         }
-        for k, (name, unit, weight) in enumerate(zip(found.names, found.units, found.weights, strict=True))
+        for k, (name, unit, weight) in enumerate(zip(acting.names, acting.units, acting.weights, strict=True))
     }
     return {
         "source": source,
-        "degrees_of_freedom": found.freedom,
-        "reached": found.rank,
-        "least_norm": found.shared,
-        "power_balance": found.balance,
-        "dead_centres": found.dead.tolist(),
+        "degrees_of_freedom": acting.freedom,
+        "reached": acting.rank,
+        "least_norm": acting.shared,
+        "power_balance": acting.balance,
+        "dead_centres": acting.dead.tolist(),
         "place_of": over,
-        "largest": [_without_nan(load._asdict()) for load in found.largest(over)],
-        "smoothing": [each._asdict() for each in found.smoothing],
-        "time": found.time.tolist(),
+        "largest": [_without_nan(load._asdict()) for load in acting.largest(over)],
+        "smoothing": [each._asdict() for each in acting.smoothing],
+        "time": acting.time.tolist(),
         "actuators": actuators,
     }
 
@@ -54,15 +54,15 @@ def _without_nan(row: dict[str, Any]) -> dict[str, Any]:
     return {key: None if isinstance(value, float) and isnan(value) else value for key, value in row.items()}
 
 
-def lines(found: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:
+def lines(actuators: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:
     """Yield a table of the largest forces and powers, then notes on them."""
-    count = len(found.names)
+    count = len(actuators.names)
     yield (
-        f"{source}: {found.freedom} {'degree' if found.freedom == 1 else 'degrees'} of freedom, {count} "
-        f"{'actuator' if count == 1 else 'actuators'}, {len(found.time)} samples"
+        f"{source}: {actuators.freedom} {'degree' if actuators.freedom == 1 else 'degrees'} of freedom, {count} "
+        f"{'actuator' if count == 1 else 'actuators'}, {len(actuators.time)} samples"
     )
-    loads = found.largest(over)
-    turns = over is not None and found.cycle(over).unit == "rad"
+    loads = actuators.largest(over)
+    turns = over is not None and actuators.cycle(over).unit == "rad"
     yield columns(HEADINGS, [_row(load, over, turns) for load in loads])
     works = [load for load in loads if load.quantity == "power"]
     yield columns(
@@ -70,13 +70,14 @@ def lines(found: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:
         [(load.name, f"{load.put_in:.6g}", f"{load.taken_out:.6g}") for load in works],
     )
     yield "± is the uncertainty between samples"
-    if found.shared:
-        yield _sharing(found)
-    if found.rank < found.freedom:
-        yield f"the actuators reach {found.rank} of {found.freedom} degrees of freedom; the others take no force"
-    yield f"power balance: {found.balance:.2g} of the largest power"
-    yield from _dead(found)
-    yield from _smoothing(found.smoothing)
+    if actuators.shared:
+        yield _sharing(actuators)
+    if actuators.rank < actuators.freedom:
+        reached = f"{actuators.rank} of {actuators.freedom} degrees of freedom"
+        yield f"the actuators reach {reached}; the others take no force"
+    yield f"power balance: {actuators.balance:.2g} of the largest power"
+    yield from _dead(actuators)
+    yield from _smoothing(actuators.smoothing)
 
 
 def _row(load: Any, over: str | None, turns: bool) -> tuple[str, ...]:
@@ -84,18 +85,20 @@ def _row(load: Any, over: str | None, turns: bool) -> tuple[str, ...]:
     return cells(load, load.name + (" power" if load.quantity == "power" else ""), place)
 
 
-def _sharing(found: ActuatorLoads) -> str:
-    weights = dict(zip(found.names, found.weights.tolist(), strict=True))
+def _sharing(actuators: ActuatorLoads) -> str:
+    weights = dict(zip(actuators.names, actuators.weights.tolist(), strict=True))
     weighed = {name: weight for name, weight in weights.items() if weight != 1.0}
     said = ", ".join(f"{name} {weight:g}" for name, weight in weighed.items())
-    mixed = "; N and N m are weighed alike" if len(set(found.units)) > 1 and not weighed else ""
+    mixed = "; N and N m are weighed alike" if len(set(actuators.units)) > 1 and not weighed else ""
     norm = f"least weighted sum of squares ({said})" if weighed else "least sum of squares"
     return f"more actuators than degrees of freedom that they reach: of all forces that balance, those of {norm}{mixed}"
 
 
-def _dead(found: ActuatorLoads) -> Iterator[str]:
-    if len(found.dead):
-        listed = ", ".join(f"{time:.6g}" for time in found.dead[:LISTED]) + (", .." if len(found.dead) > LISTED else "")
+def _dead(actuators: ActuatorLoads) -> Iterator[str]:
+    if len(actuators.dead):
+        listed = ", ".join(f"{time:.6g}" for time in actuators.dead[:LISTED]) + (
+            ", .." if len(actuators.dead) > LISTED else ""
+        )
         yield f"note: at t = {listed} s the actuators cannot move the mechanism (a dead centre): no force there"
 
 
@@ -117,11 +120,11 @@ def _smoothing(smoothing: Sequence[Smoothing]) -> Iterator[str]:
         yield columns(("column", "spline", "largest change", "at t (s)", "rms", "unit"), rows)
 
 
-def table(found: ActuatorLoads) -> tuple[list[str], np.ndarray[Any, Any]]:
+def table(actuators: ActuatorLoads) -> tuple[list[str], np.ndarray[Any, Any]]:
     """The headings and the rows (T, 1 + 3 k) of a CSV table."""
     headings = ["time (s)"]
-    for name, unit in zip(found.names, found.units, strict=True):
+    for name, unit in zip(actuators.names, actuators.units, strict=True):
         own = "rad/s" if unit == "N m" else "m/s"
         headings += [f"{name} force ({unit})", f"{name} rate ({own})", f"{name} power (W)"]
-    parts = np.stack([found.force, found.rate, found.power], axis=2).reshape(len(found.time), -1)
-    return headings, np.concatenate([found.time[:, None], parts], axis=1)
+    parts = np.stack([actuators.force, actuators.rate, actuators.power], axis=2).reshape(len(actuators.time), -1)
+    return headings, np.concatenate([actuators.time[:, None], parts], axis=1)

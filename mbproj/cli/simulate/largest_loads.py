@@ -26,13 +26,13 @@ def facts(results: Results, over: str | None, level: float | None, *, rainflow: 
 
 
 def _facts(results: Results, load: Load, level: float | None, *, rainflow: bool) -> dict[str, Any]:
-    found: dict[str, Any] = load._asdict()
+    entry: dict[str, Any] = load._asdict()
     if level is not None:
-        found["above"] = level * abs(load.largest)
-        found["duration_above"] = duration_above(results.time, samples_of(results, load), found["above"])
+        entry["above"] = level * abs(load.largest)
+        entry["duration_above"] = duration_above(results.time, samples_of(results, load), entry["above"])
     if rainflow:
-        found["rainflow"] = [swing._asdict() for swing in swings(samples_of(results, load))]
-    return found
+        entry["rainflow"] = [swing._asdict() for swing in swings(samples_of(results, load))]
+    return entry
 
 
 def place_of(results: Results, over: str | None) -> tuple[str, str] | None:
@@ -44,10 +44,10 @@ def place_of(results: Results, over: str | None) -> tuple[str, str] | None:
 
 def lines(results: Results, over: str | None, level: float | None, *, rainflow: bool) -> Iterator[str]:
     """Yield a table of the loads, then works, durations and counts."""
-    found = loads_of(results, over)
-    felt = [load for load in found if not _is_round_off(load, found)]
+    all_loads = loads_of(results, over)
+    felt = [load for load in all_loads if not _is_round_off(load, all_loads)]
     if not felt:
-        yield "nothing is loaded" if found else "there are no joints, motions or forces that could be loaded"
+        yield "nothing is loaded" if all_loads else "there are no joints, motions or forces that could be loaded"
         return
     place = place_of(results, over)
     yield columns(HEADINGS, [_row(load, place[1] if place else "") for load in felt])

@@ -95,7 +95,7 @@ def command(
     if output is not None:
         check_replaceable(output, csv(["time (s)"]), force=force)
     check_picture(picture_path, force=force)
-    found = loads_of(
+    acting = loads_of(
         source,
         given,
         actuators=actuators,
@@ -104,16 +104,16 @@ def command(
         parameters=parameters(settings),
     )
     if over is not None:
-        found.cycle(over)
+        acting.cycle(over)
     if as_json:
-        click.echo(json_text(facts(found, str(source), over)))
+        click.echo(json_text(facts(acting, str(source), over)))
     elif not quiet:
-        click.echo("\n".join(lines(found, str(source), over)))
+        click.echo("\n".join(lines(acting, str(source), over)))
     if output is not None:
-        headings, rows = table(found)
+        headings, rows = table(acting)
         write_csv(output, headings, rows.tolist(), form=".17g", kind=csv(["time (s)"]), force=force)
     if picture_path is not None:
-        _draw(found, over, picture_path, str(source), force=force)
+        _draw(acting, over, picture_path, str(source), force=force)
     for path in (output, picture_path):
         if path is not None and not (as_json or quiet):
             click.echo(path)
@@ -137,11 +137,11 @@ def _smoothing(texts: tuple[str, ...]) -> dict[str, float]:
     from mbproj.scene.fields.given import given_number
     from mbproj.scene.fields.quantities import Number
 
-    found: dict[str, float] = {}
+    widths: dict[str, float] = {}
     for text in texts:
         value = given_number(text, "--smooth", Measure())
         if value.number == 0.0:
-            found |= {"rad": 0.0, "m": 0.0}
+            widths |= {"rad": 0.0, "m": 0.0}
             continue
         if value.dimension == BARE:
             problem = Problem(
@@ -149,16 +149,20 @@ def _smoothing(texts: tuple[str, ...]) -> dict[str, float]:
             )
             raise InputError(problem)
         unit = "rad" if value.dimension is not None and value.dimension.angle else "m"
-        found[unit] = given_number(text, "--smooth", Number(unit, above=0.0))
-    return found
+        widths[unit] = given_number(text, "--smooth", Number(unit, above=0.0))
+    return widths
 
 
-def _draw(found: ActuatorLoads, over: str | None, path: Path, title: str, *, force: bool) -> None:
+def _draw(actuators: ActuatorLoads, over: str | None, path: Path, title: str, *, force: bool) -> None:
     from mbproj.figures.pages.actuators import draw_actuators
     from mbproj.figures.save import save
 
-    cycle = None if over is None else found.cycle(over)
-    shared = f"{title}: least sum of squares of more actuators than freedoms" if found.shared else title
+    cycle = None if over is None else actuators.cycle(over)
+    shared = f"{title}: least sum of squares of more actuators than freedoms" if actuators.shared else title
     save(
-        draw_actuators(found.time, found.names, found.units, found.force, found.power, cycle, shared), path, force=force
+        draw_actuators(
+            actuators.time, actuators.names, actuators.units, actuators.force, actuators.power, cycle, shared
+        ),
+        path,
+        force=force,
     )

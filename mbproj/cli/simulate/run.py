@@ -97,17 +97,21 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
             hint = "leave out one of the two"
             raise InputError(Problem(f"--accuracy chooses the {name} itself", Place(f"--{name}"), hint))
     with telling(hidden) as tell:
-        found = recommend(scene, accuracy, timed=False, processes=1, tell=tell)
-    if not found.reached:
+        recommendation = recommend(scene, accuracy, timed=False, processes=1, tell=tell)
+    if not recommendation.reached:
         raise Unreachable(
-            f"no setting keeps the error below {accuracy:g} m beyond t = {found.until:.6g} s: {found.why}; "
-            f"try --duration {found.until:.6g}, or a larger error"
+            f"no setting keeps the error below {accuracy:g} m beyond t = {recommendation.until:.6g} s: "
+            f"{recommendation.why}; try --duration {recommendation.until:.6g}, or a larger error"
         )
     if not hidden:
-        label, best = found.setting.label, found.best
+        label, best = recommendation.setting.label, recommendation.best
         click.echo(f"{label}: off by {best.at():.1e} m at most, {best.evaluations:.0f} evaluations", err=True)
-    facts = {"accuracy": accuracy, "accuracy_error": found.best.at(), "accuracy_uncertainty": found.uncertain}
-    return replace(scene, settings=found.settings), facts
+    facts = {
+        "accuracy": accuracy,
+        "accuracy_error": recommendation.best.at(),
+        "accuracy_uncertainty": recommendation.uncertain,
+    }
+    return replace(scene, settings=recommendation.settings), facts
 
 
 def _limits(certify: bool, limits: tuple[float, ...]) -> tuple[float, ...] | None:

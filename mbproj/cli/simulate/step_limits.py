@@ -75,7 +75,7 @@ def remark(limits: Sequence[StepLimit]) -> str:
     for each in limits:
         what = each.reason.partition(":")[0] or (_owner(each.shares[0][0]) if each.shares else "nothing")
         times.setdefault(what, []).append(f"{each.time:.3g}")
-    return "; ".join(f"steps limited by {what} at {', '.join(found)} s" for what, found in times.items())
+    return "; ".join(f"steps limited by {what} at {', '.join(moments)} s" for what, moments in times.items())
 
 
 def table(results: Results, limits: Sequence[StepLimit]) -> Iterator[str]:

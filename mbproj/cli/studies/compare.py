@@ -85,10 +85,10 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
 
     what = read_scene(scene, parameters(changes))
     study = Study(options, ("label", "setting"), f"{Path(scene).stem}-compare")
-    found = study.result(compare, what, energy_rows=_truth_values(options.pop("energy_rows")), **options)
-    table = found.table
-    numbers = {"until": float(found.reference.times[-1]), "entries": table.records}
-    study.hand_over(table, _table(found), numbers, lambda: _page(found, what.title), found.notes)
+    comparison = study.result(compare, what, energy_rows=_truth_values(options.pop("energy_rows")), **options)
+    table = comparison.table
+    numbers = {"until": float(comparison.reference.times[-1]), "entries": table.records}
+    study.hand_over(table, _table(comparison), numbers, lambda: _page(comparison, what.title), comparison.notes)
 
 
 def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
@@ -100,12 +100,12 @@ def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
     return None if names is None else tuple(name == "true" for name in names)
 
 
-def _table(found: Comparison) -> str:
+def _table(comparison: Comparison) -> str:
     from mbproj.cli.report.text import columns, milliseconds, number
 
     headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]
-    cost = ["CPU, ms", "spread"] if found.cost_in_time else []
-    lines, rows = [], found.table.records
+    cost = ["CPU, ms", "spread"] if comparison.cost_in_time else []
+    lines, rows = [], comparison.table.records
     for row in rows:
         ends = [milliseconds(row[f"cpu_seconds_{end}"]) for end in ("lowest", "highest")]
         spread = "-" if "-" in ends else " to ".join(ends)
@@ -128,11 +128,11 @@ def _table(found: Comparison) -> str:
     return columns([*headings, *cost, *counts], lines)
 
 
-def _page(found: Comparison, title: str) -> Figure:
+def _page(comparison: Comparison, title: str) -> Figure:
     from mbproj.figures.pages.comparison import Compared, comparison_page
 
     methods = []
-    for entry in found.entries:
+    for entry in comparison.entries:
         solution, report, timing = entry.solution, entry.solution.report, entry.timing
         counters = report.counters if report else {}
         methods.append(
@@ -150,4 +150,4 @@ def _page(found: Comparison, title: str) -> Figure:
                 iterations=counters.get("projection_iterations", 0) + counters.get("velocity_iterations", 0),
             )
         )
-    return comparison_page(methods, found.reference.uncertainty.max(axis=1), title)
+    return comparison_page(methods, comparison.reference.uncertainty.max(axis=1), title)

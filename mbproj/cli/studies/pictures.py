@@ -41,10 +41,10 @@ class FilePictures:
             if self.why_not[kind]:
                 hint = f"kinds that apply: {', '.join(able)}" if able else ""
                 raise InputError(Problem(f"--kind {kind}: {self.why_not[kind]}", hint=hint))
-        found = tuple(dict.fromkeys(kinds)) or self.usual or tuple(able)
-        if not found:
+        picked = tuple(dict.fromkeys(kinds)) or self.usual or tuple(able)
+        if not picked:
             raise InputError(Problem(f"'{path}' has nothing to draw: {next(iter(self.why_not.values()))}"))
-        return found
+        return picked
 
 
 @dataclass(frozen=True)
@@ -82,21 +82,21 @@ def draw_pictures(
     for name in given:
         if name not in what.takes:
             raise InputError(Problem(f"{name} is for results of runs, and '{path}' is {what.one or 'none'}"))
-    found = what.pictures(path, of, over)
-    drawn = found.chosen(path, kinds, f" of {what.one}" if what.one else "")
+    pictures = what.pictures(path, of, over)
+    drawn = pictures.chosen(path, kinds, f" of {what.one}" if what.one else "")
     make_folder(directory, OTHER_DIRECTORY)
-    targets = {kind: directory / f"{found.title}-{kind}.{file_format}" for kind in drawn}
+    targets = {kind: directory / f"{pictures.title}-{kind}.{file_format}" for kind in drawn}
     for target in targets.values():  # check all files before the first is written
         check_replaceable(target, picture(file_format), force=force, hint=OTHER_DIRECTORY)
     for kind, target in targets.items():
-        click.echo(save(found.draw[kind](), target, force=force))
+        click.echo(save(pictures.draw[kind](), target, force=force))
 
 
 def usual_of_sweep(summary: Path) -> Figure | str:
     """The first picture that suits the design of a sweep, or a note that there is nothing to draw."""
     try:
-        found = _of_sweep(summary, (), ())
-        return found.draw[found.chosen(summary, (), "")[0]]()
+        pictures = _of_sweep(summary, (), ())
+        return pictures.draw[pictures.chosen(summary, (), "")[0]]()
     except InputError as nothing:
         return f"no picture: {nothing}"
 

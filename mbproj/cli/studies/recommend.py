@@ -84,28 +84,28 @@ def command(
         raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
     study = Study(options, ("kind", "setting"))
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
-    found = study.result(recommend, what, goal, at=at, until=until)
-    line = _command_line(what, scene, changes, output_step, found)
+    recommendation = study.result(recommend, what, goal, at=at, until=until)
+    line = _command_line(what, scene, changes, output_step, recommendation)
     short = (
-        f"no setting keeps {goal:g} m until t = {found.wanted:.6g} s: {found.why}; this one keeps it until "
-        f"{found.until:.6g} s"
+        f"no setting keeps {goal:g} m until t = {recommendation.wanted:.6g} s: {recommendation.why}; "
+        f"this one keeps it until {recommendation.until:.6g} s"
     )
-    text, notes = "\n".join([line, *_lines(found)]), [] if found.reached else [short]
-    numbers = {"command": line, **_numbers(found)}
-    study.hand_over(found.table, text, numbers, lambda: _page(found, what.title), notes, left=line)
-    if write and found.reached:
-        click.echo(f"written into {write_back(what, found.settings)}", err=True)
-    return ExitCode.DONE if found.reached else ExitCode.CHECK_FAILED
+    text, notes = "\n".join([line, *_lines(recommendation)]), [] if recommendation.reached else [short]
+    numbers = {"command": line, **_numbers(recommendation)}
+    study.hand_over(recommendation.table, text, numbers, lambda: _page(recommendation, what.title), notes, left=line)
+    if write and recommendation.reached:
+        click.echo(f"written into {write_back(what, recommendation.settings)}", err=True)
+    return ExitCode.DONE if recommendation.reached else ExitCode.CHECK_FAILED
 
 
 def _command_line(
-    scene: Scene, name: str, changes: tuple[str, ...], output_step: str | None, found: Recommendation
+    scene: Scene, name: str, changes: tuple[str, ...], output_step: str | None, recommendation: Recommendation
 ) -> str:
     from mbproj.studies.measure.setting import shortest
 
     words = ["mbproj", "run", name, *(word for change in changes for word in ("--set", change))]
-    words += shlex.split(found.setting.command_line(scene.settings))
-    settings = found.settings
+    words += shlex.split(recommendation.setting.command_line(scene.settings))
+    settings = recommendation.settings
     assert settings.duration is not None and settings.output_step is not None
     if f"{settings.duration:.12g}" != f"{scene.settings.duration or 0.0:.12g}":
         words += ["--duration", f"{settings.duration:.12g}"]
@@ -114,20 +114,20 @@ def _command_line(
     return shlex.join(words)
 
 
-def _numbers(found: Recommendation) -> dict[str, Any]:
+def _numbers(recommendation: Recommendation) -> dict[str, Any]:
     return {
-        "goal": found.goal,
-        "points": list(found.points),
-        "reached": found.reached,
-        "until": found.until,
-        "wanted": found.wanted,
-        "best": _measured(found.best),
-        "contenders": [_measured(each) for each in found.contenders],
-        "own": None if found.own is None else _measured(found.own),
-        "uncertain": found.uncertain,
-        "reference": found.method,
-        "check": found.check,
-        "why": found.why or None,
+        "goal": recommendation.goal,
+        "points": list(recommendation.points),
+        "reached": recommendation.reached,
+        "until": recommendation.until,
+        "wanted": recommendation.wanted,
+        "best": _measured(recommendation.best),
+        "contenders": [_measured(each) for each in recommendation.contenders],
+        "own": None if recommendation.own is None else _measured(recommendation.own),
+        "uncertain": recommendation.uncertain,
+        "reference": recommendation.method,
+        "check": recommendation.check,
+        "why": recommendation.why or None,
     }
 
 
@@ -138,20 +138,20 @@ def _measured(best: Measurement) -> dict[str, Any]:
     return {"setting": setting, "point": point, "error": best.error[point], "time": best.when[point], **cost}
 
 
-def _lines(found: Recommendation) -> list[str]:
+def _lines(recommendation: Recommendation) -> list[str]:
     from mbproj.cli.report.text import table
 
-    best, point = found.best, found.best.worst()
+    best, point = recommendation.best, recommendation.best.worst()
     rows: dict[str, str] = {
         "error": f"{best.at():.2g} m at most, of {point} at t = {best.when[point]:.4g} s; "
-        f"{found.goal:g} m is asked for, until t = {found.until:.6g} s",
-        "reference": f"uncertain by {found.uncertain:.1g} m: {found.method}",
-        "checked by": found.check,
+        f"{recommendation.goal:g} m is asked for, until t = {recommendation.until:.6g} s",
+        "reference": f"uncertain by {recommendation.uncertain:.1g} m: {recommendation.method}",
+        "checked by": recommendation.check,
         "cost": _cost(best),
     }
-    rows |= {f"near it ({place})": _words(other) for place, other in enumerate(found.contenders[1:], 1)}
-    if found.own is not None:
-        rows["the scene's own"] = _words(found.own)
+    rows |= {f"near it ({place})": _words(other) for place, other in enumerate(recommendation.contenders[1:], 1)}
+    if recommendation.own is not None:
+        rows["the scene's own"] = _words(recommendation.own)
     return list(table(rows, "  "))
 
 
@@ -163,13 +163,15 @@ def _cost(of: Measurement) -> str:
     return f"{of.evaluations:.0f} evaluations, {1e3 * of.seconds:.3g} ms"
 
 
-def _page(found: Recommendation, title: str) -> Figure:
+def _page(recommendation: Recommendation, title: str) -> Figure:
     import numpy as np
 
     from mbproj.figures.pages.work_precision import search_page
     from mbproj.studies.tradeoff.fronts import grouped, kind
 
-    costs = np.array([(each.evaluations, each.at()) for each in found.tried])
-    families = {name: costs[indices] for name, indices in grouped(found.tried, kind).items()}
-    best = found.best.evaluations, found.best.at()
-    return search_page(families, best, found.goal, found.uncertain, ", ".join([title, found.setting.label]))
+    costs = np.array([(each.evaluations, each.at()) for each in recommendation.tried])
+    families = {name: costs[indices] for name, indices in grouped(recommendation.tried, kind).items()}
+    best = recommendation.best.evaluations, recommendation.best.at()
+    return search_page(
+        families, best, recommendation.goal, recommendation.uncertain, ", ".join([title, recommendation.setting.label])
+    )

@@ -104,7 +104,7 @@ def command(
     study = Study(options, ("projection", vary), f"{Path(scene).stem}-stability-{vary}")
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
     with placed_at(Place("--vary")):
-        found = study.result(
+        bounds = study.result(
             stability,
             what,
             vary,
@@ -112,18 +112,18 @@ def command(
             limits=Limits(**given),
             **{name: options[name] for name in ("low", "high", "points")},
         )
-    study.hand_over(found.table, _report(found), _numbers(found), lambda: _page(found))
+    study.hand_over(bounds.table, _report(bounds), _numbers(bounds), lambda: _page(bounds))
 
 
-def _numbers(found: StabilityMap) -> dict[str, Any]:
+def _numbers(bounds: StabilityMap) -> dict[str, Any]:
     """The map as a dictionary for JSON."""
     return {
-        "vary": found.vary,
-        "unit": found.unit,
-        "setting": _setting(found),
-        "until": found.until,
-        "own": found.span.own,
-        "analytic": found.analytic,
+        "vary": bounds.vary,
+        "unit": bounds.unit,
+        "setting": _setting(bounds),
+        "until": bounds.until,
+        "own": bounds.span.own,
+        "analytic": bounds.analytic,
         "methods": {
             track.method: {
                 "limits": [
@@ -132,29 +132,29 @@ def _numbers(found: StabilityMap) -> dict[str, Any]:
                 ],
                 "points": [vars(point) for point in track.points],
             }
-            for track in found.tracks
+            for track in bounds.tracks
         },
     }
 
 
-def _report(found: StabilityMap) -> str:
+def _report(bounds: StabilityMap) -> str:
     from mbproj.cli.report.text import columns
 
-    lines = [line for track in found.tracks for line in _intervals(track)]
+    lines = [line for track in bounds.tracks for line in _intervals(track)]
     table = columns(["method", "from", "to", "state", "first bad"], [line[:-1] for line in lines]).splitlines()
     rows = [f"{row}  {line[-1]}".rstrip() for row, line in zip(table[1:], lines, strict=True)]
     aligned = "\n".join([table[0], *rows])
-    unit = f" ({found.unit})" if found.unit else ""
-    head = f"{found.title}: {found.vary}{unit}; its own {found.span.own:.4g}; {_setting(found)}"
-    theory = "" if found.analytic is None else f"\n\n{_theory(found)}"
+    unit = f" ({bounds.unit})" if bounds.unit else ""
+    head = f"{bounds.title}: {bounds.vary}{unit}; its own {bounds.span.own:.4g}; {_setting(bounds)}"
+    theory = "" if bounds.analytic is None else f"\n\n{_theory(bounds)}"
     return f"{head}\n\n{aligned}{theory}"
 
 
-def _setting(found: StabilityMap) -> str:
+def _setting(bounds: StabilityMap) -> str:
     """The setting that all runs share, in words."""
-    step = [] if found.vary == "step" else [f"h = {found.setting.step:.4g} s"]
-    until = [] if found.vary in ("duration", "baumgarte-gain") else [f"{found.until:g} s"]
-    return ", ".join([found.setting.integrator, *step, *until])
+    step = [] if bounds.vary == "step" else [f"h = {bounds.setting.step:.4g} s"]
+    until = [] if bounds.vary in ("duration", "baumgarte-gain") else [f"{bounds.until:g} s"]
+    return ", ".join([bounds.setting.integrator, *step, *until])
 
 
 def _intervals(track: MethodTrack) -> list[list[str]]:
@@ -178,16 +178,16 @@ def _shortened(cause: str, joint: str | None) -> str:
     return text if len(text) <= 70 else text[:67] + "..."
 
 
-def _theory(found: StabilityMap) -> str:
-    assert found.analytic is not None and found.setting.step is not None
-    name, product = found.setting.integrator, found.analytic * found.setting.step
+def _theory(bounds: StabilityMap) -> str:
+    assert bounds.analytic is not None and bounds.setting.step is not None
+    name, product = bounds.setting.integrator, bounds.analytic * bounds.setting.step
     return (
-        f"theory: α h = {product:.4g}, the real stability limit of {name}, α = {found.analytic:.4g} 1/s at this step, "
+        f"theory: α h = {product:.4g}, the real stability limit of {name}, α = {bounds.analytic:.4g} 1/s at this step, "
         "for a mechanism that hardly moves in a step"
     )
 
 
-def _page(found: StabilityMap) -> Figure:
+def _page(bounds: StabilityMap) -> Figure:
     import numpy as np
 
     from mbproj.figures.pages.stability import Map, Strip, stability_page
@@ -200,17 +200,17 @@ def _page(found: StabilityMap) -> Figure:
             np.array([point.closure if point.ended else np.nan for point in track.points], dtype=float),
             np.array([point.energy if point.ended else np.nan for point in track.points], dtype=float),
         )
-        for track in found.tracks
+        for track in bounds.tracks
     ]
-    unit = f" ({found.unit})" if found.unit else ""
-    judged = found.analytic is None
-    own = found.span.own if judged and found.span.low <= found.span.own <= found.span.high else None
+    unit = f" ({bounds.unit})" if bounds.unit else ""
+    judged = bounds.analytic is None
+    own = bounds.span.own if judged and bounds.span.low <= bounds.span.own <= bounds.span.high else None
     shown = Map(
         strips,
-        f"{found.vary}{unit}",
+        f"{bounds.vary}{unit}",
         own,
-        found.analytic,
-        found.limits.closed if judged else None,
-        found.limits.energy if judged else None,
+        bounds.analytic,
+        bounds.limits.closed if judged else None,
+        bounds.limits.energy if judged else None,
     )
-    return stability_page(shown, f"{found.title}; {_setting(found)}; runs that stop are not drawn")
+    return stability_page(shown, f"{bounds.title}; {_setting(bounds)}; runs that stop are not drawn")

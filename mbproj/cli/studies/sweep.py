@@ -185,15 +185,15 @@ def _item(value: Item) -> str:
 def _failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:
     """The failed cases by their message, most frequent first: each message with its number of cases and the first of
     them."""
-    found: dict[str, dict[str, Any]] = {}
+    causes: dict[str, dict[str, Any]] = {}
     for number, entry in enumerate(entries):
         if entry.row is None or entry.status == "done":
             continue
-        known = found.setdefault(
+        known = causes.setdefault(
             entry.row.message, {"message": entry.row.message, "status": entry.status, "count": 0, "first_case": number}
         )
         known["count"] += 1
-    return sorted(found.values(), key=lambda kind: -int(kind["count"]))
+    return sorted(causes.values(), key=lambda kind: -int(kind["count"]))
 
 
 def _said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
@@ -213,14 +213,14 @@ def _junit(spec: SweepSpec, entries: Iterable[CaseEntry]) -> str:
     """A testsuite with a testcase for each case."""
     from mbproj.cli.report.junit import TestCase, cases_as_xml
 
-    found = []
+    testcases = []
     for number, entry in enumerate(entries):
         values = ", ".join(
             f"{path}={_item(value)}" for path, value in zip(spec.design.paths, entry.values, strict=True)
         )
         if entry.row is None:
-            found.append(TestCase(f"{number}: {values}", 0.0, "skipped", entry.status))
+            testcases.append(TestCase(f"{number}: {values}", 0.0, "skipped", entry.status))
         else:
             ended = () if entry.status == "done" else ("error", entry.row.message, entry.status)
-            found.append(TestCase(f"{number}: {values}", entry.row.seconds, *ended))
-    return cases_as_xml(spec.path, found)
+            testcases.append(TestCase(f"{number}: {values}", entry.row.seconds, *ended))
+    return cases_as_xml(spec.path, testcases)

@@ -57,21 +57,21 @@ def command(
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
     study = Study(options, ("threshold", "projection"), f"{Path(scene).stem}-threshold")
-    found = study.result(threshold_study, what, thresholds=thresholds, at=at)
+    study_done = study.result(threshold_study, what, thresholds=thresholds, at=at)
     numbers = {
-        "recommended": found.recommended,
-        "until": float(found.reference.times[-1]),
-        "trials": found.table.records,
+        "recommended": study_done.recommended,
+        "until": float(study_done.reference.times[-1]),
+        "trials": study_done.table.records,
     }
-    study.hand_over(found.table, _report(found), numbers, lambda: _page(found), found.notes)
+    study.hand_over(study_done.table, _report(study_done), numbers, lambda: _page(study_done), study_done.notes)
 
 
-def _report(found: ThresholdStudy) -> str:
+def _report(threshold: ThresholdStudy) -> str:
     from mbproj.cli.report.text import columns, milliseconds, number
 
     lines = []
-    for index, row in enumerate(found.table.records):
-        name = "none" if index == len(found.trials) - 1 else f"{row['threshold']:.0e}" if index else "every step"
+    for index, row in enumerate(threshold.table.records):
+        name = "none" if index == len(threshold.trials) - 1 else f"{row['threshold']:.0e}" if index else "every step"
         lines.append(
             [
                 name + " *" * row["recommended"],
@@ -83,43 +83,44 @@ def _report(found: ThresholdStudy) -> str:
             ]
         )
     table = columns(["threshold", "error, m", "|C|", "|C'|", "projections", "saved, %", "CPU, ms"], lines)
-    return f"{found.title}, {found.trials[0].setting.label}\n\n{table}\n\n{_verdict(found)}"
+    return f"{threshold.title}, {threshold.trials[0].setting.label}\n\n{table}\n\n{_verdict(threshold)}"
 
 
-def _verdict(found: ThresholdStudy) -> str:
+def _verdict(threshold: ThresholdStudy) -> str:
     from mbproj.studies.measure.setting import shortest
 
-    index = found.recommended
+    index = threshold.recommended
     if index is None:
         return "no threshold saves projections without changing the error: project after every step"
-    trial, timing, always = found.trials[index], found.timings[index], found.timings[0]
+    trial, timing, always = threshold.trials[index], threshold.timings[index], threshold.timings[0]
     assert trial.setting.threshold is not None and timing is not None and always is not None  # neither has failed
     part = 1.0 - timing.median / always.median
     clear = timing.median < always.spread[0]
     cost = f"{100 * part:.0f} % of the CPU time" if clear else "no CPU time that could be told from the spread"
     return (
-        f"* recommended: --threshold {shortest(trial.setting.threshold)} saves {100 * found.saved(index):.0f} % of the "
-        f"projections and {cost}, with joints open by up to {trial.position_violation:.1e}{_uneven_errors(found)}"
+        f"* recommended: --threshold {shortest(trial.setting.threshold)} saves "
+        f"{100 * threshold.saved(index):.0f} % of the projections and {cost}, "
+        f"with joints open by up to {trial.position_violation:.1e}{_uneven_errors(threshold)}"
     )
 
 
-def _uneven_errors(found: ThresholdStudy) -> str:
+def _uneven_errors(threshold: ThresholdStudy) -> str:
     """A note on smaller thresholds with a larger error; "" where there are none."""
-    if not found.exceeded:
+    if not threshold.exceeded:
         return ""
     from mbproj.studies.measure.setting import shortest
 
-    smaller = [shortest(found.trials[index].setting.threshold or 0.0) for index in found.exceeded]
+    smaller = [shortest(threshold.trials[index].setting.threshold or 0.0) for index in threshold.exceeded]
     which = smaller[0] if len(smaller) == 1 else f"{smaller[0]} to {smaller[-1]}"
     return f"; errors do not grow evenly: at {which} they are larger, so the next motion may differ"
 
 
-def _page(found: ThresholdStudy) -> Figure:
+def _page(threshold: ThresholdStudy) -> Figure:
     import numpy as np
 
     from mbproj.figures.pages.threshold import ThresholdSeries, threshold_page
 
-    table = found.table
+    table = threshold.table
 
     def column(name: str) -> Any:
         return np.where(np.isfinite(table[name]), table[name], np.nan)[1:-1]
@@ -135,7 +136,9 @@ def _page(found: ThresholdStudy) -> Figure:
         spread=np.column_stack([column("cpu_seconds_lowest"), column("cpu_seconds_highest")]),
         always=always,
         never=never,
-        recommended=None if found.recommended is None else found.trials[found.recommended].setting.threshold,
-        floor=float(found.reference.uncertainty[-1].max()),
+        recommended=None
+        if threshold.recommended is None
+        else threshold.trials[threshold.recommended].setting.threshold,
+        floor=float(threshold.reference.uncertainty[-1].max()),
     )
-    return threshold_page(shown, f"{found.title}; {found.trials[0].setting.label}")
+    return threshold_page(shown, f"{threshold.title}; {threshold.trials[0].setting.label}")

@@ -70,60 +70,60 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     study = Study(options, ("setting", "projection"), f"{Path(scene).stem}-tradeoff")
     whole = Path(f"{study.stem}.h5")
     study.check(whole, KIND)
-    found = study.result(tradeoff, what, **options)
-    beside = [write_hdf5(whole, found, force=study.force)]
-    text = "\n".join(_report(found))
-    study.hand_over(found.table, text, _numbers(found), lambda: _page(found), found.notes, beside)
+    result = study.result(tradeoff, what, **options)
+    beside = [write_hdf5(whole, result, force=study.force)]
+    text = "\n".join(_report(result))
+    study.hand_over(result.table, text, _numbers(result), lambda: _page(result), result.notes, beside)
 
 
-def _numbers(found: Tradeoff) -> dict[str, Any]:
+def _numbers(result: Tradeoff) -> dict[str, Any]:
     """The trade-off as a dictionary for JSON. The trials are the rows of the table; others refer to them by number."""
     return {
-        "points": found.points,
-        "until": float(found.reference.times[-1]),
-        "uncertain": found.floor,
-        "own": found.own,
-        "front": found.front,
-        "compared": found.compared,
-        "trials": found.table.records,
+        "points": result.points,
+        "until": float(result.reference.times[-1]),
+        "uncertain": result.floor,
+        "own": result.own,
+        "front": result.front,
+        "compared": result.compared,
+        "trials": result.table.records,
     }
 
 
-def _report(found: Tradeoff) -> Iterator[str]:
+def _report(result: Tradeoff) -> Iterator[str]:
     """Yield the tables."""
     import numpy as np
 
     from mbproj.cli.report.text import columns
     from mbproj.studies.tradeoff.fronts import CLOSED
 
-    yield found.line
-    yield f"errors of {', '.join(found.points)}; the reference is uncertain by {found.floor:.1e} m"
-    errors = found.error[np.isfinite(found.seconds)]
+    yield result.line
+    yield f"errors of {', '.join(result.points)}; the reference is uncertain by {result.floor:.1e} m"
+    errors = result.error[np.isfinite(result.seconds)]
     limits = 10.0 ** np.arange(-14.0, 3.0)[::-1]
-    limits = limits[(limits > max(found.floor, errors.min(initial=np.inf))) & (limits <= WORTHLESS * found.size)]
-    closed = CLOSED * max(1.0, found.size)
+    limits = limits[(limits > max(result.floor, errors.min(initial=np.inf))) & (limits <= WORTHLESS * result.size)]
+    closed = CLOSED * max(1.0, result.size)
     kinds = {"the cheapest setting for an error": np.inf, f"the same with joints closed to {closed:.0e}": closed}
     shown: list[list[str]] = []
-    seen = compared = [_cells(found, index) for index in found.compared]
+    seen = compared = [_cells(result, index) for index in result.compared]
     for title, most in kinds.items():
-        best = {found.cheapest(limit, most): limit for limit in limits}  # of equal settings keep the smallest error
-        rows = [[f"<= {limit:.0e}", *_cells(found, index)] for index, limit in best.items() if index is not None]
+        best = {result.cheapest(limit, most): limit for limit in limits}  # of equal settings keep the smallest error
+        rows = [[f"<= {limit:.0e}", *_cells(result, index)] for index, limit in best.items() if index is not None]
         if rows and rows != shown:
             shown = rows
             seen = seen + rows
             yield ""
             yield f"{title}:"
             yield columns(["error, m", *HEADINGS], rows)
-    if found.compared:
+    if result.compared:
         yield ""
         yield "the same steps with other projections:"
         yield columns(HEADINGS, compared)
     if any(row[-1].endswith(WARNED) for row in seen):
         yield ""
         yield f"{WARNED.strip()} this run notes that the motion may be wrong, by its energy"
-    if found.own is not None:
+    if result.own is not None:
         yield ""
-        yield from _own(found, found.own)
+        yield from _own(result, result.own)
 
 
 #: Errors above this part of the mechanism's size have no line.
@@ -133,15 +133,15 @@ WARNED = " (!)"
 HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "setting"]
 
 
-def _cells(found: Tradeoff, index: int) -> list[str]:
+def _cells(result: Tradeoff, index: int) -> list[str]:
     from mbproj.cli.report.text import milliseconds, number
 
-    trial, timing = found.trials[index], found.timings.get(index)
+    trial, timing = result.trials[index], result.timings.get(index)
     spread = " to ".join(milliseconds(end) for end in timing.spread) if timing else "-"
     return [
-        number(float(found.error[index])),
+        number(float(result.error[index])),
         number(trial.position_violation),
-        milliseconds(found.seconds[index]),
+        milliseconds(result.seconds[index]),
         spread,
         str(trial.counters["evaluations"]),
         str(trial.counters["projections"]),
@@ -149,32 +149,32 @@ def _cells(found: Tradeoff, index: int) -> list[str]:
     ]
 
 
-def _own(found: Tradeoff, own: int) -> Iterator[str]:
+def _own(result: Tradeoff, own: int) -> Iterator[str]:
     """Yield how far the scene's own setting is from the front."""
     from mbproj.cli.report.text import milliseconds
 
-    trial = found.trials[own]
+    trial = result.trials[own]
     if trial.failure is not None:
         yield f"the scene's own setting ({trial.setting.label}) failed: {trial.failure}"
         return
-    seconds, error = found.seconds[own], found.error[own]
+    seconds, error = result.seconds[own], result.error[own]
     yield f"the scene's own setting ({trial.setting.label}): error {error:.1e} m in {milliseconds(seconds)} ms"
-    same_error, same_cost = found.cheapest(error), found.most_accurate(seconds)
+    same_error, same_cost = result.cheapest(error), result.most_accurate(seconds)
     if same_error == same_cost == own:
         yield "  nothing that was timed is cheaper and as accurate, or more accurate for the same time"
     if same_error is not None and same_error != own:
-        cheaper = found.seconds[same_error]
+        cheaper = result.seconds[same_error]
         yield (
             f"  as accurate for {milliseconds(cheaper)} ms ({seconds / cheaper:.2g} times cheaper): "
-            f"{found.trials[same_error].setting.label}"
+            f"{result.trials[same_error].setting.label}"
         )
     if same_cost is not None and same_cost != own:
-        better = found.error[same_cost]
+        better = result.error[same_cost]
         times = f" ({error / better:.2g} times more accurate)" if better > 0.0 else ""
-        yield f"  for the same time {better:.1e} m{times}: {found.trials[same_cost].setting.label}"
+        yield f"  for the same time {better:.1e} m{times}: {result.trials[same_cost].setting.label}"
 
 
-def _page(found: Tradeoff) -> Figure:
+def _page(result: Tradeoff) -> Figure:
     import numpy as np
 
     from mbproj.figures.pages.work_precision import Cloud, Diagram, work_precision
@@ -182,25 +182,25 @@ def _page(found: Tradeoff) -> Figure:
 
     def cloud(indices: list[int]) -> Cloud:
         return Cloud(
-            evaluations=np.array([found.trials[i].counters.get("evaluations", np.nan) for i in indices], dtype=float),
-            seconds=np.where(np.isfinite(found.seconds[indices]), found.seconds[indices], np.nan),
-            error=found.error[indices],
-            violation=found.violation[indices],
+            evaluations=np.array([result.trials[i].counters.get("evaluations", np.nan) for i in indices], dtype=float),
+            seconds=np.where(np.isfinite(result.seconds[indices]), result.seconds[indices], np.nan),
+            error=result.error[indices],
+            violation=result.violation[indices],
         )
 
-    front, name = list(found.front), studied(found.trials, found.front)
+    front, name = list(result.front), studied(result.trials, result.front)
     return work_precision(
         Diagram(
-            by_integrator={label: cloud(indices) for label, indices in by_integrator(found.trials).items()},
-            timed=cloud(sorted(found.timings)),
-            by_projection={label: cloud(indices) for label, indices in by_projection(found.trials, name).items()},
+            by_integrator={label: cloud(indices) for label, indices in by_integrator(result.trials).items()},
+            timed=cloud(sorted(result.timings)),
+            by_projection={label: cloud(indices) for label, indices in by_projection(result.trials, name).items()},
             integrator=name,
-            front=np.column_stack([found.seconds[front], found.error[front]]),
+            front=np.column_stack([result.seconds[front], result.error[front]]),
             own=None
-            if found.own is None or not np.isfinite(found.seconds[found.own])
-            else (float(found.seconds[found.own]), float(found.error[found.own])),
-            floor=found.floor,
-            points=", ".join(found.points) if len(found.points) <= 3 else "the worst point",
+            if result.own is None or not np.isfinite(result.seconds[result.own])
+            else (float(result.seconds[result.own]), float(result.error[result.own])),
+            floor=result.floor,
+            points=", ".join(result.points) if len(result.points) <= 3 else "the worst point",
         ),
-        found.title,
+        result.title,
     )

@@ -61,19 +61,22 @@ def command(
             check_store(store, what)
     study = Study(options, ("name", "claim"))
     with study.telling() as tell:
-        found = verify(what, tell)
-    text, numbers = "\n".join([what.title or Path(scene).stem, *lines(found)]), {"scene": scene, **as_json(found)}
-    study.hand_over(found.table, text, numbers, lambda: _page(found))
+        verification = verify(what, tell)
+    text, numbers = (
+        "\n".join([what.title or Path(scene).stem, *lines(verification)]),
+        {"scene": scene, **as_json(verification)},
+    )
+    study.hand_over(verification.table, text, numbers, lambda: _page(verification))
     if store is not None:
         with placed_at(Place("--store")):
-            keep(store, what, found)
+            keep(store, what, verification)
         click.echo(f"stored in {store}", err=True)
-    return int(ExitCode.DONE if found.holds else ExitCode.CHECK_FAILED)
+    return int(ExitCode.DONE if verification.holds else ExitCode.CHECK_FAILED)
 
 
-def _page(found: Verification) -> Figure | str:
+def _page(verification: Verification) -> Figure | str:
     """How much of what is allowed each check uses."""
     from mbproj.figures.pages.expectations import draw_expectations
 
-    shares = {check.name: check.share for check in found.checks if check.share == check.share}
+    shares = {check.name: check.share for check in verification.checks if check.share == check.share}
     return draw_expectations(shares) if shares else "no check to draw"

@@ -73,10 +73,10 @@ class Saves:
 def _state(path: Path) -> tuple[int, ...]:
     """The state of a file; empty where it is missing, as an editor may be about to replace it."""
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return ()
-    return found.st_mtime_ns, found.st_size, found.st_ino
+    return status.st_mtime_ns, status.st_size, status.st_ino
 
 
 def follow(path: Path, parameters: Mapping[str, str], options: Mapping[str, str], board: Board, *, quiet: bool) -> None:
@@ -87,32 +87,32 @@ def follow(path: Path, parameters: Mapping[str, str], options: Mapping[str, str]
     with TemporaryDirectory(prefix="mbproj-watch-") as folder:
         while True:
             try:
-                found = build(path, parameters, options, Path(folder), lambda: saves.moved)
+                built = build(path, parameters, options, Path(folder), lambda: saves.moved)
             except Superseded:
                 saves.take()
                 continue
-            _tell(found, quiet=quiet)
-            board.show(_next(board.shown, found, numbers))
-            saves.follow(found.files or saves.files)
+            _tell(built, quiet=quiet)
+            board.show(_next(board.shown, built, numbers))
+            saves.follow(built.files or saves.files)
             saves.wait()
 
 
-def _next(shown: ShownPage, found: Built, numbers: count[int]) -> ShownPage:
+def _next(shown: ShownPage, built: Built, numbers: count[int]) -> ShownPage:
     """The new page, or the last page with the current problem."""
-    if found.page is None:
-        return shown._replace(problem=found.problem)
+    if built.page is None:
+        return shown._replace(problem=built.problem)
     number = next(numbers)
-    page = html(found.page.title, found.page.data, found.page.packer, number)
-    return ShownPage(number, found.problem, page.encode())
+    page = html(built.page.title, built.page.data, built.page.packer, number)
+    return ShownPage(number, built.problem, page.encode())
 
 
-def _tell(found: Built, *, quiet: bool) -> None:
+def _tell(built: Built, *, quiet: bool) -> None:
     if not quiet:
-        click.echo(found.line)
-        for note in found.notes:
+        click.echo(built.line)
+        for note in built.notes:
             click.echo(note, err=True)
-    if found.problem:
-        click.echo(found.problem, err=True)
+    if built.problem:
+        click.echo(built.problem, err=True)
 
 
 class Superseded(Exception):
@@ -168,9 +168,9 @@ def _ran(
     """Run the scene; return its page, a line on the run, notes, and the reason why it ended early."""
     settings = settings_to_run(what)
     system, state = assembled(what)
-    found = checked(what, system, state)
-    if not found.can_run:
-        raise InputError(list(found.problems))
+    checked_scene = checked(what, system, state)
+    if not checked_scene.can_run:
+        raise InputError(list(checked_scene.problems))
 
     def progress(time: float) -> None:
         if interrupted():
@@ -192,7 +192,7 @@ def _ran(
     with open_own_results(results) as opened:
         page = page_of([opened], [path.stem])
         until = float(opened.time[-1])
-    freedoms = found.degrees_of_freedom
+    freedoms = checked_scene.degrees_of_freedom
     free = "" if freedoms is None else f"{freedoms} degree{'s' * (freedoms != 1)} of freedom, "
     said = f"{free}{until:.4g} of {settings.duration:.4g} s{violation}"
-    return page, said, tuple(note.line("note") for note in found.notes), problem
+    return page, said, tuple(note.line("note") for note in checked_scene.notes), problem

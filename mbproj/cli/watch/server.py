@@ -127,11 +127,11 @@ class _Handler(BaseHTTPRequestHandler):
         self._start("text/event-stream")
         version, board = -1, self.server.board
         while not board.closed:
-            found = board.after(version)
-            if found is None:
+            update = board.after(version)
+            if update is None:
                 self.wfile.write(b":\n\n")
                 continue
-            version, shown = found
+            version, shown = update
             said = json.dumps({"number": shown.number, "problem": shown.problem})
             self.wfile.write(f"data: {said}\n\n".encode())
 

@@ -95,8 +95,8 @@ class TwoCurves(Primitive):
             if len(seen) >= MOST_KEPT:
                 seen.clear()
             seen[key] = self._feet(d, θ, held)
-        found: Feet = seen[key]
-        return found
+        of_pose: Feet = seen[key]
+        return of_pose
 
     def _feet(self, d: Numbers, θ: Numbers, held: tuple[int, int]) -> Feet:
         s, piece = self.curve.touching(self.other, d, θ, self.ε < 0.0, held)

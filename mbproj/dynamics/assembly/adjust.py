@@ -89,8 +89,8 @@ def needed(system: System, q: Array) -> float:
     """Return how far a joint's points must move for the loops to close, in m; 0 where they do already, or cannot."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
         return 0.0
-    found = _Adjusting(system.at_positions).found(q)
-    return 0.0 if found is None else max(change.size(system.length) for change in _changes(system, *found))
+    closed = _Adjusting(system.at_positions).found(q)
+    return 0.0 if closed is None else max(change.size(system.length) for change in _changes(system, *closed))
 
 
 def _changes(system: System, shift: Array, tilt: Array) -> Iterator[Adjustment]:

@@ -134,9 +134,9 @@ def _polished(system: System, q: Array, held: Conditions, drive: Drive) -> Array
     return nearest(system, q, held, drive, THRESHOLDS.closed_grains * EPSILON)[0]
 
 
-def _number(system: System, q: Array, found: list[Array]) -> int | None:
+def _number(system: System, q: Array, known: list[Array]) -> int | None:
     """Return the number of a pose among those found; None where it is new."""
-    apart = [_apart(system, q, each) for each in found]
+    apart = [_apart(system, q, each) for each in known]
     at = int(np.argmin(apart))
     return at if apart[at] < THRESHOLDS.same_pose else None
 

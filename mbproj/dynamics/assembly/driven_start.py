@@ -17,14 +17,14 @@ def refuse_contradictions(system: System, guess: Guess, drive: Drive) -> None:
     motions, problems = system.motions, []
     for number, index in enumerate(motions.joint_coordinate.tolist()):
         name, unit = system.names.coordinates[index], system.names.coordinate_units[index]
-        for word, conditions, found in (
+        for word, conditions, actual in (
             ("", guess.start, drive.value[number]),
             (" per s", guess.speed, drive.rate[number]),
         ):
             asked = _asked(conditions, index)
-            if asked is not None and abs(asked - found) > THRESHOLDS.same_written * (1.0 + abs(asked)):
+            if asked is not None and abs(asked - actual) > THRESHOLDS.same_written * (1.0 + abs(asked)):
                 message = (
-                    f"motion '{system.names.motions[number]}' begins with {name} at {found:.6g} {unit}{word}, "
+                    f"motion '{system.names.motions[number]}' begins with {name} at {actual:.6g} {unit}{word}, "
                     f"and the joint's own condition asks for {asked:.6g}"
                 )
                 problems.append(Problem(message, motions.places[number], "take the joint's condition out"))

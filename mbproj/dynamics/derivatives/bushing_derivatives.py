@@ -37,11 +37,11 @@ class _BushingBodies:
         """Return the deflection at changed positions and Euler parameters, and g (..., B, 6, 12) by (δr, δθ in body
         axes) of both bodies."""
         orientation = self.orientation + turn
-        found = deflected(self.bushings, self.position + shift, orientation)
+        deflection = deflected(self.bushings, self.position + shift, orientation)
         size = np.sum(orientation * orientation, axis=-1)[..., None, None]
-        in_body = found.gradient[..., 3:] @ (rotation_matrix(orientation) / size)
-        sides = np.concatenate([found.gradient[..., :3], in_body], axis=-1)
-        return found, np.concatenate([sides[..., 0, :, :], sides[..., 1, :, :]], axis=-1)
+        in_body = deflection.gradient[..., 3:] @ (rotation_matrix(orientation) / size)
+        sides = np.concatenate([deflection.gradient[..., :3], in_body], axis=-1)
+        return deflection, np.concatenate([sides[..., 0, :, :], sides[..., 1, :, :]], axis=-1)
 
 
 def bushing_gradient(bushings: Bushings, pose: Pose) -> Array:
@@ -54,8 +54,8 @@ def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) 
     bushings come last."""
     bushings, at = forces.bushings, _BushingBodies.pose(forces.bushings, pose)
     count = bushings.size
-    found, g = _at_pose(bushings, pose)
-    rate, damping = rates(bushings, found, pose, twist), viscous(bushings, found)
+    deflection, g = _at_pose(bushings, pose)
+    rate, damping = rates(bushings, deflection, pose, twist), viscous(bushings, deflection)
     moving = 1j * COMPLEX_STEP * twist.velocity[bushings.body], 1j * COMPLEX_STEP * twist.rate[bushings.body]
     g_dot = at.seen(*moving)[1].imag / COMPLEX_STEP
     steps = 1j * COMPLEX_STEP * np.eye(12).reshape(12, 1, 2, 6)  # of one body after the other

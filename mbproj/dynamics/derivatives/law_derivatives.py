@@ -22,12 +22,12 @@ from mbproj.model.forces import Forces
 def law_slopes(instant: Instant, laws: LawState) -> tuple[Array, Array]:
     """Return ∂F/∂s and ∂F/∂s' of each law, (E,) each; not finite where a function has no slope."""
     forces = instant.system.forces
-    found = [-forces.laws.stiffness, -forces.laws.damping]
+    by_variable = [-forces.laws.stiffness, -forces.laws.damping]
     for law in np.flatnonzero(forces.laws.program >= 0):
         at = instant.values(laws.value[law], laws.rate[law])
         for order, variable in enumerate((COORDINATE, RATE)):
-            found[order][law] += slope(forces.programs, int(forces.laws.program[law]), at, variable)
-    return found[0], found[1]
+            by_variable[order][law] += slope(forces.programs, int(forces.laws.program[law]), at, variable)
+    return by_variable[0], by_variable[1]
 
 
 def channel_slopes(instant: Instant) -> tuple[Array, Array]:
@@ -43,8 +43,8 @@ def channel_slopes(instant: Instant) -> tuple[Array, Array]:
             programs, int(forces.laws.program[law]), instant.values(value[law], rate[law])
         )
     given = [slopes_by_channels(programs, each, instant.values()) for each in forces.on_bodies.program.ravel().tolist()]
-    found = np.concatenate([of_laws, np.array(given).reshape(-1, rates.shape[1])])
-    return tuple(np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0) for part in (found, rates))  # type: ignore[return-value]
+    all_slopes = np.concatenate([of_laws, np.array(given).reshape(-1, rates.shape[1])])
+    return tuple(np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0) for part in (all_slopes, rates))  # type: ignore[return-value]
 
 
 def state_slopes(instant: Instant) -> Array:

@@ -53,11 +53,11 @@ class Carried:
 
     def maps(self, bound: PrimitiveSet, order: int) -> Array:
         """Return B, B' or B'', (S, 3, 6), for order 0, 1 or 2."""
-        found = np.zeros((len(bound.body), 3, 6))
+        of_twists = np.zeros((len(bound.body), 3, 6))
         if order == 0:
-            found[:, :, :3] = bound.is_point[:, None, None] * np.eye(3)
-        found[:, :, 3:] = -self.rotation[order][bound.body] @ tilde(bound.local)
-        return found
+            of_twists[:, :, :3] = bound.is_point[:, None, None] * np.eye(3)
+        of_twists[:, :, 3:] = -self.rotation[order][bound.body] @ tilde(bound.local)
+        return of_twists
 
 
 def tilde(vectors: Array) -> Array:

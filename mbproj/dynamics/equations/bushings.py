@@ -74,27 +74,27 @@ def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> De
     return Deflection(np.concatenate([x, 2.0 * longer * sines], axis=-1), gradient, turning, cosine)
 
 
-def rates(bushings: Bushings, found: Deflection, pose: Pose, twist: Twist) -> Numbers:
+def rates(bushings: Bushings, bent: Deflection, pose: Pose, twist: Twist) -> Numbers:
     """Return s', (..., B, 6)."""
     orientation = pose.orientation[..., bushings.body, :]
     turning = 2.0 * (matrix_E(orientation) @ twist.rate[..., bushings.body, :, None])[..., 0]
     omega = turning / np.sum(orientation * orientation, axis=-1, keepdims=True)
     motion = np.concatenate([twist.velocity[..., bushings.body, :], omega], axis=-1)
-    return np.sum((found.gradient @ motion[..., None])[..., 0], axis=-2)
+    return np.sum((bent.gradient @ motion[..., None])[..., 0], axis=-2)
 
 
-def viscous(bushings: Bushings, found: Deflection) -> Numbers:
+def viscous(bushings: Bushings, bent: Deflection) -> Numbers:
     """Return the damping along the coordinates, (..., B, 6, 6): the dampers' forces are its product with -s'."""
-    damping = np.broadcast_to(bushings.damping, (*found.cosine.shape, 6, 6)).astype(found.turning.dtype)
-    along = like_others(damping, found.turning)
-    along[..., 3:, 3:] = found.turning @ bushings.damping[:, 3:, 3:] @ found.turning
+    damping = np.broadcast_to(bushings.damping, (*bent.cosine.shape, 6, 6)).astype(bent.turning.dtype)
+    along = like_others(damping, bent.turning)
+    along[..., 3:, 3:] = bent.turning @ bushings.damping[:, 3:, 3:] @ bent.turning
     return along
 
 
-def wrenches(bushings: Bushings, found: Deflection, pose: Pose, force: Array) -> tuple[Array, Array]:
+def wrenches(bushings: Bushings, bent: Deflection, pose: Pose, force: Array) -> tuple[Array, Array]:
     """Return the effect of forces (..., B, 6) along the coordinates on both bodies at one pose, (..., B, 2, 3): forces
     in global axes, and torques about their centres of mass in body axes."""
-    pull = (np.swapaxes(found.gradient, -1, -2) @ force[..., None, :, None])[..., 0]
+    pull = (np.swapaxes(bent.gradient, -1, -2) @ force[..., None, :, None])[..., 0]
     orientation = pose.orientation[bushings.body]
     axes = pose.rotation[bushings.body] / np.sum(orientation * orientation, axis=-1)[..., None, None]
     return pull[..., :3], (pull[..., None, 3:] @ axes)[..., 0, :]

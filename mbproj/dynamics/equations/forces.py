@@ -74,15 +74,15 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
         if laws.partner[law] >= 0:
             speed = np.hypot(speed, rate[..., laws.partner[law]])
         variables = instant.variables(value[..., law], speed)
-        found = run(forces.programs, int(laws.program[law]), variables, held)[0]
+        force = run(forces.programs, int(laws.program[law]), variables, held)[0]
         if laws.partner[law] >= 0:
-            found = found * _along_sliding(laws, rate, int(law))
+            force = force * _along_sliding(laws, rate, int(law))
         if laws.bearing[law] >= 0:
-            found = found * (0.0 if carried is None else carried[..., laws.bearing[law]])
+            force = force * (0.0 if carried is None else carried[..., laws.bearing[law]])
         if laws.loses[law]:
-            damper[..., law] += found
+            damper[..., law] += force
         else:
-            given[..., law] = found
+            given[..., law] = force
     extension = value - laws.free
     stored = 0.5 * total(laws.stiffness * extension**2)
     own = LawState(value, rate, -laws.stiffness * extension, damper, given, stored)
@@ -95,8 +95,8 @@ def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
     own, across, direction = rate[..., law], rate[..., laws.partner[law]], laws.sliding[law]
     speed, back = np.hypot(own, across), direction[0] * own + direction[1] * across < 0.0
     part = np.where(back, -own, own) / np.where(speed > 0.0, speed, 1.0)
-    found: Numbers = np.where(speed > 0.0, part, direction[0])
-    return found
+    shares: Numbers = np.where(speed > 0.0, part, direction[0])
+    return shares
 
 
 def law_coordinates(instant: Instant) -> tuple[Numbers, Numbers]:
@@ -186,13 +186,13 @@ def action_values(instant: Instant, action: int) -> Array:
 
     system, variables = instant.system, instant.variables()
     sets = system.actions.sets(action)
-    found = np.array([run(system.actions.programs, k, variables)[0] for k in sets])
-    if not np.isfinite(found).all():
-        k = sets[int(np.flatnonzero(~np.isfinite(found))[0])]
+    values = np.array([run(system.actions.programs, k, variables)[0] for k in sets])
+    if not np.isfinite(values).all():
+        k = sets[int(np.flatnonzero(~np.isfinite(values))[0])]
         from mbproj.dynamics.equations.force_errors import program_fails
 
         raise program_fails(instant, k, system.actions.names[action], variables, system.actions.programs)
-    return found
+    return values
 
 
 def generalised(pose: Pose, force: Array, torque: Array) -> Array:

@@ -45,13 +45,13 @@ def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> 
 
     time, programs = time_series(np.asarray(t)), system.motions.programs
     series = [run(programs, index, [time]) for index in range(system.driven)]
-    found = np.empty((3, *np.shape(t), system.driven), like=one_of(each for own in series for each in own))
+    drive = np.empty((3, *np.shape(t), system.driven), like=one_of(each for own in series for each in own))
     for index, own in enumerate(series):
         for order, each in enumerate(own):
-            found[order, ..., index] = each
-    if not np.isfinite(found).all():
-        raise _not_finite(system, np.asarray(t), np.all(np.isfinite(found), axis=0))
-    value, rate, acceleration = found
+            drive[order, ..., index] = each
+    if not np.isfinite(drive).all():
+        raise _not_finite(system, np.asarray(t), np.all(np.isfinite(drive), axis=0))
+    value, rate, acceleration = drive
     return Drive(system.motions.start + value, rate, acceleration, teeth)
 
 

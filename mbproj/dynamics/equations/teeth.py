@@ -51,13 +51,13 @@ def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Num
     couplings = system.couplings
     value = system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
     counted = couplings.sums(near(system, value, teeth.expected)) - teeth.start
-    found = rows.copy()
+    values = rows.copy()
     nearest = rows[..., couplings.row]
-    found[..., couplings.row] = nearest + couplings.whole(counted - nearest)
+    values[..., couplings.row] = nearest + couplings.whole(counted - nearest)
     if couplings.rolls.any():
         rolled, rolls = _rolled(system, value, teeth.expected, nearest), couplings.rolls
-        found[..., couplings.row[rolls]] = nearest[..., rolls] + (rolled - teeth.start)[..., rolls].astype(float)
-    return found
+        values[..., couplings.row[rolls]] = nearest[..., rolls] + (rolled - teeth.start)[..., rolls].astype(float)
+    return values
 
 
 def near(system: System, value: Numbers, expected: Numbers) -> Numbers:

@@ -61,11 +61,11 @@ def slopes(bearings: Bearings, at: Supports, change: Supports) -> Numbers:
 
 def _pushes(system: System, bearings: Bearings) -> Array:
     """Return the parts (m, B) with which the joints' rows make pushes of stops, or pulls of ropes."""
-    found = np.zeros((system.joints.size, bearings.size))
+    weights = np.zeros((system.joints.size, bearings.size))
     for b, each in enumerate(bearings.parts):
         for joint, row, part in each:
-            found[np.flatnonzero(system.joints.owner == joint)[row], b] = part
-    return found
+            weights[np.flatnonzero(system.joints.owner == joint)[row], b] = part
+    return weights
 
 
 def _along(force: Numbers, change: Numbers) -> Numbers:

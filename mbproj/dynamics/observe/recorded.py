@@ -175,13 +175,13 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     @cached_property
     def given(self) -> Mapping[str, Numbers]:
         """Given forces and torques, signals, and tensions, by dataset, where there are some."""
-        found = {**applied_seen(self.instant)} if self.system.forces.on_bodies.size else {}
-        found |= {"signals/value": of_signals(self.instant)} if self.system.signals.size else {}
+        blocks = {**applied_seen(self.instant)} if self.system.forces.on_bodies.size else {}
+        blocks |= {"signals/value": of_signals(self.instant)} if self.system.signals.size else {}
         if not self.system.names.tensions and self.system.touching is None:
-            return found
+            return blocks
         from mbproj.dynamics.observe.tensions import on_paths
 
-        return found | on_paths(self.system, self.pose, self._seen, lambda: self.contacts["stops/force"])
+        return blocks | on_paths(self.system, self.pose, self._seen, lambda: self.contacts["stops/force"])
 
     @cached_property
     def reactions(self) -> tuple[Numbers, Numbers]:

@@ -21,20 +21,20 @@ from mbproj.thresholds import THRESHOLDS
 MOST_SETS, MOST_JOINTS = 3, 6
 
 
-def problems_of(system: System, found: Redundancy, *, runs: bool) -> list[Problem]:
+def problems_of(system: System, redundancy: Redundancy, *, runs: bool) -> list[Problem]:
     """Return the problems of dependent sets, for which a mechanism cannot run. Where its equations can be solved
     (`runs`), return those of sets whose rows contradict each other.
 
     Rows of joints that depend on each other along the whole motion, without contradiction, are no problem. A set that
     was not examined counts as such.
     """
-    sets = [entry for entry in found.sets if entry.contradictory or not runs]
+    sets = [entry for entry in redundancy.sets if entry.contradictory or not runs]
     joints = [entry for entry in sets if not entry.motions]
     passing = [entry for entry in joints if entry.permanent is False]
     lasting = [entry for entry in joints if entry.permanent is not False and entry.contradictory]
     problems = [_locked(system, entry) for entry in sets if entry.motions]
     if passing:
-        elsewhere = "elsewhere they do not" if found.moves else "no motion away from it was found"
+        elsewhere = "elsewhere they do not" if redundancy.moves else "no motion away from it was found"
         what = f"at it rows of joints depend on each other, and {elsewhere}"
         hint = "start from a pose that is not stretched or folded"
         message = f"the pose is singular: {what}: {_listed(passing)}"

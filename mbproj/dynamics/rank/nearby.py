@@ -49,7 +49,9 @@ def nearby(system: System, q: Array) -> Nearby:
     # Drawn among all motions, because the basis of the allowed ones that the decomposition gives depends on round-off.
     trials = np.random.default_rng(SEED).normal(size=(TRIALS, 6 * system.bodies)) @ motions.T
     directions = branch_directions(free, pose, motions, trials)[:DIRECTIONS]
-    return Nearby(tuple(found for direction in directions for found in _walk(free, q, direction)), len(motions))
+    return Nearby(
+        tuple(pose_nearby for direction in directions for pose_nearby in _walk(free, q, direction)), len(motions)
+    )
 
 
 def _motions(system: System, pose: Pose) -> Array:

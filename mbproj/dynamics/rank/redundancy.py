@@ -83,18 +83,18 @@ def redundancy(system: System, state: State) -> Redundancy:
         (len(component.bodies) for component in components if len(component.bodies) > THRESHOLDS.large), default=0
     )
     components = [component for component in components if len(component.bodies) <= THRESHOLDS.large]
-    found = []
+    dependences = []
     for component, rows in zip(components, component_rows(system, pose, components), strict=True):
         basis, dependent = split(unit_rows(rows), component.by_level(system))
         if len(dependent):
-            found.append(_Dependence(component, rows, basis, dependent))
-    if not found:
+            dependences.append(_Dependence(component, rows, basis, dependent))
+    if not dependences:
         return Redundancy((), left_out=left_out)
     around = nearby(system, state.q) if system.bodies <= THRESHOLDS.large else None
     sides, names = right_hand_sides(system, state), name_rows(system, pose)
     sets = [
         _dependent_set(system, part, members, permanent, known, names)
-        for part, known in [(part, sides.within(part.component, part.rows)) for part in found]
+        for part, known in [(part, sides.within(part.component, part.rows)) for part in dependences]
         for members, permanent in _circuits(system, part, around)
     ]
     return Redundancy(

@@ -83,5 +83,5 @@ def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive) -> Arr
     kept = np.zeros((system.bodies, 7))
     kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
     change = twist_of(pose, kept.ravel())
-    found = gamma(system, pose, twist, drive)[system.bodies :] - set_velocity(system.rows, pose, change)
-    return np.asarray(found, dtype=float)
+    right = gamma(system, pose, twist, drive)[system.bodies :] - set_velocity(system.rows, pose, change)
+    return np.asarray(right, dtype=float)

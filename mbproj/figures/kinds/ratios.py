@@ -34,10 +34,10 @@ class _Ratio:
         pair = result.coordinate(self.output).speed, result.shown_over.rate
         if not self.forces:
             return velocity_ratio(*pair)
-        found = mechanical_advantage(*pair)
-        finite = np.isfinite(found)
-        most = CUT * float(np.median(np.abs(found[finite]))) if finite.any() else np.inf
-        return np.where(np.abs(found) <= most, found, np.nan)
+        advantage = mechanical_advantage(*pair)
+        finite = np.isfinite(advantage)
+        most = CUT * float(np.median(np.abs(advantage[finite]))) if finite.any() else np.inf
+        return np.where(np.abs(advantage) <= most, advantage, np.nan)
 
 
 @styled

@@ -57,8 +57,8 @@ class JointReaction:
 
     def largest(self, results: Sequence[Results]) -> float:
         """The largest component in all results."""
-        found = [values for result in results if (values := self.components(result)) is not None]
-        of = [np.max(np.abs(values), where=np.isfinite(values), initial=0.0) for values in found]
+        components = [values for result in results if (values := self.components(result)) is not None]
+        of = [np.max(np.abs(values), where=np.isfinite(values), initial=0.0) for values in components]
         return float(max(of, default=0.0))
 
 
@@ -79,17 +79,17 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """
     single = len(results) == 1
     names, remark = shown.largest_joints(results, "joints/reaction_force", shown.MAX_LINES if single else MAX_ROWS // 2)
-    found = [[JointReaction.of(results, name, member) for name in names] for member, _, _ in KINDS]
-    force, torque = (max((each.largest(results) for each in of), default=0.0) for of in found)
+    reactions = [[JointReaction.of(results, name, member) for name in names] for member, _, _ in KINDS]
+    force, torque = (max((each.largest(results) for each in of), default=0.0) for of in reactions)
     said = [remark]
     if torque <= NOISE * force * sizes(results)["m"]:
         said.append("reaction torques are zero" + (f" (at most {torque:.0e} N m)" if torque else ""))
-        del found[1]
+        del reactions[1]
     said += _left_out(results, names)
     if not single:
-        return rows.draw(results, labels, list(_overlaid(found)), "; ".join(filter(None, said)))
-    figure, axes = panels.panels(len(found), height=2.1)
-    for axis, of, (_, word, unit) in zip(axes[:, 0], found, KINDS, strict=False):
+        return rows.draw(results, labels, list(_overlaid(reactions)), "; ".join(filter(None, said)))
+    figure, axes = panels.panels(len(reactions), height=2.1)
+    for axis, of, (_, word, unit) in zip(axes[:, 0], reactions, KINDS, strict=False):
         _plot(axis, results[0], of)
         panels.hold_still([axis], sizes(results)[unit.si])
         what = f"reaction {word}"
@@ -119,13 +119,13 @@ def _lines(result: Results, reactions: Sequence[JointReaction]) -> list[tuple[st
     return [(reaction.joint, size, any(reaction.unique)) for reaction, size in sizes_of if size is not None]
 
 
-def _overlaid(found: Sequence[Sequence[JointReaction]]) -> Iterator[PanelGroup]:
+def _overlaid(reactions: Sequence[Sequence[JointReaction]]) -> Iterator[PanelGroup]:
     """The rows of overlaid results: a row for each component of a single joint, or for each joint with magnitudes. Rows
     of differences follow."""
-    for of in zip(*found, strict=True):
+    for of in zip(*reactions, strict=True):
         pairs = [(reaction, word, unit) for reaction, (_, word, unit) in zip(of, KINDS, strict=False)]
         apart = tuple(PanelQuantity(SIGN, unit, reaction.vector) for reaction, _, unit in pairs)
-        if len(found[0]) > 1:
+        if len(reactions[0]) > 1:
             row = [
                 PanelQuantity(f"{each.joint}: |{word}|", unit, each.size, not_unique=not any(each.unique))
                 for each, word, unit in pairs

@@ -36,12 +36,12 @@ def response(model: StoredModel, frequency: Array) -> Numbers:
 def bode(model: StoredModel) -> Figure:
     """Draw a line for each pair of an input and an output."""
     frequency = frequencies(model)
-    found = response(model, frequency)
+    gains = response(model, frequency)
     figure = Figure(figsize=(page_width(), 2 * 2.2 + AXIS_HEIGHT), layout="constrained")
     gain, phase = figure.subplots(2, 1, sharex=True)
     pairs = [(row, column) for row in range(len(model.outputs)) for column in range(len(model.inputs))]
     for number, (row, column) in enumerate(pairs[:MOST_LINES]):
-        values = found[:, row, column]
+        values = gains[:, row, column]
         unit = f"{model.output_units[row]} per {model.input_units[column]}"
         label = literal(f"{model.outputs[row]} by {model.inputs[column]} ({unit})")
         size = np.abs(values)

@@ -49,9 +49,9 @@ def draw(chosen: Chosen) -> Figure:
 def _tornado(axis: Axes, chosen: Chosen, measure: Column) -> None:
     known = np.isfinite(measure.values[chosen.independent])
     y = measure.values[chosen.independent][known]
-    found = np.array([rank_correlation(each.values[chosen.independent][known], y) for each in chosen.numbers])
-    order = bars.largest(found)
-    shown, places = found[order], np.arange(len(order), dtype=float)
+    correlations = np.array([rank_correlation(each.values[chosen.independent][known], y) for each in chosen.numbers])
+    order = bars.largest(correlations)
+    shown, places = correlations[order], np.arange(len(order), dtype=float)
     colours = [line(0)["color"] if value >= 0.0 else line(1)["color"] for value in shown]
     axis.barh(places, np.nan_to_num(shown), height=0.66, color=colours, linewidth=0)
     if chosen.table.combine in SAMPLED:

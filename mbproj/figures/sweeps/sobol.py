@@ -38,29 +38,29 @@ def draw(chosen: Chosen) -> Figure:
     """Draw a panel for each measure, the largest index at the top."""
     table, varying = chosen.table, _varying(chosen)
     figure, axes = bars.stacked(len(chosen.measures), len(varying), 1.6)
-    found = [sobol_indices(measure.values, table.samples) for measure in chosen.measures]
-    for axis, measure, indices in zip(axes, chosen.measures, found, strict=True):
+    all_indices = [sobol_indices(measure.values, table.samples) for measure in chosen.measures]
+    for axis, measure, indices in zip(axes, chosen.measures, all_indices, strict=True):
         _pairs(axis, indices, varying)
         axis.set_title(fitted(measure.name, 4.5, 8.5), loc="left", pad=3)
     axes[-1].set_xlabel("share of the variance")
-    fewest = min(indices.samples for indices in found)
+    fewest = min(indices.samples for indices in all_indices)
     lost = (
         f"{fewest} of {table.samples} samples: those with a failed case are left out" if fewest < table.samples else ""
     )
     return panels.finish(figure, remark=chosen.remark("whiskers: 95 % confidence (bootstrap)", lost))
 
 
-def _pairs(axis: Axes, found: Indices, varying: list[Column]) -> None:
-    order = bars.largest(found.total)
+def _pairs(axis: Axes, sobol: Indices, varying: list[Column]) -> None:
+    order = bars.largest(sobol.total)
     places = np.arange(len(order), dtype=float)
     pairs = (
-        (found.first, found.first_between, -0.18, line(0)["color"], ALONE),
-        (found.total, found.total_between, 0.18, LIGHT, WITH_OTHERS),
+        (sobol.first, sobol.first_between, -0.18, line(0)["color"], ALONE),
+        (sobol.total, sobol.total_between, 0.18, LIGHT, WITH_OTHERS),
     )
     for values, between, aside, colour, label in pairs:
         axis.barh(places + aside, np.nan_to_num(values[order]), height=0.34, color=colour, linewidth=0, label=label)
         bars.whiskers(axis, values[order], between[:, order], places + aside)
     bars.label(axis, [varying[number].name for number in order])
     axis.axvline(0.0, color="#000000", linewidth=0.7)
-    ends = np.concatenate([found.first_between, found.total_between])
+    ends = np.concatenate([sobol.first_between, sobol.total_between])
     axis.set_xlim(min(-0.05, 1.05 * np.nanmin(ends, initial=0.0)), 1.05 * np.nanmax(ends, initial=1.0))

@@ -172,11 +172,11 @@ class _Mjcf:
             else:
                 self._coupled(weighted, free)
 
-    def _coupled(self, found: CouplingSum, free: dict[str, TreeFreedom]) -> None:
+    def _coupled(self, coupling: CouplingSum, free: dict[str, TreeFreedom]) -> None:
         """Write y - y₀ = a₀ + a₁ (x - x₀) + ..: an equality of joints where there are two coordinates, else of
         tendons."""
-        weights = {name: weight for name, weight in found.weights.items() if weight}
-        curve, first = found.curve, found.first
+        weights = {name: weight for name, weight in coupling.weights.items() if weight}
+        curve, first = coupling.curve, coupling.first
         if curve is not None and first in weights:
             curve = curve - weights.pop(first) * Polynomial([0.0, 1.0])
         elif curve is None and len(weights) == 2:
@@ -186,12 +186,12 @@ class _Mjcf:
             ((y, weight),) = weights.items()
             coefficients = None if curve is None else five(curve / weight)
             second = None if curve is None else free[first].name
-            self.equality.add("joint", name=found.name, joint1=free[y].name, joint2=second, polycoef=coefficients)
+            self.equality.add("joint", name=coupling.name, joint1=free[y].name, joint2=second, polycoef=coefficients)
             return
-        whole = self.tendons.fixed(found.name, {free[name].name: weight for name, weight in weights.items()})
-        second = None if curve is None else self.tendons.fixed(f"{found.name}_of", {free[first].name: 1.0})
+        whole = self.tendons.fixed(coupling.name, {free[name].name: weight for name, weight in weights.items()})
+        second = None if curve is None else self.tendons.fixed(f"{coupling.name}_of", {free[first].name: 1.0})
         coefficients = None if curve is None else five(curve)
-        self.equality.add("tendon", name=found.name, tendon1=whole, tendon2=second, polycoef=coefficients)
+        self.equality.add("tendon", name=coupling.name, tendon1=whole, tendon2=second, polycoef=coefficients)
 
     def _keyframe(self, root: Tag) -> None:
         """Write a keyframe with the velocities of the start, since a model itself begins at rest."""

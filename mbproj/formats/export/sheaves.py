@@ -111,11 +111,11 @@ def _stays(tree: Tree, one: str, other: str, normal: Array) -> bool:
 def _above(tree: Tree, body: str) -> dict[str, tuple[TreeFreedom, ...]]:
     """The freedoms between a body and the ground, by the body that they carry."""
     branches = {branch.body: branch for branch in tree.branches}
-    found = {}
+    above = {}
     while body != GROUND:
-        found[body] = branches[body].freedoms
+        above[body] = branches[body].freedoms
         body = branches[body].carrier
-    return found
+    return above
 
 
 def _length(path: Path, ropes: list[float]) -> float:

@@ -123,13 +123,13 @@ def freedoms(joint: Joint, start: Start, back: bool) -> tuple[TreeFreedom, ...]:
     point = start.of_joint(joint, "p2")
     kinds = _kinds(joint, start)
     alone = sum(1 for _, coordinate, _ in kinds if coordinate) == 1 and len(kinds) == 1
-    found = []
+    free = []
     for kind, coordinate, axis in kinds:
         name = f"{joint.name}.{coordinate}" if coordinate else ""
         called = joint.name if alone or not coordinate else f"{joint.name}_{coordinate}"
         value, rate = start.values.get(name, 0.0), start.rates.get(name, 0.0)
-        found.append(TreeFreedom(kind, called, point, -axis if back else axis, name, value, rate))
-    return tuple(reversed(found) if back else found)
+        free.append(TreeFreedom(kind, called, point, -axis if back else axis, name, value, rate))
+    return tuple(reversed(free) if back else free)
 
 
 def _kinds(joint: Joint, start: Start) -> list[tuple[str, str, Array]]:

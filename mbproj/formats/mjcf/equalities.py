@@ -136,10 +136,10 @@ def _sum(tendons: ModelTendons, number: int, of_tendons: bool, *, whole: bool) -
     `whole` the sum has one coordinate only. Else the reason why there is none."""
     model, data = tendons.compiled.model, tendons.compiled.data
     if not of_tendons:
-        at, found = int(model.jnt_qposadr[number]), tendons.coordinate(number)
-        if found is None:
+        at, coordinate = int(model.jnt_qposadr[number]), tendons.coordinate(number)
+        if coordinate is None:
             return "it couples a joint that has no coordinate of its own"
-        return TendonSum({".".join(found): 1.0}, float(data.qpos[at] - model.qpos0[at]))
+        return TendonSum({".".join(coordinate): 1.0}, float(data.qpos[at] - model.qpos0[at]))
     found_sum, rest = tendons.sum(number), float(model.tendon_length0[number])
     if whole and isinstance(found_sum, TendonSum) and len(found_sum.weights) > 1:
         measured = tendons.slider(number)

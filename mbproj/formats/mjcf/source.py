@@ -27,7 +27,7 @@ def take_meshes(
     """Add the bytes of the meshes to `files`. Return the paths of the meshes by name, the missing assets, and the geoms
     that stand for these: spheres, whose mass must not count."""
     missing: list[Missing] = []
-    found: dict[str, Path] = {}
+    paths: dict[str, Path] = {}
     stand_ins: list[XmlElement] = []
     settings = {name: value for each in root.all("compiler") for name, value in each.attributes.items()}
     assets = settings.get("assetdir", "")
@@ -49,7 +49,7 @@ def take_meshes(
             else:
                 asset.attributes["name"] = name
                 if not {"refpos", "refquat"} & asset.attributes.keys():
-                    found[name] = path.resolve()
+                    paths[name] = path.resolve()
     for compiler in root.all("compiler"):
         for key in FOLDERS:
             compiler.attributes.pop(key, None)
@@ -59,7 +59,7 @@ def take_meshes(
                 element.attributes.pop(kind)
                 element.attributes |= {"type": "sphere", "size": "0.01"}
                 stand_ins.append(element)
-    return found, missing, stand_ins
+    return paths, missing, stand_ins
 
 
 def _read_mesh(files: dict[str, bytes], folder: Path, path: Path, asset: XmlElement) -> str:

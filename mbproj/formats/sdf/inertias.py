@@ -51,12 +51,12 @@ def _of_shapes(link: XmlElement, density: float, shape_pose: Callable[[XmlElemen
     """The inertia of all shapes about their common centre of mass, by Steiner's theorem."""
     parts: list[Inertia] = []
     for collision in link.all("collision"):
-        found = _shape(collision, number(collision, "density", density))
-        if found is None:
+        of_shape = _shape(collision, number(collision, "density", density))
+        if of_shape is None:
             continue
         pose = shape_pose(collision)
-        centre = pose.position + pose.rotation @ found.centre
-        parts.append(Inertia(found.mass, centre, pose.rotation @ found.inertia @ pose.rotation.T))
+        centre = pose.position + pose.rotation @ of_shape.centre
+        parts.append(Inertia(of_shape.mass, centre, pose.rotation @ of_shape.inertia @ pose.rotation.T))
     if not parts:
         what = f"link '{link.get('name')}' has its inertia from its collision shapes, and has none"
         raise InputError(Problem(what, link.place, "give it a <mass> and an <inertia>"))

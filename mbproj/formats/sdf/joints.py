@@ -149,11 +149,11 @@ def add_joint(
 def acted_on(mechanism: ImportedMechanism, joint: SdfJoint, element: XmlElement, single: Single, at: float) -> Single:
     """The turn or slide with its limits, losses, spring and rotor; `at` is the value of its coordinate at the pose."""
     limit, dynamics = element.first("limit"), element.first("dynamics")
-    found = single
+    limited = single
     if limit is not None and joint.type != "continuous":
         low, high = number(limit, "lower", -np.inf), number(limit, "upper", np.inf)
         if low <= high:
-            found = replace(found, range=span(mechanism, single.name, limit.place, low - at, high - at))
+            limited = replace(limited, range=span(mechanism, single.name, limit.place, low - at, high - at))
         if limit.first("stiffness") or limit.first("dissipation"):
             what = "a stiff spring in the model, a rigid stop in the scene"
             mechanism.say(f"limit of joint '{single.name}'", limit.place, what, Same.UNTIL)
@@ -162,8 +162,8 @@ def acted_on(mechanism: ImportedMechanism, joint: SdfJoint, element: XmlElement,
         mechanism.say(shown, limit.place, "left out: they are limits of a motor", Same.YES)
     if dynamics is not None:
         stiffness = number(dynamics, "spring_stiffness")
-        found = replace(
-            found,
+        limited = replace(
+            limited,
             damping=number(dynamics, "damping"),
             dry=number(dynamics, "friction"),
             stiffness=stiffness,
@@ -172,8 +172,8 @@ def acted_on(mechanism: ImportedMechanism, joint: SdfJoint, element: XmlElement,
     rotor = joint.element.first("drake:rotor_inertia")
     if rotor is not None and element.tag == "axis":
         ratio = number(joint.element, "drake:gear_ratio", 1.0)
-        found = replace(found, armature=number(joint.element, "drake:rotor_inertia") * ratio**2)
-    return found
+        limited = replace(limited, armature=number(joint.element, "drake:rotor_inertia") * ratio**2)
+    return limited
 
 
 def open_loop(mechanism: ImportedMechanism, joint: SdfJoint) -> Loop | None:
@@ -244,12 +244,12 @@ def add_gearboxes(
         ratio = number(joint.element, "gearbox_ratio", 1.0)
         reference = text(joint.element, "gearbox_reference_body") or text(joint.element, "reference_body")
         body = link_of(joint.scope, reference, joint.place) if reference else ""
-        found = [_turn_of(joint, side, body, joints, links, coordinates) for side in (0, 1)]
-        if not reference or None in found:
+        turns = [_turn_of(joint, side, body, joints, links, coordinates) for side in (0, 1)]
+        if not reference or None in turns:
             what = "left out: no revolute joints about its axes connect both its links with its reference body"
             mechanism.say(f"gearbox '{joint.name}'", joint.place, what, Same.NO)
             continue
-        (first, sign_1), (second, sign_2) = found  # type: ignore[misc]
+        (first, sign_1), (second, sign_2) = turns  # type: ignore[misc]
         of: dict[str, Any] = {second: sign_2, first: ratio * sign_1}
         name = names.unused(joint.name)
         mechanism.joints[name] = Connection(name, "coupler", keys={"of": of}, place=joint.place)

@@ -219,11 +219,11 @@ def _add_part(
     mechanism: ImportedMechanism, frames: SdfFrames, link: tuple[Frame, Scope, XmlElement], name: str, pose: Frame
 ) -> None:
     at, scope, element = link
-    found = inertia_of(element, partial(in_link, frames, scope, at))
-    centre = pose.position + pose.rotation @ found.centre
-    mechanism.parts[name] = ImportedBody(name, found.mass, found.inertia, centre, pose.rotation, element.place)
+    inertia = inertia_of(element, partial(in_link, frames, scope, at))
+    centre = pose.position + pose.rotation @ inertia.centre
+    mechanism.parts[name] = ImportedBody(name, inertia.mass, inertia.inertia, centre, pose.rotation, element.place)
     if text(element, "gravity") in ("false", "0"):
-        lift: Array = -found.mass * mechanism.gravity
+        lift: Array = -inertia.mass * mechanism.gravity
         mechanism.forces[f"{name}_compensation"] = {"type": "force", "body": name, "force": lift}
     if element.first("inertial") is None:
         what = "has no <inertial>: 1 kg, and 1 kg m² about each axis, as SDF says"

@@ -58,10 +58,10 @@ def _loop(element: XmlElement, ends: list[XmlElement | None], model: Urdf, of_or
     links, frames = [], []
     for end in ends:
         if end is None or end.get("link") not in model.links:
-            found = "" if end is None else end.get("link")
-            what = f"loop '{name}' names no link" if end is None else f"unknown link '{found}'"
+            link = "" if end is None else end.get("link")
+            what = f"loop '{name}' names no link" if end is None else f"unknown link '{link}'"
             place = element.place if end is None else end.place
-            raise InputError(Problem(what, place, choose_from(found, list(model.links))))
+            raise InputError(Problem(what, place, choose_from(link, list(model.links))))
         links.append(end.get("link"))
         frames.append(origin_of(end.first("origin") if of_origin else end))
     axis = axis_of(element) if TYPES[kind] in ("revolute", "prismatic") else np.array([0.0, 0.0, 1.0])
@@ -94,13 +94,13 @@ def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
         if problems:
             raise InputError(problems)
         values = root.values if isinstance(root, MappingNode) else {}
-        found = False
+        any_loop = False
         for key, reader in (("closed_loop", _pairs), ("ball_loops", _balls)):
             listed = values.get(key)
             if isinstance(listed, SequenceNode):
-                found = True
+                any_loop = True
                 yield from reader(listed, values, model)
-        if not found:
+        if not any_loop:
             hint = "it lists pairs of frames: closed_loop: [[frame_1, frame_2]], and type: [3d]"
             raise InputError(Problem("the file has no list 'closed_loop' or 'ball_loops'", root.place, hint))
 

@@ -113,27 +113,27 @@ def _acted_on(mechanism: ImportedMechanism, joint: UrdfJoint, single: Single, po
     """The turn or slide with the limits and losses of its joint."""
     at, shown = pose.get(joint.name, 0.0), f"joint '{joint.name}'"
     limit, dynamics = joint.element.first("limit"), joint.element.first("dynamics")
-    found = single
+    limited = single
     if (
         limit is not None
         and joint.type != "continuous"
         and ("lower" in limit.attributes or "upper" in limit.attributes)
     ):
         low, high = number(limit, "lower", "0") - at, number(limit, "upper", "0") - at
-        found = replace(found, range=span(mechanism, joint.name, limit.place, low, high))
+        limited = replace(limited, range=span(mechanism, joint.name, limit.place, low, high))
     if limit is not None and ("effort" in limit.attributes or "velocity" in limit.attributes):
         mechanism.say(f"effort and velocity of {shown}", limit.place, "left out: they are limits of a motor", Same.YES)
     if dynamics is not None:
         damping, friction = number(dynamics, "damping", "0"), number(dynamics, "friction", "0")
         stiffness = number(dynamics, "spring_stiffness", "0")
         rest = number(dynamics, "spring_reference", "0") - at if stiffness else 0.0  # attributes that SDF has, too
-        found = replace(found, damping=damping, dry=friction, stiffness=stiffness, rest=rest)
+        limited = replace(limited, damping=damping, dry=friction, stiffness=stiffness, rest=rest)
         _say_unread(mechanism, shown, dynamics)
     for tag in ("safety_controller", "calibration"):
         element = joint.element.first(tag)
         if element is not None:
             mechanism.say(f"<{tag}> of {shown}", element.place, "left out: it is a controller's", Same.YES)
-    return found
+    return limited
 
 
 def _say_unread(mechanism: ImportedMechanism, shown: str, dynamics: XmlElement) -> None:

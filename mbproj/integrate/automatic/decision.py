@@ -44,7 +44,7 @@ def decide(
     t, evaluations = standing.mark["t"], standing.evaluations
     sampled = int((t - plan.since.time) / leg.interval)  # samples cost the same by any method
     own = _speed((plan.since.time, plan.since.evaluations), (t, evaluations - sampled))
-    found = LookResult()
+    result = LookResult()
     if plan.is_due(own, standing.attempts, evaluations):
         other = WHERE_SMOOTH if plan.is_stiff else WHERE_STIFF
         pays, shaped = _pays(plan, standing, own, other, march, leg.end)
@@ -54,17 +54,17 @@ def decide(
             switch = Switch(t, other, *stiff)
             plan.take(switch)
         plan.begin(own, standing.attempts)
-        found = LookResult(switch, shaped)
+        result = LookResult(switch, shaped)
     plan.due = standing.attempts + max(THRESHOLDS.look_steps, int(THRESHOLDS.look_part * standing.attempts))
     plan.since = Since(t, standing.steps, evaluations)
-    return found
+    return result
 
 
 def _fastest(standing: Standing, modes: FastModes) -> tuple[str, float]:
     """Return the owner of the fastest mode, and ω h for an explicit step of this size; "" and 0 where all modes are
     slow."""
-    found = modes.fastest(standing.state(), standing.mark["h"])
-    return ("", 0.0) if found is None else (found[0], against(WHERE_SMOOTH, standing.mark["h"], *found).omega_h)
+    fastest = modes.fastest(standing.state(), standing.mark["h"])
+    return ("", 0.0) if fastest is None else (fastest[0], against(WHERE_SMOOTH, standing.mark["h"], *fastest).omega_h)
 
 
 def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, end: float) -> tuple[bool, bool]:

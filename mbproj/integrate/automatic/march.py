@@ -96,15 +96,15 @@ class AutomaticMarch:
 
         def look(standing: Standing) -> bool:
             newest = part.newest()
-            found = decide(self.plan, standing, modes, trial, leg)
+            result = decide(self.plan, standing, modes, trial, leg)
             pauses.due = self.plan.due
-            if found.shaped:
+            if result.shaped:
                 part.final = newest
-            if found.switch is not None:
+            if result.switch is not None:
                 part.left, part.before = handed_over(standing), newest
             elif not standing.shaped:
                 part.plan = self.plan.save()
-            return found.switch is not None
+            return result.switch is not None
 
         pauses = Pauses(self.plan.due, look)
         return pauses
@@ -115,8 +115,8 @@ def _with_contacts(choice: Choice, settings: Settings, system: System, standing:
     unique solution."""
     from mbproj.integrate.stops.inside import contacts_of
 
-    found, at = contacts_of(system, standing.mark["contacts"]), standing.state()
-    now, rows = in_contact(system, found), in_contact(system, Contacts(found.held, stuck=found.stuck))
+    contacts, at = contacts_of(system, standing.mark["contacts"]), standing.state()
+    now, rows = in_contact(system, contacts), in_contact(system, Contacts(contacts.held, stuck=contacts.stuck))
     settings = settings if choice.name == "planar" else replace(settings, formulation=choice.name)
     try:
         chosen = choice if rows is system else choose(rows, at, settings)

@@ -48,7 +48,7 @@ def breaks_of(system: System, start: float, settings: Settings, asks: float | No
     there are also the times at which the run waits. A break at the start or the end selects the side for evaluations
     there."""
     assert settings.duration is not None
-    found: list[Break] = []
+    breaks: list[Break] = []
     grid = None
     interval, end = output_interval(settings), start + settings.duration
     times = {event.time for event in events_of(system, start, settings)}
@@ -61,14 +61,14 @@ def breaks_of(system: System, start: float, settings: Settings, asks: float | No
         actions, waiting = acts.get(time, ()), time in waits
         grid = _grid(settings, start) if grid is None else grid
         left, right = time - THRESHOLDS.closed_grains * grain, time + THRESHOLDS.closed_grains * grain
-        if found and time - found[-1].time <= THRESHOLDS.round_off_grains * grain:
-            together = tuple(sorted({*found[-1].actions, *actions}))
-            right, waiting = max(right, found[-1].right), waiting or found[-1].asks
-            found[-1] = found[-1]._replace(right=right, actions=together, asks=waiting)
+        if breaks and time - breaks[-1].time <= THRESHOLDS.round_off_grains * grain:
+            together = tuple(sorted({*breaks[-1].actions, *actions}))
+            right, waiting = max(right, breaks[-1].right), waiting or breaks[-1].asks
+            breaks[-1] = breaks[-1]._replace(right=right, actions=together, asks=waiting)
         else:
             at = _snapped(time, grid, settings, THRESHOLDS.round_off_grains * grain)
-            found.append(Break(at, left, right, actions, waiting))
-    return tuple(found)
+            breaks.append(Break(at, left, right, actions, waiting))
+    return tuple(breaks)
 
 
 def _grid(settings: Settings, start: float) -> Sequence[float]:
@@ -126,9 +126,9 @@ class BreakCursor:
 
     def take_actions(self) -> list[int]:
         """Return the controllers' actions at breaks that were passed since the last call."""
-        found = [action for each in self._breaks[self._acted : self._passed] for action in each.actions]
+        actions = [action for each in self._breaks[self._acted : self._passed] for action in each.actions]
         self._acted = self._passed
-        return found
+        return actions
 
     def _beside(self, t: float) -> float:
         """Return the tolerance within which a time counts as t, in s."""

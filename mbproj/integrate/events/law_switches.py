@@ -37,7 +37,7 @@ class LawSwitches:
 
     def branches(self, instant: Instant) -> Array:
         """Return the branches of all switches at a state, (K,); NaN for one on an edge."""
-        programs, laws, found = self.programs, self._laws, dict[int, float]()
+        programs, laws, values = self.programs, self._laws, dict[int, float]()
         free = np.full(len(programs.op), FREE)
         value, rate = law_coordinates(instant) if laws else (np.zeros(0), np.zeros(0))
         rows, bound = self.system.curved, self.system.coordinates
@@ -53,21 +53,21 @@ class LawSwitches:
                 for at, stack in walk(programs, program, instant.variables(*own), free):
                     if at in self.at:
                         value_at = argument(programs, at, FREE, [each[0] for each in stack[-2:]])
-                        found[at] = natural(programs, at, value_at)
-        return np.array([found[at] for at in self.at])
+                        values[at] = natural(programs, at, value_at)
+        return np.array([values[at] for at in self.at])
 
     def _feet(self, instant: Instant, held: Array) -> dict[int, float]:
         """Return the parameter of the foot of each distance from a curve; NaN for a stop, which follows no curve by
         itself."""
         system = self.system
-        found = dict.fromkeys(_following(system, FollowedKind.STOP), np.nan)
+        values = dict.fromkeys(_following(system, FollowedKind.STOP), np.nan)
         if signs := _following(system, FollowedKind.COORDINATE):
             value = system.coordinates.value(instant.pose.places(system.coordinates))
-            found |= {program: float(value[at]) for program, (at, _) in signs.items()}
+            values |= {program: float(value[at]) for program, (at, _) in signs.items()}
         for kind, bound in ((FollowedKind.ROW, system.joints), (FollowedKind.LAW, system.forces.laws.coordinates)):
             if own := _following(system, kind):
-                found |= feet(bound, self.programs, own, held, instant.pose.places(bound))
-        return found
+                values |= feet(bound, self.programs, own, held, instant.pose.places(bound))
+        return values
 
     @cached_property
     def _laws(self) -> dict[int, int]:
@@ -132,22 +132,22 @@ class LawSwitches:
 @lru_cache(maxsize=64)
 def switches_of(system: System) -> LawSwitches | None:
     """Return the switches of all functions; None without any."""
-    found = all_switches(system.programs)
-    return LawSwitches(system, *zip(*found, strict=True)) if found else None
+    switches = all_switches(system.programs)
+    return LawSwitches(system, *zip(*switches, strict=True)) if switches else None
 
 
 def on_branches(system: System, held: Array) -> System:
     """Return the system with the switches of its rows and laws that follow curves on these branches, one for each
     instruction."""
     rows = {program: (row, 0) for program, (row, _) in system.curved.items()} | _following(system, FollowedKind.ROW)
-    found, laws = system, _following(system, FollowedKind.LAW)
+    held_system, laws = system, _following(system, FollowedKind.LAW)
     if rows:
-        found = replace(found, joints=rows_on_branches(system.joints, system.programs, rows, held))
+        held_system = replace(held_system, joints=rows_on_branches(system.joints, system.programs, rows, held))
     if laws:
         own = system.forces.laws
         along = rows_on_branches(own.coordinates, system.programs, laws, held)
-        found = replace(found, forces=replace(system.forces, laws=replace(own, coordinates=along)))
-    return found
+        held_system = replace(held_system, forces=replace(system.forces, laws=replace(own, coordinates=along)))
+    return held_system
 
 
 def _following(system: System, kind: FollowedKind) -> dict[int, tuple[int, int]]:

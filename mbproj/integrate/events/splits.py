@@ -61,7 +61,7 @@ def _of_system(
     """Return the splits of a run. The result is cached: studies run one mechanism many times."""
     from mbproj.integrate.steppers.tableau import tableau_of
 
-    found, method = [], tableau_of(integrator)
+    splits, method = [], tableau_of(integrator)
     for stretch in stretches(system, start, end, interval, THRESHOLDS.split_parts * step):
         grain = float(np.spacing(max(abs(stretch.low), abs(stretch.high))))
         most = int((stretch.high - stretch.low) / (2.0 * THRESHOLDS.round_off_grains * grain))
@@ -70,14 +70,14 @@ def _of_system(
         needed, resolved = _parts_needed(stretch, step, method, THRESHOLDS.closed_grains * grain)
         if needed > 1:
             parts = min(needed, most)
-            found.append(Split(stretch.owner, stretch.low, stretch.high, parts, resolved and parts == needed))
-    return tuple(found)
+            splits.append(Split(stretch.owner, stretch.low, stretch.high, parts, resolved and parts == needed))
+    return tuple(splits)
 
 
 def unresolved(splits: tuple[Split, ...]) -> tuple[str, ...]:
     """Return the stretches that the parts do not resolve: "force 'push', 0.0001 s wide at 0.4567 s"."""
-    found = [each for each in splits if not each.resolved]
-    return tuple(f"{each.owner}, {each.high - each.low:.2g} s wide at {each.low:.6g} s" for each in found)
+    left = [each for each in splits if not each.resolved]
+    return tuple(f"{each.owner}, {each.high - each.low:.2g} s wide at {each.low:.6g} s" for each in left)
 
 
 def _parts_needed(stretch: Stretch, step: float, method: Method, aside: float) -> tuple[int, bool]:

@@ -93,7 +93,7 @@ def _of_scene(
 ) -> tuple[tuple[Event, ...], tuple[Stretch, ...]]:
     """Return events and stretches of a scene. The result is cached: studies run one mechanism many times."""
     events: set[Event] = set()
-    found: list[Stretch] = []
+    narrow: list[Stretch] = []
     sets = (
         (forces.programs, tuple(f"force '{name}'" for name in forces.program_owners), OF_FORCES),
         (states.programs, tuple(f"state '{name}'" for name in names.states), OF_FORCES),
@@ -113,10 +113,10 @@ def _of_scene(
                 events |= {Event(t, owner, kind) for t, kind in seen[same] if kind and t <= end}
                 marks |= {t for t, _ in seen[same]}
             pairs = pairwise(sorted(marks))
-            found += [
+            narrow += [
                 Stretch(owner, parts, orders, *pair) for pair in pairs if pair[0] < end and pair[1] - pair[0] < longest
             ]
-    return tuple(sorted(events)), tuple(found)
+    return tuple(sorted(events)), tuple(narrow)
 
 
 def _of_function(
@@ -130,16 +130,16 @@ def _of_function(
     counted = 0
     for low, high in look_windows(start, end + longest, interval):
         beside = THRESHOLDS.round_off_grains * float(np.spacing(max(abs(low), abs(high))))
-        found = [kink for kink in kinks(part, 0, low, high) if _goes_on(part, kink.t, beside, start, end)]
-        for feature in features(part, 0, low, high, found, orders):
+        own = [kink for kink in kinks(part, 0, low, high) if _goes_on(part, kink.t, beside, start, end)]
+        for feature in features(part, 0, low, high, own, orders):
             if feature.after_kink:
                 yield feature.end, ""
             else:
                 yield feature.start, "narrow feature begins"
                 yield feature.end, "narrow feature ends"
-        for kink in found[: THRESHOLDS.most_kinks - counted]:
+        for kink in own[: THRESHOLDS.most_kinks - counted]:
             yield kink.t, "jump" if any(kink.jump[:orders]) else "kink"
-        counted += len(found)
+        counted += len(own)
         if counted >= THRESHOLDS.most_kinks:
             return
 

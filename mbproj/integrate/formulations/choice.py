@@ -66,8 +66,8 @@ def choose(system: System, state: State, settings: Settings, kernel: Any = None)
     Raises InputError where the requested one is not available, or the equations have no unique solution at the start.
     It is raised, too, where a motion jumps or goes beyond a rigid stop, and for a kinematic run with degrees of
     freedom. `kernel` makes the models; None: the compiled core."""
-    found = _formulation(system, state, settings, kernel)
-    return replace(found, kinematic=_is_kinematic(_undecided(system, state, found), settings))
+    choice = _formulation(system, state, settings, kernel)
+    return replace(choice, kinematic=_is_kinematic(_undecided(system, state, choice), settings))
 
 
 def _is_kinematic(degrees_of_freedom: int, settings: Settings) -> bool:
@@ -81,10 +81,10 @@ def _is_kinematic(degrees_of_freedom: int, settings: Settings) -> bool:
     return degrees_of_freedom == 0 and settings.kinematic is not False
 
 
-def _undecided(system: System, state: State, found: Choice) -> int:
+def _undecided(system: System, state: State, choice: Choice) -> int:
     """Return the degrees of freedom of poses, joints and motions held: with rolling more than those of velocities."""
     if not system.rolls:
-        return found.degrees_of_freedom
+        return choice.degrees_of_freedom
     from mbproj.dynamics.rank.mobility import mobility
 
     return mobility(system, pose_of(state.q)).positions
@@ -154,9 +154,9 @@ def _full(system: System, state: State, settings: Settings, why: str, kernel: An
     if not ranks.redundant or ranks.massless or ranks.locked or not redundancy(system, state).is_constant:
         refuse_unsolvable(system, ranks)
     redundant = ranks.constraints - ranks.rank
-    found, needs = Choice("full", why, ranks.degrees_of_freedom, redundant=redundant), _needs(system, settings)
+    choice, needs = Choice("full", why, ranks.degrees_of_freedom, redundant=redundant), _needs(system, settings)
     if needs is None:
-        return found
+        return choice
     if kernel is None:
         raise InputError(Problem(f"{needs} need the kernel", hint="install a C++ compiler, or a wheel"))
     if missing := without_form(system):
@@ -170,7 +170,7 @@ def _full(system: System, state: State, settings: Settings, why: str, kernel: An
 
     compiled = FullInLoop(kernel, system, system, redundant)
     settle_rows(compiled, state)
-    return replace(found, compiled=compiled)
+    return replace(choice, compiled=compiled)
 
 
 def _needs(system: System, settings: Settings) -> str | None:

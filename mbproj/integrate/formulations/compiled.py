@@ -147,8 +147,8 @@ class Compiled(ABC):
 
     def _made(self, projection: Any) -> Any:
         """Return equations with the kernel's settings of a projection."""
-        found = getattr(self.core, f"{self.dimension}Equations")(self.model, projection)
-        return found if isinstance(self.core, ModuleType) else self.core.of_all(found)
+        equations = getattr(self.core, f"{self.dimension}Equations")(self.model, projection)
+        return equations if isinstance(self.core, ModuleType) else self.core.of_all(equations)
 
     def owner(self, number: int) -> str | None:
         """Return the owner of one of the kernel's joints, for messages: "joint 'A'", "motion 'm'"."""
@@ -174,8 +174,8 @@ class Compiled(ABC):
     def responses(self, state: State, laws: Integers) -> Array | None:
         """Return W of `mbproj.dynamics.fast_modes` for these laws, (e, e); None where it is not unique."""
         y = contiguous(self.state(state.q, state.v))
-        found: Array | None = self.equations().responses(y, laws.tolist(), state.t)
-        return found
+        of_laws: Array | None = self.equations().responses(y, laws.tolist(), state.t)
+        return of_laws
 
     def require_functions(self, state: State) -> None:
         """Raise SimulationError that names the force, motion, state or controller whose function has no value."""
@@ -220,17 +220,17 @@ class Compiled(ABC):
 
     def projection(self, settings: ProjectionSettings) -> Any:
         """Return the projection's settings as the kernel takes them."""
-        found = self.core.Projection(getattr(self.core.Correction, PROJECTIONS[settings.method].correction))
+        taken = self.core.Projection(getattr(self.core.Correction, PROJECTIONS[settings.method].correction))
         if settings.gains is not None:
-            found.alpha, found.beta = settings.gains
+            taken.alpha, taken.beta = settings.gains
         for name in ("alpha", "tolerance", "threshold"):
             if (given := getattr(settings, name)) is not None:
-                setattr(found, name, given)
-        found.paper_test = settings.test == "paper"
-        found.every, found.max_iterations = settings.every, settings.max_iterations
-        found.position, found.velocity = settings.position, settings.velocity
-        found.fallback = settings.fallback == "gopm"
-        return found
+                setattr(taken, name, given)
+        taken.paper_test = settings.test == "paper"
+        taken.every, taken.max_iterations = settings.every, settings.max_iterations
+        taken.position, taken.velocity = settings.position, settings.velocity
+        taken.fallback = settings.fallback == "gopm"
+        return taken
 
     def failure(self, run: Any, settings: Settings) -> SimulationError | None:
         """Return the error of a run with these settings that ended before its time; None where it did not."""

@@ -120,17 +120,17 @@ class FullFormulation:
 
     def _derivative(self, t: float, y: Array) -> tuple[Array, float]:
         instant = self.instant(t, y)
-        found = self.accelerations(t, y, instant=instant)
-        return self.slope(t, y, found, instant), found.nearness
+        accelerations = self.accelerations(t, y, instant=instant)
+        return self.slope(t, y, accelerations, instant), accelerations.nearness
 
-    def slope(self, t: float, y: Array, found: Accelerations, instant: Instant | None = None) -> Array:
+    def slope(self, t: float, y: Array, accelerations: Accelerations, instant: Instant | None = None) -> Array:
         """Return y' at y with these accelerations."""
         instant, (_, v, expected) = instant or self.instant(t, y), self.parts(y)
         rates = {
             "positions": v,
-            "velocities": found.acceleration,
+            "velocities": accelerations.acceleration,
             "states": state_rates(instant, self.held) if self.system.states.size else np.zeros(0),
-            "quadratures": found.power,
+            "quadratures": accelerations.power,
             "followed": instant.speed if len(expected) else expected,
         }
         return self.layout.joined(rates)
@@ -200,7 +200,8 @@ class FullFormulation:
         own = [self.solve(terms.M, terms.C_q, pull, none)[1] for pull in pulls]
         responses = np.array([terms.held.multipliers(each[: len(terms.held.C_q)]) for each in own])
         base, more = (
-            supports(system, bearings, pose, found[..., system.bodies :]) for found in (without.multipliers, responses)
+            supports(system, bearings, pose, multipliers[..., system.bodies :])
+            for multipliers in (without.multipliers, responses)
         )
         try:
             carried = settled_loads(bearings, base, more)

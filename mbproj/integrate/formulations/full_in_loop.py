@@ -58,14 +58,14 @@ class FullInLoop(Reduced):
         self._answers: _Answers | None = None
 
     def with_system(self, system: System, whole: System | None = None) -> FullInLoop:
-        found = FullInLoop(self.core, system, whole or system, self.redundant)
-        found.model.rows = self.model.rows
-        return found
+        copy = FullInLoop(self.core, system, whole or system, self.redundant)
+        copy.model.rows = self.model.rows
+        return copy
 
     def multipliers(self, samples: Any, forces: Array | None = None) -> Array:
         """Return λ of all rows, (T, m): those of the run."""
-        found: Array = samples.carried
-        return found
+        carried: Array = samples.carried
+        return carried
 
     def projection(self, settings: ProjectionSettings) -> Any:
         """Return the settings by which the kernel solves for contacts: whether rows are stabilised."""
@@ -74,16 +74,16 @@ class FullInLoop(Reduced):
 
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
         """Return the kernel's run from a state, which asks NumPy."""
-        found = super().run(state, settings, leg)
+        march = super().run(state, settings, leg)
         self._answers = _Answers(self, state, settings)
-        found.follow_formulation(self._answers)
-        return found
+        march.follow_formulation(self._answers)
+        return march
 
     def failure(self, run: Any, settings: Settings) -> SimulationError | None:
         """Return the error of a run that ended before its time: NumPy's, where it had no answer."""
-        found = super().failure(run, settings)
+        of_kernel = super().failure(run, settings)
         own = None if self._answers is None else self._answers.take_failure()
-        return found if found is None or own is None else own
+        return of_kernel if of_kernel is None or own is None else own
 
 
 class _Answers:
@@ -110,7 +110,7 @@ class _Answers:
                 terms = formulation.terms(at.t, y)
                 force = self._along(formulation, y, sliding)
                 Q = terms.Q + np.pad(force, (0, len(terms.Q) - len(force)))
-                found = terms.solved(*formulation.solve(terms.M, terms.C_q, Q, terms.gamma))
+                accelerations = terms.solved(*formulation.solve(terms.M, terms.C_q, Q, terms.gamma))
             except SimulationError as failure:
                 self._fails(failure)
                 return None
@@ -118,15 +118,15 @@ class _Answers:
                 self._fails(formulation.singular(at.t, *formulation.parts(y)[:2]))
                 return None
         if watched:
-            formulation.policy.see(found.nearness)
+            formulation.policy.see(accelerations.nearness)
         elif self._arrived:
-            formulation.policy.keep(found.multipliers)
+            formulation.policy.keep(accelerations.multipliers)
             self._arrived = False
-        a, Λ = (each.reshape(-1, 7) for each in (found.acceleration, formulation.parts(y)[0]))
+        a, Λ = (each.reshape(-1, 7) for each in (accelerations.acceleration, formulation.parts(y)[0]))
         spin_up = 2.0 * (matrix_L(Λ[:, 3:]) @ a[:, 3:, None])[..., 0]
         system, first = formulation.system, formulation.system.bodies + self._compiled.whole.joints.size
         of_contacts = slice(first, system.bodies + system.joints.size)
-        multipliers = np.delete(found.multipliers, of_contacts)[system.bodies :]
+        multipliers = np.delete(accelerations.multipliers, of_contacts)[system.bodies :]
         return np.ascontiguousarray(np.hstack([a[:, :3], spin_up])), np.ascontiguousarray(multipliers)
 
     def project(self, step: int, asked: Sequence[Any]) -> tuple[Array, list[int]] | None:
@@ -151,8 +151,8 @@ class _Answers:
 
     def take_failure(self) -> SimulationError | None:
         """Return why there was no answer, if so. It is not kept: when it is raised it knows the run's frames."""
-        found, self.failure = self.failure, None
-        return found
+        failure, self.failure = self.failure, None
+        return failure
 
     def begin_step(self) -> None:
         """A step is tried from the last end."""
@@ -206,8 +206,8 @@ class _Answers:
         seen = at.first, at.last, None if at.branches is None else at.branches.tobytes()
         if seen != self._seen:
             self._seen = seen
-            found = self._full.seen_within(TimeWindow(at.first, at.last))
-            self._full = found if at.branches is None else found.holding(self._branches(at.branches))
+            formulation = self._full.seen_within(TimeWindow(at.first, at.last))
+            self._full = formulation if at.branches is None else formulation.holding(self._branches(at.branches))
         return self._full
 
     def _hold(self, at: Asked) -> None:
@@ -216,8 +216,8 @@ class _Answers:
         held = tuple(sorted(k for k, _ in at.rows if k < stops))
         stuck = {k - stops: value for k, value in sorted(at.rows) if k >= stops}
         system = in_contact(self._compiled.whole, Contacts(held, stuck=stuck))
-        found = FullFormulation.of(system, self._state, self._settings, self._compiled.redundant)
-        self._full, self._rows, self._seen = replace(found, balance=None), at.rows, None
+        formulation = FullFormulation.of(system, self._state, self._settings, self._compiled.redundant)
+        self._full, self._rows, self._seen = replace(formulation, balance=None), at.rows, None
         if self._saved:
             self._full.policy.restore(self._saved)
             self._saved = {}
@@ -237,24 +237,24 @@ class _Answers:
     def _along(self, formulation: FullFormulation, y: Array, sliding: Array) -> Array:
         """Return Q (7n,) of forces along the coordinates of stops and frictions."""
         system, pose = formulation.system, pose_of(formulation.parts(y)[0])
-        found, first = np.zeros(7 * system.bodies), 0
+        along_all, first = np.zeros(7 * system.bodies), 0
         for each in (system.stops, system.frictions):
             if each is not None:
                 along = sliding[first : first + each.coordinates.size]
                 first += len(along)
                 if along.any():
-                    found += along @ set_jacobian(each.coordinates, pose)
-        return found
+                    along_all += along @ set_jacobian(each.coordinates, pose)
+        return along_all
 
     def _branches(self, kernels: Array) -> Array:
         """Return the branches of NumPy's programs, of those of the kernel's."""
         own, theirs = self._full.system, self._compiled.system
         starts = dict(zip(_names(theirs), theirs.programs.start.tolist(), strict=False))
-        found = np.full(len(own.programs.op), np.nan)
+        branches = np.full(len(own.programs.op), np.nan)
         for name, first, last in zip(_names(own), own.programs.start[:-1], own.programs.start[1:], strict=True):
             if name in starts:
-                found[first:last] = kernels[starts[name] : starts[name] + last - first]
-        return found
+                branches[first:last] = kernels[starts[name] : starts[name] + last - first]
+        return branches
 
 
 def _names(system: System) -> list[tuple[Any, ...]]:

@@ -29,7 +29,7 @@ def _closed(system: System, state: State, q: Array) -> Array | None:
     teeth = Teeth(sums_at_start(system, instant.pose, instant.expected), instant.expected)
     drive = drive_at(system, state.t, teeth if system.couplings.size else None)
     try:
-        found = correct_position(system, Gpopm(), ProjectionSettings(), RowSet.regular(system), q, drive)
+        closed = correct_position(system, Gpopm(), ProjectionSettings(), RowSet.regular(system), q, drive)
     except np.linalg.LinAlgError:
         return None
-    return found.q if found.met else None
+    return closed.q if closed.met else None

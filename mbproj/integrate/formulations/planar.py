@@ -40,9 +40,9 @@ class InPlane(Compiled):
         self._space: Any = None
 
     def with_system(self, system: System, whole: System | None = None) -> InPlane:
-        found = InPlane(self.core, system, self.plane)
-        found.model.rows = self.model.rows
-        return found
+        copy = InPlane(self.core, system, self.plane)
+        copy.model.rows = self.model.rows
+        return copy
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -64,9 +64,9 @@ class InPlane(Compiled):
         return turns[self.plane.coordinates.source.source]
 
     def of_all(self, kept: Array) -> Array:
-        found = np.zeros((*kept.shape[:-1], self.system.coordinates.size), like=kept)
-        found[..., self.plane.coordinates.source.source] = kept
-        return found
+        values = np.zeros((*kept.shape[:-1], self.system.coordinates.size), like=kept)
+        values[..., self.plane.coordinates.source.source] = kept
+        return values
 
     def row(self, number: int) -> int:
         beyond = number - len(self._rows)
@@ -93,13 +93,13 @@ class InPlane(Compiled):
         reference = coordinate_values(self.system, pose_of(q)) + 2.0 * np.pi * samples.turns
         if self._space is None:
             self._space = self._equations_in_space(samples.state(0))
-        found: Array = self._space.smallest_multipliers(
+        smallest: Array = self._space.smallest_multipliers(
             contiguous(space_state(q, v)), times, np.hstack([reference, x]), forces
         )
-        for at in np.flatnonzero(np.isnan(found).any(axis=1)).tolist():
+        for at in np.flatnonzero(np.isnan(smallest).any(axis=1)).tolist():
             own = None if forces is None else forces[at]
-            found[at] = self._smallest(samples.state(int(at)), samples.acceleration[at], own)
-        return found
+            smallest[at] = self._smallest(samples.state(int(at)), samples.acceleration[at], own)
+        return smallest
 
     def _equations_in_space(self, state: State) -> Any:
         """Return the kernel's equations in space, without rows that are redundant there."""

@@ -30,9 +30,9 @@ class Reduced(Compiled):
         super().__init__(core, system, layout, joints, space_model(core, system, layout))
 
     def with_system(self, system: System, whole: System | None = None) -> Reduced:
-        found = Reduced(self.core, system)
-        found.model.rows = self.model.rows
-        return found
+        copy = Reduced(self.core, system)
+        copy.model.rows = self.model.rows
+        return copy
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -58,8 +58,8 @@ class Reduced(Compiled):
         if not self.model.rows.redundant:
             return samples.carried
         bodies = contiguous(space_state(samples.q, samples.v))
-        found: Array = self.equations().spread(bodies, samples.t, samples.carried)
-        return found
+        spread: Array = self.equations().spread(bodies, samples.t, samples.carried)
+        return spread
 
     def turns(self, turns: Integers) -> Integers:
         return turns

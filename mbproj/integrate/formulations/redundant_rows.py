@@ -87,12 +87,12 @@ def _usual(compiled: Compiled, state: State, y: Array, count: int, first: list[i
     else:
         poses = list(_walk(compiled, equations, state, THRESHOLDS.most_walked))
         choices = sorted({tuple(equations.left_out(*pose)) for pose in poses})
-    found = [[equations.pivots(*pose, list(rows)) for pose in poses] for rows in choices]
-    even = numbers([[each[1] for each in of_rows] for of_rows in found])
+    of_choices = [[equations.pivots(*pose, list(rows)) for pose in poses] for rows in choices]
+    even = numbers([[each[1] for each in of_rows] for of_rows in of_choices])
     worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
     best = int(np.argmax(worst >= THRESHOLDS.serve_alike * worst.max()))
     # A walk may enter a branch on which every pose is singular: these tell nothing.
-    regular = [each for each in found[best] if each[1] > 0.0]
+    regular = [each for each in of_choices[best] if each[1] > 0.0]
     pivots = numbers([each[0] for each in regular])
     if not regular or (count == 0 and np.median(pivots.min(axis=1)) >= THRESHOLDS.near_branch):
         return compiled.core.UsualRows(count)
@@ -111,12 +111,12 @@ def _walk(
     t, q, v, rate, seconds = state.t, state.q, state.v, 1.0, 0.0
     for _ in range(length):
         push = v + 0.5 * rate * weights * rng.normal(size=len(v))
-        found = _corrected(compiled, equations, t + seconds, q + seconds * v, push, left_out)
-        if found is None:
+        corrected = _corrected(compiled, equations, t + seconds, q + seconds * v, push, left_out)
+        if corrected is None:
             v = -v
             continue
         t += seconds
-        y, q, v = found
+        y, q, v = corrected
         yield y, t
         rate = np.abs(v / weights).max().item()
         if rate < THRESHOLDS.dependent:

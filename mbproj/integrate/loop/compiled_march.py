@@ -161,12 +161,12 @@ def _in_order(known: list[Event], of_stops: list[Event]) -> list[Event]:
 
 def _halved(system: System, run: Any) -> list[Halved]:
     """Return the forces and bodies for which fixed steps were halved."""
-    found: list[Halved] = []
+    halvings: list[Halved] = []
     for body, force, first, times in run.halved:
         from mbproj.integrate.reporting.failures import unsolved_owner
 
-        found = with_another(found, Halved(unsolved_owner(system, body, force), first, times))
-    return found
+        halvings = with_another(halvings, Halved(unsolved_owner(system, body, force), first, times))
+    return halvings
 
 
 def _resume(run: Any, tally: Tally, mark: Mark) -> None:
@@ -198,13 +198,13 @@ def _mark(run: Any, tally: Tally) -> Mark:
 def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
     """Return the events up to a mark. Events of contacts, of stops and frictions alike and of joints that share their
     loads, are counted: the time at which a bounce will have come to rest is known before."""
-    left, found = mark.get("contacts", {"events": 0})["events"], list[Event]()
+    left, events = mark.get("contacts", {"events": 0})["events"], list[Event]()
     for event in met:
         of_contact = event.kind == SHARED or event.name.startswith(("stop '", "friction '"))
         if (left > 0) if of_contact and "contacts" in mark else event.time <= mark["t"]:
-            found.append(event)
+            events.append(event)
         left -= of_contact
-    return found
+    return events
 
 
 def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:

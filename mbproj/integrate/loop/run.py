@@ -109,6 +109,6 @@ class Run:
         if self.exact.balance is not None:
             self.exact.balance.begin(self.inside, point.t, point.y)
         self.tally.count_evaluations(1)
-        found = self.inside.accelerations(point.t, point.y, point.turning.coordinate)
-        self.inside.policy.keep(found.multipliers)
-        return replace(point, found=found)
+        accelerations = self.inside.accelerations(point.t, point.y, point.turning.coordinate)
+        self.inside.policy.keep(accelerations.multipliers)
+        return replace(point, found=accelerations)

@@ -41,11 +41,11 @@ def accept(
         y, coordinate, turning = _closed(inside, stepper, tally, before, t, step, y)
         if inside.arrive(inside.parts(y)[0]) < THRESHOLDS.close_to_singular and step.stages is None:
             _check_by_halves(inside, stepper, before, t, y)
-        found = point_at(at_end, y, coordinate, turning)
-        inside.policy.keep(found.found.multipliers)
-    if not np.all(np.isfinite(found.slope(at_end))):
+        point = point_at(at_end, y, coordinate, turning)
+        inside.policy.keep(point.found.multipliers)
+    if not np.all(np.isfinite(point.slope(at_end))):
         raise not_finite(t)
-    return found
+    return point
 
 
 def _closed(
@@ -139,8 +139,8 @@ def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Poi
     y = layout.joined(state.layout.shared(state.y, layout) | {"followed": followed})
     if formulation.balance is not None:
         formulation.balance.begin(formulation, state.t, y)
-    found = formulation.accelerations(state.t, y, turning.coordinate)
-    return Point(state.t, y, found, coordinate, turning)
+    accelerations = formulation.accelerations(state.t, y, turning.coordinate)
+    return Point(state.t, y, accelerations, coordinate, turning)
 
 
 def _joint_rows(system: System) -> slice:

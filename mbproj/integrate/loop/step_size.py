@@ -92,5 +92,5 @@ def first_step(
     h, bend = _bend(f, t, y, slope, min(wanted, longest), norm)
     steepest = max(speed, bend)
     trial = max(1e-6, h * 1e-3) if steepest <= 1e-15 else (0.01 / steepest) ** (1.0 / (order + 1))
-    found = min(100.0 * h, trial)
-    return float(min(found, longest)), wanted > longest or found > longest
+    first = min(100.0 * h, trial)
+    return float(min(first, longest)), wanted > longest or first > longest

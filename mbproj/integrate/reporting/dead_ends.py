@@ -39,10 +39,10 @@ def explained(
     sample's time and q (7n,)."""
     if system.bodies > THRESHOLDS.large:
         return error
-    found = _lock_up(system, *reached(), error.time) if system.driven else None
+    error_explained = _lock_up(system, *reached(), error.time) if system.driven else None
     massless = not np.all(np.linalg.det(system.inertia) * system.mass)
-    if found is not None or not massless or isinstance(error.__cause__, SimulationError):
-        return found or error
+    if error_explained is not None or not massless or isinstance(error.__cause__, SimulationError):
+        return error_explained or error
     lost = _lost(system, start, *reached())
     if lost is None:
         return error
@@ -100,7 +100,7 @@ def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
     if own is None:
         return None
     ways = (_followed(system, drive, q, way, THRESHOLDS.rounded * own.inertia) for way in (1.0, -1.0))
-    return next((found for found in ways if found is not None), None)
+    return next((name for name in ways if name is not None), None)
 
 
 def _followed(system: System, drive: Drive, q: Array, way: float, enough: float) -> str | None:
@@ -111,13 +111,13 @@ def _followed(system: System, drive: Drive, q: Array, way: float, enough: float)
     shortest, longest = THRESHOLDS.short_way / 5.0, 10.0 * THRESHOLDS.short_way
     before, last, step = None, 0.0, shortest
     for _ in range(THRESHOLDS.most_passes):
-        found = least_inertia(system, pose_of(q))
-        if found is None or found.inertia < enough:
-            return None if found is None else str(found)
-        size = sqrt(found.inertia)
+        lightest = least_inertia(system, pose_of(q))
+        if lightest is None or lightest.inertia < enough:
+            return None if lightest is None else str(lightest)
+        size = sqrt(lightest.inertia)
         if size < last:
             step = min(max(0.5 * step * size / (last - size), shortest), longest)
-        motion = found.motion if before is None or found.motion @ before > 0.0 else -found.motion
+        motion = lightest.motion if before is None or lightest.motion @ before > 0.0 else -lightest.motion
         before, last = motion, size
         q, left = nearest(system, moved(system, q, way * step * motion), NO_CONDITIONS, drive, THRESHOLDS.rounding)
         if np.abs(left).max(initial=0.0) > THRESHOLDS.same_pose:

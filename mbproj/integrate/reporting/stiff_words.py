@@ -80,36 +80,41 @@ class Stiffness:
         return f"{larger}{softer}; {implicit} is not held up by it"
 
 
-def too_stiff(stopped: SimulationError, found: Stiffness) -> SimulationError:
+def too_stiff(stopped: SimulationError, stiffness: Stiffness) -> SimulationError:
     """Return the error of a run that stopped because a force or a state is too stiff for its step."""
-    cause = f"stiff: {found.what}, so that {found.grows} of {found.step:.3g} s"
-    return SimulationError(stopped.time, cause, where=found.where, hint=f"{found.stable_step}, {found.remedies}")
+    cause = f"stiff: {stiffness.what}, so that {stiffness.grows} of {stiffness.step:.3g} s"
+    return SimulationError(
+        stopped.time, cause, where=stiffness.where, hint=f"{stiffness.stable_step}, {stiffness.remedies}"
+    )
 
 
-def grows(found: Stiffness) -> str:
+def grows(stiffness: Stiffness) -> str:
     """Return the note on a run that has ended with errors that grew."""
     return (
-        f"{found.said('is', 'are')} too stiff for steps of {found.step:.3g} s: {found.what}, so that "
-        f"{found.grows} and the motion is not to be trusted; {found.stable_step}, {found.remedies}"
+        f"{stiffness.said('is', 'are')} too stiff for steps of {stiffness.step:.3g} s: {stiffness.what}, so that "
+        f"{stiffness.grows} and the motion is not to be trusted; {stiffness.stable_step}, {stiffness.remedies}"
     )
 
 
-def holds(found: Stiffness) -> str:
+def holds(stiffness: Stiffness) -> str:
     """Return the note on a run with error control that made small steps for stability alone."""
     return (
-        f"{found.said('is stiff and holds', 'are stiff and hold')} the step at {found.step:.2g} s for stability alone "
-        f"({found.what}), where accuracy would allow larger ones; quicker would be {found.remedies}"
+        f"{stiffness.said('is stiff and holds', 'are stiff and hold')} the step at "
+        f"{stiffness.step:.2g} s for stability alone ({stiffness.what}), "
+        f"where accuracy would allow larger ones; quicker would be {stiffness.remedies}"
     )
 
 
-def damps(found: Stiffness) -> str:
+def damps(stiffness: Stiffness) -> str:
     """Return the note on an implicit run that has damped a vibration which the mechanism itself hardly damps."""
-    frequency, lost = found.omega_h / found.step / (2.0 * pi), 100.0 * (1.0 - min(found.growth, 1.0))
-    follows = 0.5 * THRESHOLDS.unresolved_vibration * found.step / found.omega_h
-    on = " on the masses that it moves" if found.is_of_forces else ""
-    where = ". The energy that it loses so is in the energy drift, not in the dissipation" if found.is_of_forces else ""
+    frequency, lost = stiffness.omega_h / stiffness.step / (2.0 * pi), 100.0 * (1.0 - min(stiffness.growth, 1.0))
+    follows = 0.5 * THRESHOLDS.unresolved_vibration * stiffness.step / stiffness.omega_h
+    on = " on the masses that it moves" if stiffness.is_of_forces else ""
+    where = (
+        ". The energy that it loses so is in the energy drift, not in the dissipation" if stiffness.is_of_forces else ""
+    )
     return (
-        f"{found.said('vibrates', 'vibrate')} with {frequency:.3g} Hz{on}; {found.integrator} damps that "
-        f"by {lost:.2g} % in a step of {found.step:.2g} s (ω h = {found.omega_h:.3g}); steps of {follows:.2g} s would "
-        f"follow it{where}"
+        f"{stiffness.said('vibrates', 'vibrate')} with {frequency:.3g} Hz{on}; {stiffness.integrator} damps that "
+        f"by {lost:.2g} % in a step of {stiffness.step:.2g} s (ω h = {stiffness.omega_h:.3g}); "
+        f"steps of {follows:.2g} s would follow it{where}"
     )

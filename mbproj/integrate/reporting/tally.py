@@ -81,10 +81,10 @@ class RowsKept:
 
 def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:
     """Return the list of halved steps with one more entry, merged with that of the same cause."""
-    found = {each.where: each for each in halved}
-    same = found.get(one.where, replace(one, times=0))
-    found[one.where] = Halved(one.where, min(one.first, same.first), one.times + same.times)
-    return list(found.values())
+    by_place = {each.where: each for each in halved}
+    same = by_place.get(one.where, replace(one, times=0))
+    by_place[one.where] = Halved(one.where, min(one.first, same.first), one.times + same.times)
+    return list(by_place.values())
 
 
 @dataclass

@@ -59,7 +59,7 @@ class KinematicSteps(ExplicitRungeKutta):
 
         The size of a work is that of the bodies' inertial forces, weights and its own power. Round-off of the work
         before, or of a fall by the mechanism's length, counts as no error."""
-        step, found = super().error(f, t, step)
+        step, errors = super().error(f, t, step)
         formulation = _formulation(f)
         layout, stages = formulation.layout, step.stages
         assert stages is not None
@@ -75,7 +75,7 @@ class KinematicSteps(ExplicitRungeKutta):
             # Near a singular pose the error of works is the joints' violation over the squared distance.
             work *= max(1.0, THRESHOLDS.closed_to / (max(formulation.policy.nearest**2, eps) * tolerance))
         sizes = np.maximum(work, least)
-        parts = np.hstack([found[:, states] / size, found[:, works] / np.where(sizes > 0.0, sizes, 1.0)])
+        parts = np.hstack([errors[:, states] / size, errors[:, works] / np.where(sizes > 0.0, sizes, 1.0)])
         return step, parts if parts.shape[1] else np.zeros((1, 1))
 
     def extend(self, f: RightHandSide, step: Step) -> Extension:

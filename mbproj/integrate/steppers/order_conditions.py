@@ -48,9 +48,9 @@ def _vertices(tree: Tree) -> int:
 def defect(a: Array, weights: Array, vertices: int, *, theta: float = 1.0, exact: bool = True) -> float:
     """Return the largest |Σ wᵢ Φᵢ - θⁿ/γ| over the trees with n `vertices`, beyond round-off; `a` is (s, s), `weights`
     (s,). Without `exact` the sums should be 0, as in an estimate of the error."""
-    worst, found = 0.0, dict[Tree, Array]()
+    worst, known = 0.0, dict[Tree, Array]()
     for tree in trees(vertices):
-        terms = weights * _elementary(tree, a, found)
+        terms = weights * _elementary(tree, a, known)
         wanted = theta**vertices / density(tree) if exact else 0.0
         missed = abs(float(terms.sum()) - wanted)
         if missed > THRESHOLDS.no_digits * (1.0 + float(np.abs(terms).sum())) * len(a):
@@ -58,12 +58,12 @@ def defect(a: Array, weights: Array, vertices: int, *, theta: float = 1.0, exact
     return worst
 
 
-def _elementary(tree: Tree, a: Array, found: dict[Tree, Array]) -> Array:
+def _elementary(tree: Tree, a: Array, known: dict[Tree, Array]) -> Array:
     """Return Φ (s,): the product over the branches of A Φ."""
-    if tree not in found:
-        parts = [a @ _elementary(branch, a, found) for branch in tree]
-        found[tree] = np.prod(parts, axis=0) if parts else np.ones(len(a))
-    return found[tree]
+    if tree not in known:
+        parts = [a @ _elementary(branch, a, known) for branch in tree]
+        known[tree] = np.prod(parts, axis=0) if parts else np.ones(len(a))
+    return known[tree]
 
 
 def holds_up_to(a: Array, weights: Array, *, exact: bool = True) -> int:

@@ -77,7 +77,7 @@ def register_integrator(
 
 def _texts(numbers: Sequence[Coefficient]) -> list[str]:
     """Return numbers as the files of tableaus have them. Raises InputError for one that is no finite number."""
-    found = []
+    texts = []
     for each in numbers:
         text = str(each) if isinstance(each, str | Fraction) else repr(float(each))
         try:
@@ -86,8 +86,8 @@ def _texts(numbers: Sequence[Coefficient]) -> list[str]:
             finite = False
         if not finite:
             raise InputError(Problem(f"a tableau has '{text}', which is no number", hint="write 0.25 or '1/4'"))
-        found.append(text)
-    return found
+        texts.append(text)
+    return texts
 
 
 def _unfit(name: str, what: str, hint: str | None = None) -> InputError:
@@ -97,10 +97,10 @@ def _unfit(name: str, what: str, hint: str | None = None) -> InputError:
 def _check_order(name: str, A: Array, b: Array, order: int) -> None:
     if not 1 <= order <= HIGHEST:
         raise _unfit(name, f"an order of {order} cannot be checked", f"it is 1 to {HIGHEST}")
-    found = holds_up_to(A, b)
-    if found < order:
-        missed = defect(A, b, found + 1)
-        what = f"it is of order {found}, not {order}: a condition of order {found + 1} is missed by {missed:.2g}"
+    holds_to = holds_up_to(A, b)
+    if holds_to < order:
+        missed = defect(A, b, holds_to + 1)
+        what = f"it is of order {holds_to}, not {order}: a condition of order {holds_to + 1} is missed by {missed:.2g}"
         raise _unfit(name, what, "check the coefficients; fractions as texts are exact: '5/72'")
 
 
@@ -134,11 +134,11 @@ def _estimate(
     if len(error) != wanted:
         after = "" if implicit else ", and one for f at the end of the step"
         raise _unfit(name, f"'error' has {len(error)} weights, not {wanted}", f"it has one for each stage{after}")
-    found = holds_up_to(A if implicit else _with_end(A, vector(weights)), vector(error), exact=False)
-    if not 1 <= found < order:
-        what = f"'error' is an estimate of order {found + 1} in the step"
+    estimated = holds_up_to(A if implicit else _with_end(A, vector(weights)), vector(error), exact=False)
+    if not 1 <= estimated < order:
+        what = f"'error' is an estimate of order {estimated + 1} in the step"
         raise _unfit(name, what, f"b - b̂ of an embedded pair is of order 2 to {order}")
-    return {"error": error if implicit else [error], "error_order": found}
+    return {"error": error if implicit else [error], "error_order": estimated}
 
 
 def _with_end(A: Array, b: Array) -> Array:
@@ -155,11 +155,11 @@ def _extension(
     (θ³ - θ²) y₁'."""
     whole = A if implicit else _with_end(A, b)
     if dense is None:
-        found = np.zeros((len(whole), 3))
-        found[: len(b)] = np.outer(b, (0.0, 3.0, -2.0))
-        found[0] += (1.0, -2.0, 1.0)
-        found[-1] += (0.0, -1.0, 1.0)
-        return [_texts(row) for row in found.tolist()]
+        weights = np.zeros((len(whole), 3))
+        weights[: len(b)] = np.outer(b, (0.0, 3.0, -2.0))
+        weights[0] += (1.0, -2.0, 1.0)
+        weights[-1] += (0.0, -1.0, 1.0)
+        return [_texts(row) for row in weights.tolist()]
     rows = [_texts(row) for row in dense]
     if len(rows) != len(whole) or len({len(row) for row in rows}) != 1:
         raise _unfit(name, f"'dense' needs {len(whole)} rows of one length, one for each weight of 'error'")

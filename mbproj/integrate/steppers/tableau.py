@@ -92,10 +92,10 @@ def _number(text: str) -> float:
 
 def matrix(rows: Sequence[Sequence[str]], width: int) -> Array:
     """Return rows of numbers, filled with zeros on the right."""
-    found = np.zeros((len(rows), width))
+    values = np.zeros((len(rows), width))
     for index, row in enumerate(rows):
-        found[index, : len(row)] = vector(row)
-    return found
+        values[index, : len(row)] = vector(row)
+    return values
 
 
 def tableau_of(integrator: str) -> Tableau | ImplicitTableau:

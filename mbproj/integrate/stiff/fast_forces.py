@@ -48,8 +48,8 @@ class FastMode:
 def fastest_at(choice: Choice, system: System, state: State) -> list[FastMode]:
     """Return the fastest modes at a state, the fastest first; none without forces along coordinates or states."""
     chosen, modes = modes_at(choice, system, state)
-    found = modes[:TOLD]
-    real = [mode for mode in found if abs(mode.eigenvalue) > THRESHOLDS.no_motion * abs(found[0].eigenvalue)]
+    fastest = modes[:TOLD]
+    real = [mode for mode in fastest if abs(mode.eigenvalue) > THRESHOLDS.no_motion * abs(fastest[0].eigenvalue)]
     return [_described(system, state, chosen, mode) for mode in real]
 
 

@@ -101,5 +101,7 @@ def _held(modes: FastModes, state: State, integrator: str, step: float) -> str:
     fastest = modes.fastest(state, step) if is_explicit(integrator) else None
     if fastest is None:
         return ""
-    found = against(integrator, step, *fastest)
-    return f"{found.where}: {found.what}" if found.omega_h >= THRESHOLDS.near_limit * found.limit else ""
+    stiffness = against(integrator, step, *fastest)
+    return (
+        f"{stiffness.where}: {stiffness.what}" if stiffness.omega_h >= THRESHOLDS.near_limit * stiffness.limit else ""
+    )

@@ -82,12 +82,12 @@ class StiffnessWatch:
         try:
             yield
         except SimulationError as error:
-            found = self._spoilt(error.time, gains=True)
-            if found is None and isinstance(error, TurnsUntold | LostStep):
-                found = self._led_off(error)
-            if found is None:
+            stiffness = self._spoilt(error.time, gains=True)
+            if stiffness is None and isinstance(error, TurnsUntold | LostStep):
+                stiffness = self._led_off(error)
+            if stiffness is None:
                 raise
-            raise too_stiff(error, found) from error
+            raise too_stiff(error, stiffness) from error
 
     def _led_off(self, error: TurnsUntold | LostStep) -> Stiffness | None:
         """Return the mode that has led a step astray, or makes turns too fast to count; None without one.
@@ -96,9 +96,13 @@ class StiffnessWatch:
         whole turns in a few steps."""
         if not self._kept or self._settings.step is None:
             return None
-        found = self._at(self._kept[-1], gains=True)
+        stiffness = self._at(self._kept[-1], gains=True)
         limit = error.step / self._settings.step if isinstance(error, TurnsUntold) else 1.0
-        return found if found is not None and found.growth > 1.0 and limit * found.omega_h > found.limit else None
+        return (
+            stiffness
+            if stiffness is not None and stiffness.growth > 1.0 and limit * stiffness.omega_h > stiffness.limit
+            else None
+        )
 
     def verdict(self, end: float) -> str:
         """Return the note for the user on a run that has ended at that time, or ""."""
@@ -106,17 +110,17 @@ class StiffnessWatch:
             damped = self._damped()
             return "" if damped is None else damps(damped)
         if self._settings.step is not None:
-            found = self._spoilt(end, gains=False)
-            return "" if found is None else grows(found)
-        found = self._held()
-        return "" if found is None else holds(found)
+            stiffness = self._spoilt(end, gains=False)
+            return "" if stiffness is None else grows(stiffness)
+        stiffness = self._held()
+        return "" if stiffness is None else holds(stiffness)
 
     def _damped(self) -> Stiffness | None:
         """Return the slowest vibration, at most of the samples, that the implicit steps damp and the mechanism itself
         hardly does; None without one."""
         inner = self._kept[1:-1] or self._kept
-        found = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
-        return found[-1] if found and len(found) >= THRESHOLDS.named * len(inner) else None
+        damped = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
+        return damped[-1] if damped and len(damped) >= THRESHOLDS.named * len(inner) else None
 
     def _slowest_vibration(self, kept: _KeptSample) -> tuple[str, complex] | None:
         """Return the slowest vibration that a step of a sample does not resolve; None without one."""
@@ -140,21 +144,21 @@ class StiffnessWatch:
         logarithm, first = 0.0, None
         ends = [*(kept.steps for kept in self._kept[1:]), None]
         for kept, until in zip(self._kept, ends, strict=True):
-            found = self._at(kept, gains=gains)
-            if found is None or not found.growth > 1.0:
+            stiffness = self._at(kept, gains=gains)
+            if stiffness is None or not stiffness.growth > 1.0:
                 continue
             steps = (end - kept.state.t) / kept.step if until is None else until - kept.steps
-            logarithm += np.log(found.growth) * max(steps, 1.0)
-            first = first or found
+            logarithm += np.log(stiffness.growth) * max(steps, 1.0)
+            first = first or stiffness
         return first if logarithm > np.log(THRESHOLDS.spoilt) else None
 
     def _held(self) -> Stiffness | None:
         """Return the mode that has limited the step of a run with error control; None without one."""
         inner = [self._at(kept, gains=True) for kept in self._kept[1:-1]]
         near = [
-            (kept, found)
-            for kept, found in zip(self._kept[1:-1], inner, strict=True)
-            if found is not None and found.omega_h >= THRESHOLDS.near_limit * found.limit
+            (kept, stiffness)
+            for kept, stiffness in zip(self._kept[1:-1], inner, strict=True)
+            if stiffness is not None and stiffness.omega_h >= THRESHOLDS.near_limit * stiffness.limit
         ]
         if not near or len(near) < THRESHOLDS.named * len(inner):
             return None
@@ -184,8 +188,8 @@ class StiffnessWatch:
 
     def _at(self, kept: _KeptSample, *, gains: bool) -> Stiffness | None:
         """Return the fastest mode at a sample, compared with the integrator's stability."""
-        found = [self._modes.fastest(kept.state, kept.step), self._of_gains() if gains else None]
-        fastest = sorted((each for each in found if each is not None), key=lambda each: -abs(each[1]))
+        candidates = [self._modes.fastest(kept.state, kept.step), self._of_gains() if gains else None]
+        fastest = sorted((each for each in candidates if each is not None), key=lambda each: -abs(each[1]))
         return self._against(kept, *fastest[0]) if fastest else None
 
     def _against(self, kept: _KeptSample, where: str, eigenvalue: complex) -> Stiffness:

@@ -90,7 +90,7 @@ def _as_laws(system: System) -> Contacts:
 def contacts_of(system: System, state: Mapping[str, Any]) -> Contacts:
     """Return the contacts that the kernel has saved."""
     held = tuple(sorted(state["held"]))
-    found = Contacts(
+    contacts = Contacts(
         held,
         dict(state["pushing"]),
         dict(state["sliding"]),
@@ -99,7 +99,7 @@ def contacts_of(system: System, state: Mapping[str, Any]) -> Contacts:
         shares={k: tuple((own, part) for own, part in parts) for k, parts in state.get("shares", ())},
         **{name: frozenset(state.get(name, ())) for name in MARKED},
     )
-    return at_walls(system, found, held)
+    return at_walls(system, contacts, held)
 
 
 class Inside:

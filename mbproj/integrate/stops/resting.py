@@ -74,19 +74,19 @@ def frictions_at_start(system: System, state: State) -> dict[str, RubsAtStart]:
     return {} if system.frictions is None else rubs_of(system, state, resting(system, state))
 
 
-def rubs_of(system: System, state: State, found: Resting) -> dict[str, RubsAtStart]:
-    """The same of what was `found` at the state."""
+def rubs_of(system: System, state: State, rests: Resting) -> dict[str, RubsAtStart]:
+    """The same of what was `rests` at the state."""
     frictions = system.frictions
     if frictions is None:
         return {}
-    rate, contacts = friction_rates(system, state), found.contacts
+    rate, contacts = friction_rates(system, state), rests.contacts
     shown: dict[str, RubsAtStart] = {}
     for k in filter(frictions.first, range(frictions.size)):
         stop, partner, slides = int(frictions.stop[k]), int(frictions.partner[k]), k in contacts.sliding
         touches = stop < 0 or stop in contacts.touching or stop in contacts.pushing
-        speed, force, way = float(rate[k]), float(found.force[k]), int(np.sign(contacts.sliding.get(k, 0.0)))
+        speed, force, way = float(rate[k]), float(rests.force[k]), int(np.sign(contacts.sliding.get(k, 0.0)))
         if partner >= 0:
-            speed, force = float(np.hypot(speed, rate[partner])), float(np.hypot(force, found.force[partner]))
+            speed, force = float(np.hypot(speed, rate[partner])), float(np.hypot(force, rests.force[partner]))
             way = int(slides)
         shown[system.names.frictions[k] if stop < 0 else system.names.stops[stop]] = RubsAtStart(
             rate=speed,
@@ -94,6 +94,6 @@ def rubs_of(system: System, state: State, found: Resting) -> dict[str, RubsAtSta
             sticks=touches and not slides,
             direction=way,
             force=force,
-            static=float(found.most[k]),
+            static=float(rests.most[k]),
         )
     return shown

@@ -133,8 +133,8 @@ class EquilibriumProblem:
 
     def closed(self, q: Array) -> Array | None:
         """Return the closed pose next to q; None where it cannot be closed."""
-        found, left = nearest(self.system.at_positions, q, self.held, self.drive, THRESHOLDS.closed_grains * EPSILON)
-        return found if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
+        pose, left = nearest(self.system.at_positions, q, self.held, self.drive, THRESHOLDS.closed_grains * EPSILON)
+        return pose if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
 
 
 class Unbalanced(Protocol):

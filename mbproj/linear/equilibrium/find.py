@@ -82,9 +82,9 @@ class Equilibrium(Tabled):
     @property
     def table(self) -> Table:
         """A table with a row for each joint coordinate, then for each state of an element."""
-        names, found = self.reference.system.names, {**self.coordinates, **self.states}
+        names, values = self.reference.system.names, {**self.coordinates, **self.states}
         units = (*names.coordinate_units, *names.state_units)
-        rows = ((name, value, unit) for (name, value), unit in zip(found.items(), units, strict=True))
+        rows = ((name, value, unit) for (name, value), unit in zip(values.items(), units, strict=True))
         return Table(("coordinate", "value", "unit"), tuple(rows))
 
     @property
@@ -123,22 +123,22 @@ def _with_masses(system: System, problem: EquilibriumProblem, solved: Solved, he
     return described(replace(problem, system=here.system), solved, here)
 
 
-def _possible(system: System, found: Equilibrium) -> Equilibrium:
+def _possible(system: System, rest: Equilibrium) -> Equilibrium:
     """Return the equilibrium with its friction forces. Raises InputError where a stop or a friction does not hold."""
-    found = _inside_stops(found)
-    frictions, force = holding(system, found.reference, found.state)
-    return replace(found, frictions=frictions, friction_force=force)
+    rest = _inside_stops(rest)
+    frictions, force = holding(system, rest.reference, rest.state)
+    return replace(rest, frictions=frictions, friction_force=force)
 
 
-def _inside_stops(found: Equilibrium) -> Equilibrium:
+def _inside_stops(rest: Equilibrium) -> Equilibrium:
     """Return the equilibrium. Raises InputError where it lies beyond a rigid stop."""
-    system, state = found.reference.system, found.state
+    system, state = rest.reference.system, rest.state
     if system.stops is None:
-        return found
+        return rest
     gap = gaps(system.stops, pose_of(state.q), state.turns)
     beyond = np.flatnonzero(system.stops.is_rigid & (gap < -THRESHOLDS.touching * stop_sizes(system)))
     if not len(beyond):
-        return found
+        return rest
     k = int(beyond[np.argmin(gap[beyond])])
     said = f"forces balance {-gap[k]:.6g} {system.names.stop_units[k]} beyond the rigid stop '{system.names.stops[k]}'"
     hint = "run it with dampers until it rests on the stop, or make the stop compliant with 'stiffness'"
@@ -164,12 +164,12 @@ def _solved(problem: EquilibriumProblem, q: Array, expected: Array, *, dense: bo
 
 
 def others(
-    system: System, found: Equilibrium, count: int, turning: SteadyTurn | None = None, held: Conditions = NO_CONDITIONS
+    system: System, rest: Equilibrium, count: int, turning: SteadyTurn | None = None, held: Conditions = NO_CONDITIONS
 ) -> Iterator[Equilibrium]:
     """Yield other equilibria, found from `count` other poses that the joints reach; each is yielded once."""
     if not count:
         return
-    motion, here = found.reference.motion, RestingContacts(found.reference.system, found.whole, found.reference.held)
+    motion, here = rest.reference.motion, RestingContacts(rest.reference.system, rest.whole, rest.reference.held)
     drive = drive_at(system, motion.t)
     problem = EquilibriumProblem.of(here.system, motion.t, motion.q, drive, held, motion.x, turning or REST)
     seen, rng = [motion.q], np.random.default_rng(SEED)
@@ -278,21 +278,21 @@ def described(problem: EquilibriumProblem, solved: Solved, here: RestingContacts
 def _stability(reference: LinearReference) -> tuple[bool | None, str, tuple[str, ...]]:
     """Return whether no mode grows, the motion along which one does, and the neutral directions."""
     try:
-        found = modes(reference)
+        modal = modes(reference)
     except InputError as error:
         return None, str(error).splitlines()[0].removeprefix("error: "), ()
     rotation = reference.motion.pose.rotation[:-1]
-    in_body = found.shapes.copy()
-    in_body[..., 3:] = np.einsum("bji,kbj->kbi", rotation, found.shapes[..., 3:])
+    in_body = modal.shapes.copy()
+    in_body[..., 3:] = np.einsum("bji,kbj->kbi", rotation, modal.shapes[..., 3:])
     words = [
-        f"of {states_in(found, mode)}"
-        if found.is_of_states(mode)
+        f"of {states_in(modal, mode)}"
+        if modal.is_of_states(mode)
         else direction_words(reference.system, reference.motion, shape.real.ravel())
         for mode, shape in enumerate(in_body)
     ]
-    growth = found.eigenvalues.real
-    fastest = float(np.abs(found.eigenvalues).max(initial=0.0))
+    growth = modal.eigenvalues.real
+    fastest = float(np.abs(modal.eigenvalues).max(initial=0.0))
     grows = growth > THRESHOLDS.no_motion * fastest
     worst = int(np.argmax(growth)) if grows.any() else -1
-    neutral = tuple(word for word, value in zip(words, found.eigenvalues, strict=True) if value == 0.0)
+    neutral = tuple(word for word, value in zip(words, modal.eigenvalues, strict=True) if value == 0.0)
     return not grows.any(), words[worst] if worst >= 0 else "", neutral

@@ -31,12 +31,12 @@ def holding(system: System, reference: LinearReference, state: State) -> tuple[d
         rests = resting(system, state)
     except SimulationError as error:
         raise InputError(Problem(f"this equilibrium cannot begin a run: {error.cause}", hint=error.hint)) from error
-    found = rubs_of(system, state, rests)
-    slipping = [_slips(system, reference, state, name) for name, entry in found.items() if entry["direction"]]
+    frictions = rubs_of(system, state, rests)
+    slipping = [_slips(system, reference, state, name) for name, entry in frictions.items() if entry["direction"]]
     problems = [problem for problem in slipping if problem is not None]
     if problems:
         raise InputError(problems)
-    return found, rests.force
+    return frictions, rests.force
 
 
 def _slips(system: System, reference: LinearReference, state: State, name: str) -> Problem | None:
@@ -67,10 +67,10 @@ def settled(system: System) -> System:
     if not actions.size:
         return system
     known = zip(channels.kind.tolist(), channels.index.tolist(), strict=True)
-    found = {(ChannelKind(kind), index): at for at, (kind, index) in enumerate(known)}
+    known_channels = {(ChannelKind(kind), index): at for at, (kind, index) in enumerate(known)}
     rates = [states.programs.program(k) for k in range(states.size)]
     for entry, state in enumerate(actions.state.tolist()):
-        own = variable(CHANNELS + found.setdefault((ChannelKind.STATE, state), len(found)))
+        own = variable(CHANNELS + known_channels.setdefault((ChannelKind.STATE, state), len(known_channels)))
         to = actions.programs.program(entry)
         rates[state] = replace(to, code=apply(Op.SUBTRACT, to.code, own))
-    return replace(system, channels=Channels.of(list(found)), states=replace(states, programs=flatten(rates)))
+    return replace(system, channels=Channels.of(list(known_channels)), states=replace(states, programs=flatten(rates)))

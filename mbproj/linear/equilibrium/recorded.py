@@ -18,23 +18,23 @@ from mbproj.results.layout import COUNTERS
 from mbproj.scene.records import Scene
 
 
-def observed(found: Equilibrium) -> Block:
+def observed(rest: Equilibrium) -> Block:
     """Return the content of a results file with this one sample."""
-    system, state, reference = found.whole, found.state, found.reference
+    system, state, reference = rest.whole, rest.state, rest.reference
     none = {path.removeprefix("diagnostics/"): 0 for path in COUNTERS}
     rows, frictions = reference.system.joints.size, len(system.names.frictions)
     multipliers = np.delete(reference.multipliers, np.arange(rows - len(reference.held), rows))
     work = np.zeros(2 + frictions)
-    sample = Sample(state, found.acceleration, multipliers, 0.0, work, none)
-    force = found.friction_force[None]
+    sample = Sample(state, rest.acceleration, multipliers, 0.0, work, none)
+    force = rest.friction_force[None]
     samples = replace(stack([sample]), rub=(lambda: (force, np.zeros_like(force))) if frictions else None)
     return Observer(system, state).at(samples)
 
 
-def write_results(path: Path | str, scene: Scene, found: Equilibrium, facts: Mapping[str, Any]) -> None:
+def write_results(path: Path | str, scene: Scene, rest: Equilibrium, facts: Mapping[str, Any]) -> None:
     """Write the results file."""
-    system = found.whole
-    constants = unique_components(system, found.state)
+    system = rest.whole
+    constants = unique_components(system, rest.state)
     with ResultsWriter(path, scene, system.names.as_mapping(), constants) as writer:
-        writer.write(observed(found))
+        writer.write(observed(rest))
         writer.attributes({name: value for name, value in facts.items() if isinstance(value, (str, int, float, bool))})

@@ -131,10 +131,10 @@ def solve_with_states(problem: EquilibriumProblem, q: Array, expected: Array) ->
     except NoEquilibrium:
         if not at.linear[0].states.push.value.any():
             raise
-    found, more = by_residual(BalanceWithStates.of(at))
-    if not is_nearly_balanced(found):
-        raise drifts(BalanceWithStates.of(at)) if is_nearly_balanced(at) else falls_for_ever(found.at)
-    return Solved(found.at, steps + more)
+    balanced, more = by_residual(BalanceWithStates.of(at))
+    if not is_nearly_balanced(balanced):
+        raise drifts(BalanceWithStates.of(at)) if is_nearly_balanced(at) else falls_for_ever(balanced.at)
+    return Solved(balanced.at, steps + more)
 
 
 def _at_once(at: EquilibriumBalance) -> Solved | None:
@@ -144,18 +144,18 @@ def _at_once(at: EquilibriumBalance) -> Solved | None:
     go_by_pose = at.problem.system.states.rests[:, None] * states.by_displacement.dense()
     if not (states.push.value.any() and go_by_pose.any()) or _followed(start) is None:
         return None
-    found, steps = by_residual(start)
-    K = _followed(found) if is_nearly_balanced(found) else None
+    solved, steps = by_residual(start)
+    K = _followed(solved) if is_nearly_balanced(solved) else None
     if K is None:
         return None
     κ = np.linalg.eigvalsh(0.5 * (K + K.T))
-    return Solved(found.at, steps) if np.all(κ >= -THRESHOLDS.rounding * np.abs(κ).max(initial=0.0)) else None
+    return Solved(solved.at, steps) if np.all(κ >= -THRESHOLDS.rounding * np.abs(κ).max(initial=0.0)) else None
 
 
-def _followed(found: BalanceWithStates) -> Array | None:
+def _followed(balance: BalanceWithStates) -> Array | None:
     """Return K of the bodies with states at their rest, (f, f); None where some states have no rest nearby."""
-    K, f = found.stiffness[0], found.space.freedom
-    rests = f + np.flatnonzero(found.at.problem.system.states.rests)
+    K, f = balance.stiffness[0], balance.space.freedom
+    rests = f + np.flatnonzero(balance.at.problem.system.states.rests)
     own = K[np.ix_(rests, rests)]
     σ = np.linalg.svd(own, compute_uv=False)
     if np.any(σ <= THRESHOLDS.rounding * σ.max(initial=0.0)):
@@ -195,17 +195,17 @@ def scaled_rates(instant: Instant) -> Array:
     return np.asarray(states.rests * state_rates(instant) / states.scale)
 
 
-def drifts(found: BalanceWithStates) -> NoEquilibrium:
+def drifts(balance: BalanceWithStates) -> NoEquilibrium:
     """Return the error, in words, of a state that nothing brings to rest."""
-    system, f = found.at.problem.system, found.space.freedom
-    U, σ, _ = np.linalg.svd(found.stiffness[0][f:, f:])
+    system, f = balance.at.problem.system, balance.space.freedom
+    U, σ, _ = np.linalg.svd(balance.stiffness[0][f:, f:])
     held = U[:, σ <= THRESHOLDS.rounding * σ.max(initial=0.0)]  # the sums of states that no state changes
-    rates = found.rates / found.speed
-    k = int(np.argmax(np.abs(held @ (held.T @ rates)) if held.size else found.drift))
-    rate = float(found.rates[k] * system.states.scale[k])
+    rates = balance.rates / balance.speed
+    k = int(np.argmax(np.abs(held @ (held.T @ rates)) if held.size else balance.drift))
+    rate = float(balance.rates[k] * system.states.scale[k])
     name, unit = system.names.states[k], system.names.state_units[k]
     return NoEquilibrium(
         f"there is no equilibrium: state '{name}' drifts by {rate:.4g} {unit}/s, and nothing brings that to 0; let "
         "what it integrates come to rest, or give it a leak",
-        found.at,
+        balance.at,
     )

@@ -49,9 +49,9 @@ def steady_turn(system: System, start: State, name: str, rate: float) -> tuple[S
 def _slots(system: System, index: int) -> Array:
     """Return which slots of the coordinates' set belong to one coordinate."""
     bound = system.coordinates
-    found = np.zeros(len(bound.body), dtype=bool)
-    found[bound.entry_slot[bound.entry_row == index]] = True
-    return found
+    chosen = np.zeros(len(bound.body), dtype=bool)
+    chosen[bound.entry_slot[bound.entry_row == index]] = True
+    return chosen
 
 
 def _refuse_what_does_not_turn(system: System, start: State, turning: SteadyTurn) -> None:
@@ -66,9 +66,9 @@ def _refuse_what_does_not_turn(system: System, start: State, turning: SteadyTurn
         raise InputError(Problem(said, hint="turn about the axis on which it stands, at the speed of its motions"))
 
 
-def refuse_unsteady(found: Equilibrium, turning: SteadyTurn, held: Conditions) -> None:
+def refuse_unsteady(rest: Equilibrium, turning: SteadyTurn, held: Conditions) -> None:
     """Raise InputError where some forces do not turn with the mechanism, as weight across the axis."""
-    motion, system = found.reference.motion, found.reference.system
+    motion, system = rest.reference.motion, rest.reference.system
     half = 0.5 * turning.rate / np.linalg.norm(turning.rate)
     turn = np.array([np.cos(0.5), *(np.sin(0.5) * 2.0 * half)])
     A = rotation_matrix(turn)

@@ -24,7 +24,7 @@ from mbproj.thresholds import THRESHOLDS
 HINT = "begin runs there with 'start: equilibrium' in its simulation block, or with run --from-equilibrium"
 
 
-def write_pose(scene: Scene, found: Equilibrium) -> Path:
+def write_pose(scene: Scene, rest: Equilibrium) -> Path:
     """Write the pose into the scene's file; comments stay. Raises InputError where the scene is no file, parameters
     were changed, or the joints' coordinates do not determine the poses."""
     if scene.path is None:
@@ -33,11 +33,11 @@ def write_pose(scene: Scene, found: Equilibrium) -> Path:
     if scene.overrides:
         raise InputError(Problem("--set has changed parameters, which the file does not have", place, "write them in"))
     try:
-        text = with_changes(scene.text, _changes(scene, found))
+        text = with_changes(scene.text, _changes(scene, rest))
         state = _start(text, scene)
     except (ValueError, InputError) as error:
         raise InputError(Problem("the pose cannot be written in place", place, HINT)) from error
-    if max(moved_by(state.q, found.state.q)) > THRESHOLDS.same_written or np.abs(state.v).max(initial=0.0) > 0.0:
+    if max(moved_by(state.q, rest.state.q)) > THRESHOLDS.same_written or np.abs(state.v).max(initial=0.0) > 0.0:
         said = "the joints' coordinates do not say where all bodies are, or bodies have velocities"
         raise InputError(Problem(f"the pose cannot be written: {said}", place, HINT))
     if read_text(scene.path) != scene.text:
@@ -53,13 +53,13 @@ def _start(text: str, scene: Scene) -> State:
     return assemble(system, initial_guess(read, system))
 
 
-def _changes(scene: Scene, found: Equilibrium) -> Changes:
+def _changes(scene: Scene, rest: Equilibrium) -> Changes:
     """Return the changes of the text: the joints' coordinates, and no speeds. Motions determine the start of their
     coordinates."""
-    system = found.reference.system
+    system = rest.reference.system
     driven = system.motions.joint_coordinate.tolist()
     joints: dict[str, dict[str, str | None]] = {joint.name: {"speed": None} for joint in scene.joints if joint.speed}
-    values = found.reference.motion.expected.tolist()
+    values = rest.reference.motion.expected.tolist()
     for index, (name, value) in enumerate(zip(system.names.coordinates, values, strict=True)):
         joint, _, coordinate = name.rpartition(".")
         if index not in driven:

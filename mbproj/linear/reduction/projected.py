@@ -155,11 +155,11 @@ def weighing(system: System, pose: Pose, N: Array) -> Array:
     in_global = resists[:, :, None] * np.swapaxes(pose.rotation[:-1] @ axes, -1, -2)
     moved = N.reshape(n, 6, -1)
     shifts = (system.mass > 0.0)[:, None, None] * moved[:, :3] / system.length
-    found = np.concatenate([shifts, in_global @ moved[:, 3:]], axis=1).reshape(N.shape)
+    weighed = np.concatenate([shifts, in_global @ moved[:, 3:]], axis=1).reshape(N.shape)
     g = tangent_gradients(system.reflected, pose)[:, :-1].copy()
     g[..., 3:] = (pose.rotation[:-1] @ g[..., 3:, None])[..., 0]
     unit = np.where(system.reflected.rows.is_length, system.length, 1.0)
-    return np.concatenate([found, g.reshape(len(g), 6 * n) @ N / unit[:, None]])
+    return np.concatenate([weighed, g.reshape(len(g), 6 * n) @ N / unit[:, None]])
 
 
 def _sizes(matrix: Blocks) -> Array | csr_matrix:
@@ -231,6 +231,6 @@ def without_slip(reduced: ReducedEquations, slip: SlipEquations, states: int) ->
 
 def _except(back: Array, first: int, count: int) -> Array:
     """Return a matrix with 0 in the columns of the coordinates b."""
-    found = back.copy()
-    found[:, first : first + count] = 0.0
-    return found
+    rest = back.copy()
+    rest[:, first : first + count] = 0.0
+    return rest

@@ -120,12 +120,12 @@ def _product(A: Array, jumps: list[Array], instants: list[tuple[float, list[int]
     """Return the matrix of the change over a round."""
     from scipy.linalg import expm
 
-    found, known = np.eye(len(A)), dict[float, Array]()
+    product, known = np.eye(len(A)), dict[float, Array]()
     ends = [*(at for at, _ in instants[1:]), time]
     for (at, actions), end in zip(instants, ends, strict=True):
         for action in actions:
-            found = jumps[action] @ found
+            product = jumps[action] @ product
         gap = float(f"{end - at:.12g}")
         known[gap] = known[gap] if gap in known else expm(A * gap)
-        found = known[gap] @ found
-    return found
+        product = known[gap] @ product
+    return product

@@ -105,17 +105,17 @@ def assembled(reference: LinearReference, u: Inputs, y: Outputs) -> LinearModel:
 def _rolling(reference: LinearReference, here: Projected, u: Inputs, y: Outputs) -> LinearModel:
     """Return the model of a mechanism that rolls, which has fewer speeds than displacements."""
     to_body = _to_body(reference)
-    found = rolling_states(here, to_body.T @ u.force)
-    names = [f"displacement_{i + 1}" for i in range(len(found.A) - found.free)]
-    free, rest = names[: found.free], names[found.free :]
+    states = rolling_states(here, to_body.T @ u.force)
+    names = [f"displacement_{i + 1}" for i in range(len(states.A) - states.free)]
+    free, rest = names[: states.free], names[states.free :]
     return LinearModel(
         reference,
-        found.A,
-        found.B,
-        y.of_displacement @ to_body @ found.displacement + y.of_rate @ to_body @ found.rate,
+        states.A,
+        states.B,
+        y.of_displacement @ to_body @ states.displacement + y.of_rate @ to_body @ states.rate,
         np.zeros((len(y.names), len(u.names))),
         (*free, *(f"{name}_speed" for name in free), *rest),
-        (*["1"] * found.free, *["1/s"] * found.free, *["1"] * len(rest)),
+        (*["1"] * states.free, *["1/s"] * states.free, *["1"] * len(rest)),
         u.names,
         u.units,
         y.names,
@@ -193,8 +193,8 @@ def _rates_of_states(
         raise InputError(Problem(said, hint="give the moving bodies mass, or take other inputs"))
     left = np.eye(len(s)) - Q @ by_states
     by_x, by_u = P @ ξ + Q @ ξ_dot + states.by_states @ s, P @ at_once
-    found = np.asarray(np.linalg.solve(left, np.hstack([by_x, by_u])), dtype=float)
-    return found[:, : ξ.shape[1]], found[:, ξ.shape[1] :]
+    rates = np.asarray(np.linalg.solve(left, np.hstack([by_x, by_u])), dtype=float)
+    return rates[:, : ξ.shape[1]], rates[:, ξ.shape[1] :]
 
 
 def _without_mass(

@@ -163,7 +163,7 @@ def _lap(joint: Joint) -> Lap:
 def toothed(scene: Scene, joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[Toothed, ...]:
     """Return the gears whose teeth load bearings; `coordinates` are the names of the joints' coordinates. Raises
     InputError at a gear whose axes are not parallel, or whose bearings' loads determine a friction."""
-    number, found = {joint.name: at for at, joint in enumerate(joints)}, []
+    number, teeth = {joint.name: at for at, joint in enumerate(joints)}, []
     for joint in joints:
         angle = joint.parameters.get("pressure_angle")
         if angle is None or joint.couples is None:
@@ -172,8 +172,8 @@ def toothed(scene: Scene, joints: Sequence[Joint], coordinates: Sequence[str]) -
         _refuse(scene, joint, joints[number[first]], joints[number[second]])
         own = [coordinates.index(f"{name}.angle") for name in (first, second)]
         both = number[first], number[second]
-        found.append(Toothed(number[joint.name], both, (own[0], own[1]), joint.parameters["teeth"], angle))
-    return tuple(found)
+        teeth.append(Toothed(number[joint.name], both, (own[0], own[1]), joint.parameters["teeth"], angle))
+    return tuple(teeth)
 
 
 def _refuse(scene: Scene, gear: Joint, first: Joint, second: Joint) -> None:

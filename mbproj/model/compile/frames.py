@@ -90,8 +90,8 @@ def _normal_part(vector: Array, axis: Array) -> Array:
     """Unit vectors of the parts of vectors (..., 3) normal to axes; any normal where there is no such part."""
     part = vector - np.sum(vector * axis, axis=-1, keepdims=True) * axis
     length = _length(part)
-    found = length > THRESHOLDS.same_written
-    return np.where(found, part / np.where(found, length, 1.0), _any_normal(axis))
+    is_inclined = length > THRESHOLDS.same_written
+    return np.where(is_inclined, part / np.where(is_inclined, length, 1.0), _any_normal(axis))
 
 
 def _any_normal(axis: Array) -> Array:

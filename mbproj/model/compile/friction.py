@@ -74,12 +74,12 @@ def compile_friction(
     `joints` are the joints of the system, `axes` their z axes in the axes of body 2. `coordinates` are all coordinates
     of joints, by names such as "hinge.angle"; `slips` are what friction resists in joints without one."""
     loads: list[_Load] = []
-    found = list(_found(scene, {joint.name: (at, joint) for at, joint in enumerate(joints)}, loads))
-    found += _on_ropes(scene, joints, loads)
-    sticking = [each for each in found if each.dry.regularised is None]
+    frictions = list(_found(scene, {joint.name: (at, joint) for at, joint in enumerate(joints)}, loads))
+    frictions += _on_ropes(scene, joints, loads)
+    sticking = [each for each in frictions if each.dry.regularised is None]
     smooth = {
         each.key: SmoothFriction(_smooth(each.dry, each.dry.regularised), each.bearing)
-        for each in found
+        for each in frictions
         if each.dry.regularised is not None
     }
     names = tuple(each.name for each in sticking)

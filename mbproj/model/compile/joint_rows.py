@@ -83,19 +83,19 @@ def _following(kind: Any, joint: Joint) -> Primitive | None:
     """Return the primitive of a row that follows curves or couples coordinates; None where it takes numbers alone."""
     from mbproj.model.compile import coupled
 
-    found: Primitive | None = None
+    primitive: Primitive | None = None
     if kind.follows == "curve":
-        found = coupled.on_curve(kind, joint)
+        primitive = coupled.on_curve(kind, joint)
     elif kind.follows == "space curve":
-        found = kind(joint.parameters["curve"].line)
+        primitive = kind(joint.parameters["curve"].line)
     elif kind.follows == "two curves":
-        found = coupled.two_curves(kind, joint)
+        primitive = coupled.two_curves(kind, joint)
     elif "curve" in joint.parameters:
-        found = coupled.rolling(joint)
+        primitive = coupled.rolling(joint)
     elif (coupling := JOINTS[joint.type].coupling) is not None:
         weights, period, _ = coupling(**joint.parameters)
-        found = kind(JOINTS[joint.type].couples, weights, period or 0.0)
-    return found
+        primitive = kind(JOINTS[joint.type].couples, weights, period or 0.0)
+    return primitive
 
 
 def numbers_of(parameters: Mapping[str, Any]) -> dict[str, Any]:

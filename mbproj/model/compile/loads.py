@@ -155,11 +155,11 @@ def _between_points(scene: Scene, force: PointForce, seats: Mapping[str, Seat], 
 
 def local_ends(force: PointForce, poses: Mapping[str, Pose]) -> list[Array]:
     """Return the two points of a force, each (3,) in the axes of its body."""
-    found = []
+    ends = []
     for name, point in zip(force.bodies, (force.points.first, force.points.second), strict=True):
         position, rotation = poses[name]
-        found.append(numbers(point) if force.points.local else rotation.T @ (numbers(point) - position))
-    return found
+        ends.append(numbers(point) if force.points.local else rotation.T @ (numbers(point) - position))
+    return ends
 
 
 def _distance(force: PointForce, poses: Mapping[str, Pose]) -> float:
@@ -175,7 +175,7 @@ def _distance(force: PointForce, poses: Mapping[str, Pose]) -> float:
 
 def elements_of(scene: Scene, poses: Mapping[str, Pose]) -> list[Element]:
     """Return the forces that are elements, each with the coordinate that it acts along."""
-    found = []
+    elements = []
     for force in scene.forces:
         if not isinstance(force, PointForce | JointForce) or force.element is None:
             continue
@@ -191,8 +191,8 @@ def elements_of(scene: Scene, poses: Mapping[str, Pose]) -> list[Element]:
             along = f"{force.joint}.{coordinate}"
         made = make(force.name, along, **values)
         forces = tuple(replace(each, name=force.name) if each.along == along else each for each in made.forces)
-        found.append(replace(made, lengths={**lengths, **made.lengths}, forces=forces))
-    return found
+        elements.append(replace(made, lengths={**lengths, **made.lengths}, forces=forces))
+    return elements
 
 
 def _end(body: str, point: Array) -> End:
@@ -264,6 +264,6 @@ def _frame(
 def _blocks(pairs: Sequence[tuple[Matrix, Matrix]]) -> Array:
     """Return block-diagonal matrices (B, 6, 6) from pairs of blocks (3, 3), translation and rotation."""
     blocks = numbers(pairs).reshape(-1, 2, 3, 3)
-    found = np.zeros((len(pairs), 6, 6), like=blocks)
-    found[:, :3, :3], found[:, 3:, 3:] = blocks[:, 0], blocks[:, 1]
-    return found
+    matrices = np.zeros((len(pairs), 6, 6), like=blocks)
+    matrices[:, :3, :3], matrices[:, 3:, 3:] = blocks[:, 0], blocks[:, 1]
+    return matrices

@@ -30,7 +30,7 @@ def tangential_friction(
     laws = [force.friction for force in rubbing if force.friction is not None]
     along = [binding for force in rubbing for binding in _tangents(force, seats, poses)]
     none = np.full(2 * len(rubbing), -1, dtype=np.intp)
-    found = Frictions(
+    frictions = Frictions(
         coordinates=bind([replace(each, owner=at) for at, each in enumerate(along)]),
         joint_coordinate=none,
         sliding=np.repeat([law.sliding for law in laws], 2),
@@ -42,7 +42,7 @@ def tangential_friction(
         owners=tuple(f"force '{force.name}'" for force in rubbing for _ in range(2)),
         places=tuple(scene.place("forces", force.name, "friction") for force in rubbing for _ in range(2)),
     )
-    return found, tuple(name for force in rubbing for name in force.frictions)
+    return frictions, tuple(name for force in rubbing for name in force.frictions)
 
 
 def joined(first: Frictions | None, second: Frictions | None) -> Frictions | None:

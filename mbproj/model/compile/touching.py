@@ -22,10 +22,10 @@ def place_of_contact(joint: Joint) -> Callable[[Array], Array] | None:
     """Return a function from the joint's symbols (T, 8, 3) to its points of contact (T, 3), all global. None for a
     joint that does not roll."""
     kinds = [row[0] for row in JOINTS[joint.type].rows]
-    found = [kind for kind in kinds if issubclass(PRIMITIVES[kind], Slip)]
-    if not found and not JOINTS[joint.type].is_on_plane:
+    slips = [kind for kind in kinds if issubclass(PRIMITIVES[kind], Slip)]
+    if not slips and not JOINTS[joint.type].is_on_plane:
         return None
-    slip = primitive_of((found[0] if found else WHEEL,), joint)
+    slip = primitive_of((slips[0] if slips else WHEEL,), joint)
     assert isinstance(slip, Slip)
 
     def place(symbols: Array) -> Array:

@@ -65,8 +65,8 @@ def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length
         return None
     first, second = _pairs(joints.layout)
     parallel = _sine(joints.local[first], joints.local[second]) < THRESHOLDS.near_singular
-    found = _verdict(joints.layout, bodies, side.tobytes(), along.tobytes(), parallel.tobytes())
-    return CertainPlane(axes, seen, side, found.is_held) if found.is_first else None
+    verdict = _verdict(joints.layout, bodies, side.tobytes(), along.tobytes(), parallel.tobytes())
+    return CertainPlane(axes, seen, side, verdict.is_held) if verdict.is_first else None
 
 
 def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
@@ -191,13 +191,13 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
     alike, any of their own directions across the common one will do.
     """
     vectors = np.flatnonzero(joints.is_point == 0.0)
-    found = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)
-    first, second = np.triu_indices(len(found), k=1)
-    across = cross(found[first], found[second])
+    directions = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)
+    first, second = np.triu_indices(len(directions), k=1)
+    across = cross(directions[first], directions[second])
     across = across[_lengths(across) > THRESHOLDS.rounded]  # normals of nearly parallel vectors are not accurate
-    apart = _lengths(cross(across[:, None], found)) > THRESHOLDS.same_written
-    others = _distinct(across[apart.all(axis=1)], DIRECTIONS**2 - len(found))
-    return np.concatenate([found, others])
+    apart = _lengths(cross(across[:, None], directions)) > THRESHOLDS.same_written
+    others = _distinct(across[apart.all(axis=1)], DIRECTIONS**2 - len(directions))
+    return np.concatenate([directions, others])
 
 
 @each_lane

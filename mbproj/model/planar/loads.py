@@ -175,13 +175,13 @@ def _reference(plane: Plane, bushings: Bushings) -> Array:
 
 def _frames(plane: Plane, bushings: Bushings) -> Array:
     """Return the orientations (B, 2, 3, 3) of the bushings' frames where the bodies are at angle zero."""
-    found: Array = _reference(plane, bushings) @ rotation_matrix(bushings.turn)
-    return found
+    turned: Array = _reference(plane, bushings) @ rotation_matrix(bushings.turn)
+    return turned
 
 
 def _relative(plane: Plane, bushings: Bushings) -> Array:
     """Return the rotations (B, 3, 3) from frame 1 to frame 2 where the bodies are at angle zero, in the axes of the
     plane."""
     frames = _frames(plane, bushings)
-    found: Array = plane.axes.T @ frames[:, 1] @ np.swapaxes(frames[:, 0], -1, -2) @ plane.axes
-    return found
+    relative: Array = plane.axes.T @ frames[:, 1] @ np.swapaxes(frames[:, 0], -1, -2) @ plane.axes
+    return relative

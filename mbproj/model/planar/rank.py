@@ -54,10 +54,10 @@ def _rows(bound: PrimitiveSet, seen: Seen, outside: RowMap, bodies: int, length:
     row = places // bodies
     norm = np.sqrt(np.bincount(row, np.sum(values**2, axis=1), minlength=outside.size))
     values /= np.where(norm == 0.0, 1.0, norm)[row, None]
-    found: Rows = [{} for _ in range(outside.size)]
+    rows: Rows = [{} for _ in range(outside.size)]
     for at, body, part in zip(row.tolist(), (places % bodies).tolist(), values.tolist(), strict=True):
-        found[at][body] = part
-    return found
+        rows[at][body] = part
+    return rows
 
 
 def _not_reached(rows: Rows, bodies: int) -> list[int]:

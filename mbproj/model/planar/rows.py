@@ -155,9 +155,9 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
         elif kind in _OF_SLIP:
             normal, along = _OF_SLIP[kind]
             inside = level[..., normal] & level[..., along]
-            found = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
+            inside_or_not = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
             rolls = kind != "ellipsoid_slip" or _is_axis_across(level[..., 5:], upright[..., 5:])
-            side[..., row] = np.where(rolls, found, STRANGE)
+            side[..., row] = np.where(rolls, inside_or_not, STRANGE)
         elif kind in _IN_PLANE:
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side

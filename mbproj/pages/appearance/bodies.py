@@ -172,11 +172,11 @@ def _shaft(joints: Sequence[Array], axes: Sequence[Array | None], thickness: flo
     along = [float((joint - root) @ axis) for joint in joints]
     if max(along) - min(along) < 3.0 * thickness:
         return ()
-    found = list(bar(root + min(along) * axis, root + max(along) * axis, thickness))
+    solids = list(bar(root + min(along) * axis, root + max(along) * axis, thickness))
     for joint, at in zip(joints, along, strict=True):
         if np.linalg.norm(joint - root - at * axis) > SAME * thickness:
-            found += bar(root + at * axis, joint, thickness)
-    return tuple(found)
+            solids += bar(root + at * axis, joint, thickness)
+    return tuple(solids)
 
 
 def _fits(solid: Solid, points: Sequence[Array], *, any_shape: bool) -> bool:

@@ -112,14 +112,14 @@ def _plates(scene: Scene, layout: PartNumbers) -> Iterator[DrawnPart]:
         if not isinstance(stop, PlaneStop):
             continue
         under, body = _under(scene, stop, item), stop.location.body
-        for owner, found in planes:
-            if owner == body and under.is_in(found[0], layout.size):
-                found.append(under)
+        for owner, faces in planes:
+            if owner == body and under.is_in(faces[0], layout.size):
+                faces.append(under)
                 break
         else:
             planes.append((body, [under]))
-    for body, found in planes:
-        yield DrawnPart(_plate(found, layout), layout.number[body], "springs", found[0].item)
+    for body, faces in planes:
+        yield DrawnPart(_plate(faces, layout), layout.number[body], "springs", faces[0].item)
 
 
 def _plate(under: list[_StopPlane], layout: PartNumbers) -> Solid:

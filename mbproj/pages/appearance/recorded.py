@@ -21,8 +21,8 @@ def scene_of(results: Results) -> Scene:
 
 def scene_of_modes(path: Path, bodies: Sequence[str]) -> tuple[Scene, Mapping[str, TriangleMesh]]:
     """The scene in the file of modes at `path`, and its meshes. Raises InputError where its bodies are not `bodies`."""
-    found = scene_in(path)
-    return _read(found.text, found.path, found.overrides, bodies, path), found.meshes
+    recorded = scene_in(path)
+    return _read(recorded.text, recorded.path, recorded.overrides, bodies, path), recorded.meshes
 
 
 def _read(text: str, stood: Path | None, overrides: Mapping[str, str], bodies: Sequence[str], path: Path) -> Scene:

@@ -122,5 +122,5 @@ def _raised(front: Array, up: Array) -> Array:
     level /= np.linalg.norm(level)
     right = np.cross(up, level)
     turn, raised = np.radians(TURNED), np.radians(RAISED)
-    found: Array = np.cos(raised) * (np.cos(turn) * level + np.sin(turn) * right) + np.sin(raised) * up
-    return found
+    direction: Array = np.cos(raised) * (np.cos(turn) * level + np.sin(turn) * right) + np.sin(raised) * up
+    return direction

@@ -70,8 +70,8 @@ def step_of(values: Array, digits: int) -> Array:
     with np.errstate(invalid="ignore"):
         largest = np.max(np.abs(values), axis=0, where=np.isfinite(values), initial=0.0)
     _, exponent = np.frexp(largest)
-    found: Array = np.where(largest > 0.0, np.ldexp(1.0, np.clip(exponent - digits, -1000, 1000)), 1.0)
-    return found
+    steps: Array = np.where(largest > 0.0, np.ldexp(1.0, np.clip(exponent - digits, -1000, 1000)), 1.0)
+    return steps
 
 
 def _differences(whole: np.ndarray, order: int) -> np.ndarray:

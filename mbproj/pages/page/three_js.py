@@ -19,8 +19,8 @@ SCRIPT = re.compile(r"(/\*\*\s*\* @license\s[^/]*Three\.js Authors[^/]*\*/\s*!fu
 
 def three_js() -> str:
     """The text of three.js with its licence. Raises InputError where trimesh is missing, or has no such script."""
-    found = find_spec("trimesh")
-    place = None if found is None or found.origin is None else Path(found.origin).parent / TEMPLATE
+    spec = find_spec("trimesh")
+    place = None if spec is None or spec.origin is None else Path(spec.origin).parent / TEMPLATE
     if place is None or not place.is_file():
         raise InputError(Problem("a page needs three.js, which comes with trimesh", hint=HINT))
     return _script(place)

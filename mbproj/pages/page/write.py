@@ -86,11 +86,11 @@ def filled(name: str, pieces: Mapping[str, str]) -> str:
     """The template of this name with its pieces filled in."""
     text = page_source(name)
     before, *rest = text.split("{{")
-    found = [before]
+    pieces_filled = [before]
     for piece in rest:
         key, _, after = piece.partition("}}")
-        found += [pieces[key], after]
-    return "".join(found)
+        pieces_filled += [pieces[key], after]
+    return "".join(pieces_filled)
 
 
 def as_json(data: Mapping[str, Any]) -> str:

@@ -62,13 +62,23 @@ def project_after(
         velocity = velocity and (position or excess)
     if not (position or velocity):
         return ProjectedState(q, v)
-    found = correct_position(system, method, settings, rows, q, drive) if position else Position(q, 0, met=True)
-    passes, nearest = 0, found.nearest
+    position_solved = (
+        correct_position(system, method, settings, rows, q, drive) if position else Position(q, 0, met=True)
+    )
+    passes, nearest = 0, position_solved.nearest
     if velocity:
-        v, passes, nearness = correct_velocity(system, method, settings, rows, pose_of(found.q), v, drive)
+        v, passes, nearness = correct_velocity(system, method, settings, rows, pose_of(position_solved.q), v, drive)
         nearest = min(nearest, nearness)
     return ProjectedState(
-        found.q, v, 1, found.passes, passes, int(not found.met), int(found.fell_back), found.left_open, nearest
+        position_solved.q,
+        v,
+        1,
+        position_solved.passes,
+        passes,
+        int(not position_solved.met),
+        int(position_solved.fell_back),
+        position_solved.left_open,
+        nearest,
     )
 
 

@@ -97,7 +97,7 @@ def read(contents: Contents) -> Checkpoint | None:
     if not contents.has(SLOTS):
         return None
     slots = contents.array(SLOTS, (2, None), np.uint8)
-    whole = [found for found in (_slot(bytes(slot)) for slot in slots) if found is not None]
+    whole = [checkpoint for checkpoint in (_slot(bytes(slot)) for slot in slots) if checkpoint is not None]
     try:
         return _unpack(max(whole)[1]) if whole else None
     except (ValueError, KeyError, TypeError, UnicodeDecodeError, struct.error, RecursionError) as error:

@@ -60,10 +60,10 @@ def read_drawn(folder: Path) -> Drawn:
     try:
         if path.stat().st_size > LARGEST:
             raise ValueError
-        found = json.loads(path.read_text(encoding="utf-8"))
-        if found.pop("format") != FORMAT:
+        contents = json.loads(path.read_text(encoding="utf-8"))
+        if contents.pop("format") != FORMAT:
             raise ValueError
-        return _drawn(found)
+        return _drawn(contents)
     except OSError as error:
         raise InputError(Problem(f"cannot read it: {error.strerror}", Place(str(path)), AGAIN)) from error
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
@@ -71,28 +71,30 @@ def read_drawn(folder: Path) -> Drawn:
         raise InputError(Problem(message, Place(str(path)), AGAIN)) from error
 
 
-def _drawn(found: dict[str, Any]) -> Drawn:
+def _drawn(contents: dict[str, Any]) -> Drawn:
     """The record, with every shape checked. Raises ValueError, TypeError or KeyError where the data are wrong."""
-    matches = tuple(_matched(each) for each in found["matches"])
-    names, goals = tuple(map(str, found["names"])), tuple(map(str, found["goals"]))
+    matches = tuple(_matched(each) for each in contents["matches"])
+    names, goals = tuple(map(str, contents["names"])), tuple(map(str, contents["goals"]))
     return Drawn(
-        remark=str(found["remark"]),
-        value=str(found["value"]),
+        remark=str(contents["remark"]),
+        value=str(contents["value"]),
         names=names,
         matches=matches,
-        traces=tuple(_array(each, (len(each), 2)) for each in found["traces"]),
-        correlation=_optional(found["correlation"], (len(names), len(names))),
+        traces=tuple(_array(each, (len(each), 2)) for each in contents["traces"]),
+        correlation=_optional(contents["correlation"], (len(names), len(names))),
         goals=goals,
-        front=None if found["front"] is None else _array(found["front"], (len(found["front"]), len(goals))),
+        front=None if contents["front"] is None else _array(contents["front"], (len(contents["front"]), len(goals))),
     )
 
 
-def _matched(found: dict[str, Any]) -> Matched:
-    components = tuple(map(str, found["components"]))
-    size = len(found["given"]), len(components)
-    given, reached = _array(found["given"], size), _array(found["reached"], size)
-    abscissa = _optional(found["abscissa"], size[:1])
-    return Matched(str(found["name"]), abscissa, str(found["along"]), str(found["unit"]), components, given, reached)
+def _matched(contents: dict[str, Any]) -> Matched:
+    components = tuple(map(str, contents["components"]))
+    size = len(contents["given"]), len(components)
+    given, reached = _array(contents["given"], size), _array(contents["reached"], size)
+    abscissa = _optional(contents["abscissa"], size[:1])
+    return Matched(
+        str(contents["name"]), abscissa, str(contents["along"]), str(contents["unit"]), components, given, reached
+    )
 
 
 def _optional(values: Any, shape: tuple[int, ...]) -> Array | None:
@@ -100,11 +102,11 @@ def _optional(values: Any, shape: tuple[int, ...]) -> Array | None:
 
 
 def _array(values: Any, shape: tuple[int, ...]) -> Array:
-    found = np.array(values, dtype=float)
-    return found.reshape(shape) if found.size == 0 else _of_shape(found, shape)
+    array = np.array(values, dtype=float)
+    return array.reshape(shape) if array.size == 0 else _of_shape(array, shape)
 
 
-def _of_shape(found: Array, shape: tuple[int, ...]) -> Array:
-    if found.shape != shape:
+def _of_shape(array: Array, shape: tuple[int, ...]) -> Array:
+    if array.shape != shape:
         raise ValueError
-    return found
+    return array

@@ -39,8 +39,8 @@ def stamp(dataset: h5py.Dataset, checksum: int) -> None:
 
 def stamp_attributes(group: h5py.Group) -> None:
     """Store the checksums of the attributes that the group has now."""
-    found = {name: of_value(plain(value)) for name, value in group.attrs.items() if name != OF_ATTRIBUTES}
-    group.attrs[OF_ATTRIBUTES] = json.dumps(found)
+    sums = {name: of_value(plain(value)) for name, value in group.attrs.items() if name != OF_ATTRIBUTES}
+    group.attrs[OF_ATTRIBUTES] = json.dumps(sums)
 
 
 def describe(dataset: h5py.Dataset, texts: Mapping[str, str]) -> None:
@@ -58,8 +58,8 @@ def plain(value: Any) -> Any:
     """A value of NumPy as a number, text or list of Python."""
     if isinstance(value, np.ndarray):
         return [plain(item) for item in value.tolist()]
-    found = value.item() if isinstance(value, np.generic) else value
-    return found.decode() if isinstance(found, bytes) else found
+    simple = value.item() if isinstance(value, np.generic) else value
+    return simple.decode() if isinstance(simple, bytes) else simple
 
 
 def wrong_attributes(attributes: Mapping[str, Any]) -> list[str]:

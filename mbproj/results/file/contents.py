@@ -163,31 +163,31 @@ class Contents:
         """The attributes that are numbers, flags or texts. In a finished file those that mbproj wrote, also lists of
         texts, are compared with their checksums."""
         try:
-            found = dict(_attributes(self._file[group]))
+            stored = dict(_attributes(self._file[group]))
         except DAMAGE as error:
             raise damaged(self.path, "its attributes cannot be read") from error
-        for name in () if self.unfinished else wrong_attributes(found):
+        for name in () if self.unfinished else wrong_attributes(stored):
             raise damaged(self.path, f"its attribute '{name}' is not what was written")
-        return {name: value for name, value in found.items() if name != OF_ATTRIBUTES and not isinstance(value, list)}
+        return {name: value for name, value in stored.items() if name != OF_ATTRIBUTES and not isinstance(value, list)}
 
     def check_description(self, name: str) -> None:
         """Raises InputError where an attribute of a dataset, as its unit, differs from its checksum."""
         self._dataset(name)
         with self._reading(name):
-            found = wrong_attributes(dict(_attributes(self._file[name])))
-        for attribute in found:
+            wrong = wrong_attributes(dict(_attributes(self._file[name])))
+        for attribute in wrong:
             raise self.damaged(name, f"has an attribute '{attribute}' that is not what was written")
 
     def unreadable_rows(self, name: str, rows: int) -> list[tuple[int, int]]:
         """The first and the last row of each chunk of a dataset that cannot be read."""
-        dataset, found = self._dataset(name), []
+        dataset, ranges = self._dataset(name), []
         for first in range(0, rows, max(1, dataset.chunk_rows)):
             last = min(first + dataset.chunk_rows, rows)
             try:
                 dataset.read(slice(first, last))
             except DAMAGE:
-                found.append((first, last - 1))
-        return found
+                ranges.append((first, last - 1))
+        return ranges
 
     def is_guarded(self, name: str) -> bool:
         """Whether the file has a checksum of this dataset."""
@@ -210,11 +210,11 @@ class Contents:
     def _dataset(self, name: str) -> StoredDataset:
         if name not in self._datasets:
             try:
-                found = self._file[name]
+                member = self._file[name]
             except DAMAGE as error:
                 raise damaged(self.path, f"it has no '{name}'") from error
             with self._reading(name):
-                self._datasets[name] = StoredDataset(found)
+                self._datasets[name] = StoredDataset(member)
         return self._datasets[name]
 
     def _fitting(self, name: str, shape: Shape, dtype: npt.DTypeLike | None) -> StoredDataset:

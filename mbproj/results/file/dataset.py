@@ -37,12 +37,12 @@ Shape = tuple[int | None, ...]
 class StoredDataset:
     """A dataset of a file, with the `shape` and the `dtype` that it declares."""
 
-    def __init__(self, found: h5py.Dataset) -> None:
-        if not isinstance(found, h5py.Dataset) or found.shape is None:
+    def __init__(self, dataset: h5py.Dataset) -> None:
+        if not isinstance(dataset, h5py.Dataset) or dataset.shape is None:
             raise TypeError("no dataset with numbers")
-        self._dataset = found
-        self.shape: tuple[int, ...] = found.shape
-        self.dtype: np.dtype[Any] = found.dtype
+        self._dataset = dataset
+        self.shape: tuple[int, ...] = dataset.shape
+        self.dtype: np.dtype[Any] = dataset.dtype
 
     def fits(self, shape: Shape, dtype: npt.DTypeLike | None) -> bool:
         """Whether the dataset has this shape and type; the type None is text of fixed length."""

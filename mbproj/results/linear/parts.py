@@ -159,6 +159,6 @@ def _size(axis: str | int, sizes: Mapping[str, int]) -> int:
 
 def _check(contents: Contents, part: RecordField, shape: Sequence[int], sizes: dict[str, int]) -> None:
     """Raises InputError where a symbol of the shape stands for another number than before in the file."""
-    for axis, found in zip(part.shape, shape, strict=True):
-        if isinstance(axis, str) and sizes.setdefault(axis, found) != found:
-            raise contents.damaged(part.path, f"has {found} entries where {sizes[axis]} are due")
+    for axis, length in zip(part.shape, shape, strict=True):
+        if isinstance(axis, str) and sizes.setdefault(axis, length) != length:
+            raise contents.damaged(part.path, f"has {length} entries where {sizes[axis]} are due")

@@ -74,15 +74,15 @@ def peaks(time: Array, values: Array, piece: Integers) -> Peaks:
 def _rough(sizes: Array, piece: Integers) -> Array:
     """The magnitudes, with each local maximum raised to that of the parabola through it and its neighbours. So a peak
     between two samples can be found larger than another one at a sample."""
-    found = sizes.copy()
+    roughness = sizes.copy()
     if len(sizes) < 3:
-        return found
+        return roughness
     before, here, after = sizes[:-2], sizes[1:-1], sizes[2:]
     bend = 2.0 * here - before - after
     one_piece = ((piece[:-2] == piece[1:-1]) & (piece[1:-1] == piece[2:]))[:, None]
     tops = one_piece & (here >= before) & (here >= after) & (bend > 0.0)
-    found[1:-1] += np.where(tops, (after - before) ** 2 / (8.0 * np.where(tops, bend, 1.0)), 0.0)
-    return found
+    roughness[1:-1] += np.where(tops, (after - before) ** 2 / (8.0 * np.where(tops, bend, 1.0)), 0.0)
+    return roughness
 
 
 def _search(
@@ -91,12 +91,12 @@ def _search(
     """The largest magnitudes (C,) and their times, between `low` and `high` (C,), of the polynomials through `count`
     samples from `first` (C,) on."""
     rows = first[:, None] + np.arange(count)
-    nodes, found = time[rows], values[rows, column[:, None]]
+    nodes, node_values = time[rows], values[rows, column[:, None]]
     low, high = low.copy(), high.copy()
     everyone = np.arange(len(column))
     for _ in range(PASSES):
         times = low[:, None] + (high - low)[:, None] * np.linspace(0.0, 1.0, GRID)
-        curve = size(np.einsum("cgn,cnk->cgk", _weights(nodes, times), found))
+        curve = size(np.einsum("cgn,cnk->cgk", _weights(nodes, times), node_values))
         best = np.argmax(sign[:, None] * curve, axis=1)
         top, when = curve[everyone, best], times[everyone, best]
         cell = (high - low) / (GRID - 1)
@@ -125,12 +125,12 @@ def between(time: Array, values: Array, events: Array, when: Array) -> Array:
     # The sample at an event ends its piece, and begins the next.
     first = first - ((piece[after] != piece[after - 1]) & (time[after] > time[after - 1]))
     start = np.clip(after - AROUND // 2, first, np.maximum(first, last - AROUND))
-    found, counts = np.empty((len(when), values.shape[1])), np.minimum(last - start, AROUND)
+    values_between, counts = np.empty((len(when), values.shape[1])), np.minimum(last - start, AROUND)
     for count in set(counts.tolist()):
         own = np.flatnonzero(counts == count)
         rows = start[own, None] + np.arange(count)
-        found[own] = np.einsum("gn,gnk->gk", _weights(time[rows], when[own, None])[:, 0], values[rows])
-    return found
+        values_between[own] = np.einsum("gn,gnk->gk", _weights(time[rows], when[own, None])[:, 0], values[rows])
+    return values_between
 
 
 def integrals(time: Array, values: Array, piece: Integers) -> Array:

@@ -131,8 +131,10 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: C
         units = recorded.names.get(source.units_of or "", ())
         angular = [not units or unit == "rad" for unit in units[chosen] or [""] * (chosen.stop - first)]
         unit = [source.units[0] if turns else source.units[1] for turns in angular]
-        found = _rows(recorded.time, values, piece, cycle)
-        for name, own, numbers, column in zip(names[chosen], unit, found, range(first, chosen.stop), strict=True):
+        load_numbers = _rows(recorded.time, values, piece, cycle)
+        for name, own, numbers, column in zip(
+            names[chosen], unit, load_numbers, range(first, chosen.stop), strict=True
+        ):
             sure = marks is None or bool(marks[column].all())
             yield Load(source.kind, name, source.quantity, own, *numbers)._replace(unique=sure)
         power = None if source.power is None else recorded.read(source.power, chosen)
@@ -147,15 +149,15 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: C
 
 def _rows(time: Array, values: Array, piece: Integers, cycle: Cycle | None) -> list[_LoadNumbers]:
     """The row of numbers for each column of `values` (T, C, k)."""
-    found, sizes = peaks(time, values, piece), size(values)
-    place = np.full(len(found.time), NOTHING) if cycle is None else _place(time, cycle, found.time)
+    extremes, sizes = peaks(time, values, piece), size(values)
+    place = np.full(len(extremes.time), NOTHING) if cycle is None else _place(time, cycle, extremes.time)
     span = float(time[-1] - time[0])
     if span > 0.0:
         mean = integrals(time, sizes, piece).sum(axis=0) / span
         rms = np.sqrt(np.maximum(integrals(time, sizes**2, piece).sum(axis=0), 0.0) / span)
     else:
         mean, rms = sizes[-1], np.abs(sizes[-1])
-    return [_LoadNumbers(*map(float, row)) for row in zip(*found, place, mean, rms, strict=True)]
+    return [_LoadNumbers(*map(float, row)) for row in zip(*extremes, place, mean, rms, strict=True)]
 
 
 def _place(time: Array, cycle: Cycle, when: Array) -> Array:

@@ -66,11 +66,11 @@ def columns(datasets: Sequence[Dataset], names: Names, read: Read) -> Iterator[T
 def to_pandas(datasets: Sequence[Dataset], names: Names, read: Read) -> Any:
     """The DataFrame that `Results.to_pandas` describes."""
     pandas = needed("pandas")
-    found = list(columns(datasets, names, read))
-    header = pandas.MultiIndex.from_tuples([each[:3] for each in found], names=["kind", "name", "quantity"])
+    listed = list(columns(datasets, names, read))
+    header = pandas.MultiIndex.from_tuples([each[:3] for each in listed], names=["kind", "name", "quantity"])
     index = pandas.Index(read("time"), name="time")
-    frame = pandas.DataFrame(np.column_stack([each.values for each in found]), index, header)
-    frame.attrs["units"] = {each[:3]: each.unit for each in found}
+    frame = pandas.DataFrame(np.column_stack([each.values for each in listed]), index, header)
+    frame.attrs["units"] = {each[:3]: each.unit for each in listed}
     return frame
 
 

@@ -28,8 +28,8 @@ class Table:
     @classmethod
     def of(cls, rows: Iterable[Mapping[str, Any]], *headings: str) -> Table:
         """The table of rows that all have the same keys, which become its headings; without rows it has `headings`."""
-        found = [dict(row) for row in rows]
-        return Table(tuple(found[0]) if found else headings, tuple(tuple(row.values()) for row in found))
+        records = [dict(row) for row in rows]
+        return Table(tuple(records[0]) if records else headings, tuple(tuple(row.values()) for row in records))
 
     @property
     def records(self) -> list[dict[str, Any]]:

@@ -38,8 +38,8 @@ class WithUnit(Field[tuple[Value, str]]):
         return self.value.expects
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Value, str] | None:
-        found = self.value.read(node, path, reading)
-        return None if found is None else (found, reading.units.get(path, ""))
+        value = self.value.read(node, path, reading)
+        return None if value is None else (value, reading.units.get(path, ""))
 
     def schema(self) -> Schema:
         return self.value.schema()

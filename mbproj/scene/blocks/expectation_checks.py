@@ -143,8 +143,8 @@ def of_frictions(expected: Expected, joints: Mapping[str, Joint], forces: Mappin
 
 def of_states(expected: Expected, *blocks: Mapping[str, Any]) -> Iterator[Complaint]:
     """A check of the expectations of states and signals."""
-    found = dict(zip(CONTROLLED, blocks, strict=True))
-    for of, units in (("signal", _units(found["signals"])), ("state", state_units(found))):
+    by_kind = dict(zip(CONTROLLED, blocks, strict=True))
+    for of, units in (("signal", _units(by_kind["signals"])), ("state", state_units(by_kind))):
         for name, given, item, quantity in _of(of, expected):
             if item not in units:
                 hint = choose_from(item, units, f"{of}s are") if units else f"the scene has no {of}s"
@@ -155,18 +155,18 @@ def of_states(expected: Expected, *blocks: Mapping[str, Any]) -> Iterator[Compla
                 yield from fits(name, given, OBSERVABLES[of]["value"], units[item] or None)
 
 
-def state_units(found: Mapping[str, Any]) -> dict[str, str]:
+def state_units(blocks: Mapping[str, Any]) -> dict[str, str]:
     """The units of a scene's states by name, with those of elements and controllers; "" where a unit is not known."""
     of_elements: dict[str, str] = {}
-    for name, force in found.get("forces", {}).items():
+    for name, force in blocks.get("forces", {}).items():
         if isinstance(force, PointForce | JointForce) and force.element is not None:
             from mbproj.scene.blocks.elements import element_type
 
             element = element_type(force.element.type).make(name, "s", **force.element.values)
             of_elements |= {f"{name}.{state.name}": state.unit for state in element.states}
-    for controller in found.get("controllers", {}).values():
+    for controller in blocks.get("controllers", {}).values():
         of_elements |= {f"{controller.name}.{each.name}": each.unit for each in (*controller.hold, *controller.states)}
-    return {**_units(found.get("states", {})), **{name: _symbols(unit) for name, unit in of_elements.items()}}
+    return {**_units(blocks.get("states", {})), **{name: _symbols(unit) for name, unit in of_elements.items()}}
 
 
 def _units(items: Mapping[str, Any]) -> dict[str, str]:
@@ -194,22 +194,22 @@ def _of_items_on_coordinates(
             yield from fits(name, given, able[quantity], able[quantity].unit_with(units[item]))
 
 
-def expectations_of(found: Mapping[str, Any]) -> Iterator[Expectation]:
-    """The records of a scene's expectations; `found` are its blocks as read, after all checks have passed."""
-    joints = found.get("joints", {})
-    for name, given in found.get("expect", {}).items():
+def expectations_of(blocks: Mapping[str, Any]) -> Iterator[Expectation]:
+    """The records of a scene's expectations; `blocks` are its blocks as read, after all checks have passed."""
+    joints = blocks.get("joints", {})
+    for name, given in blocks.get("expect", {}).items():
         of, item, quantity = subject(given)
         coordinate, able = "", OBSERVABLES[of]
         if of == "force":
-            force = found["forces"][item]
+            force = blocks["forces"][item]
             able = OF_BUSHINGS if isinstance(force, Bushing) else able
             coordinate = COORDINATES[acts_on(force, joints)[0]] if isinstance(force, JointForce) else "m"
         elif of == "motion":
-            coordinate = COORDINATES[found["motions"][item].coordinate]
+            coordinate = COORDINATES[blocks["motions"][item].coordinate]
         elif of in UNITS:
-            coordinate = named(UNITS[of])(joints, found.get("forces", {}))[item]
+            coordinate = named(UNITS[of])(joints, blocks.get("forces", {}))[item]
         elif of in ("state", "signal"):
-            own = state_units(found) if of == "state" else _units(found["signals"])
+            own = state_units(blocks) if of == "state" else _units(blocks["signals"])
             yield expectation(name, given, own[item])
             continue
         unit = ratio_unit(quantity, given["over"]) if output_of(quantity) else able[quantity].unit_with(coordinate)

@@ -214,9 +214,9 @@ def _component_fits(given: Given, observable: Observable, what: str) -> Complain
 
 def _count_fits(given: Given, observable: Observable, what: str) -> Complaint | None:
     needed = 1 if "component" in given else observable.components
-    found = len(given.get("value", [None] * needed))
-    if found == needed:
+    count = len(given.get("value", [None] * needed))
+    if count == needed:
         return None
     also = ", or a component: x, y, z or norm" if needed == 3 else ""
     numbers = f"{needed} numbers" if needed > 1 else "one number"
-    return Complaint(("value",), f"'{what}' needs {numbers} here, found {found}", f"give {numbers}{also}")
+    return Complaint(("value",), f"'{what}' needs {numbers} here, found {count}", f"give {numbers}{also}")

@@ -37,7 +37,7 @@ MEASURES: Field[Mapping[str, Given]] = Converted(Named("measure", MEASURE), _som
 
 def items_of(scene: Scene) -> dict[str, tuple[str, ...]]:
     """The names of the items that measures may be about, by block, as a `Reading` has them."""
-    return {block: tuple(found) for block, found in _blocks(scene).items()}
+    return {block: tuple(items) for block, items in _blocks(scene).items()}
 
 
 def complaints(measures: Mapping[str, Given], scene: Scene) -> Iterator[Complaint]:

@@ -41,9 +41,9 @@ class _Coefficients(Field[tuple[float, ...]]):
         if not isinstance(node, SequenceNode) or not node.items:
             self.reject(node, path, reading)
             return None
-        found = [self._coefficient(power).read(item, path, reading) for power, item in enumerate(node.items)]
-        right = tuple(value for value in found if value is not None)
-        return right if len(right) == len(found) else None
+        values = [self._coefficient(power).read(item, path, reading) for power, item in enumerate(node.items)]
+        right = tuple(value for value in values if value is not None)
+        return right if len(right) == len(values) else None
 
     def schema(self) -> Schema:
         return {"description": self.expects, "type": "array", "items": Number(None).schema(), "minItems": 1}

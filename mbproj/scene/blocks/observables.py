@@ -70,8 +70,8 @@ def of_coordinates(joints: Mapping[str, Joint], expected: Mapping[str, Mapping[s
         elif isinstance(at, GivenPassage):
             unit = COORDINATES[at.coordinate.rpartition(".")[2]]
             if at.value.dimension is not None and not agrees(unit, at.value.dimension):
-                found = f"'{at.coordinate}' is in {unit}, this is {describe(at.value.dimension)}"
-                yield Complaint((*path, "at"), found)
+                message = f"'{at.coordinate}' is in {unit}, this is {describe(at.value.dimension)}"
+                yield Complaint((*path, "at"), message)
 
 
 def of_corners(expected: Mapping[str, Mapping[str, Any]], markers: Mapping[str, Any]) -> Iterator[Complaint]:

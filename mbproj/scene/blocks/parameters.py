@@ -51,10 +51,10 @@ class Parameters(Field[Mapping[str, float]]):
         for name in _in_order(trees, mapping, reading):
             scalar, key = mapping.values[name], (*path, name)
             assert isinstance(scalar, ScalarNode)
-            found = reading.value(scalar, trees[name])
-            reading.names[name] = _without_unit_unknown(found)
-            reading.units[key] = unit_text(None, None if found is None else found.dimension)
-        known = {name: found.number for name in mapping.values if (found := reading.names[name]) is not None}
+            of_tree = reading.value(scalar, trees[name])
+            reading.names[name] = _without_unit_unknown(of_tree)
+            reading.units[key] = unit_text(None, None if of_tree is None else of_tree.dimension)
+        known = {name: of_tree.number for name in mapping.values if (of_tree := reading.names[name]) is not None}
         return known if len(known) == len(mapping.values) else None
 
     def schema(self) -> Schema:

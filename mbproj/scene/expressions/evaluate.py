@@ -260,8 +260,8 @@ def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
 def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:
     """compute(*numbers). Raises ExpressionError where that is not a finite number."""
     if any(map(are_several, numbers)):
-        found: float | None = at_once(compute, numbers) if compute in _EXACT else None
-        return each_case(lambda *own: _finite(at, compute, *own))(*numbers) if found is None else found
+        outcome: float | None = at_once(compute, numbers) if compute in _EXACT else None
+        return each_case(lambda *own: _finite(at, compute, *own))(*numbers) if outcome is None else outcome
     try:
         result = compute(*numbers)
     except ZeroDivisionError:

@@ -57,9 +57,9 @@ def tokens(text: str, parameters: Set[str] = frozenset()) -> Iterator[Token]:
     Raises ExpressionError for a character or a unit that is unknown.
     """
     at, before = 0, ""
-    while (found := _PATTERN.match(text, at)) is not None and found.lastgroup is not None:
-        kind, start = found.lastgroup, found.start(found.lastgroup)
-        word, at = found[kind], found.end()
+    while (match := _PATTERN.match(text, at)) is not None and match.lastgroup is not None:
+        kind, start = match.lastgroup, match.start(match.lastgroup)
+        word, at = match[kind], match.end()
         if kind == "wrong":
             raise ExpressionError(f"unexpected '{word}'", start, HINTS.get(word))
         if kind in ("name", "number") and before in _ENDS_OPERAND:

@@ -234,10 +234,10 @@ def unit_at(text: str, at: int, parameters: Set[str] = frozenset()) -> tuple[Uni
 @lru_cache(maxsize=256)
 def unit_of(text: str) -> Unit:
     """The unit that the whole text is. Raises ValueError where it is none."""
-    found = unit_at(text, 0)
-    if found is None or text[found[1] :].strip():
+    unit = unit_at(text, 0)
+    if unit is None or text[unit[1] :].strip():
         raise ValueError(f"'{text}' is no unit")
-    return found[0]
+    return unit[0]
 
 
 def similar_unit(word: str) -> str | None:
@@ -257,23 +257,23 @@ class _Reader:
     def unit(self, at: int, depth: int) -> tuple[Unit, int] | None:
         """The unit at this character, and where it ends."""
         one = _ONE_OVER.match(self._text, at)
-        found = self.factor(at if one is None else one.end(), depth)
-        if found is None:
+        factor = self.factor(at if one is None else one.end(), depth)
+        if factor is None:
             return None
-        unit, end = found if one is None else (found[0] ** -1, found[1])
+        unit, end = factor if one is None else (factor[0] ** -1, factor[1])
         while (sign := _OPERATOR.match(self._text, end)) is not None:
-            found = self.factor(sign.end(), depth)
-            if found is None:
+            factor = self.factor(sign.end(), depth)
+            if factor is None:
                 break
-            unit, end = unit * (found[0] ** -1 if sign[1] == "/" else found[0]), found[1]
+            unit, end = unit * (factor[0] ** -1 if sign[1] == "/" else factor[0]), factor[1]
         return unit, end
 
     def factor(self, at: int, depth: int) -> tuple[Unit, int] | None:
         """A symbol or a unit in parentheses, with its power, and where it ends."""
-        found = self._symbol(at) or self._group(at, depth)
-        if found is None:
+        unit_and_end = self._symbol(at) or self._group(at, depth)
+        if unit_and_end is None:
             return None
-        unit, end = found
+        unit, end = unit_and_end
         power = _POWER.match(self._text, end)
         if power is None:
             return unit, end
@@ -294,6 +294,6 @@ class _Reader:
 
     def _group(self, at: int, depth: int) -> tuple[Unit, int] | None:
         opened = _OPEN.match(self._text, at)
-        found = self.unit(opened.end(), depth - 1) if opened is not None and depth > 0 else None
-        closed = None if found is None else _CLOSE.match(self._text, found[1])
-        return None if found is None or closed is None else (found[0], closed.end())
+        inner = self.unit(opened.end(), depth - 1) if opened is not None and depth > 0 else None
+        closed = None if inner is None else _CLOSE.match(self._text, inner[1])
+        return None if inner is None or closed is None else (inner[0], closed.end())

@@ -21,19 +21,19 @@ PARALLEL = 1e-9
 
 def direction(vector: Vector) -> Vector:
     """The unit vector along `vector`."""
-    found = rotations.unit(vector)
-    if found is None:
+    unit_vector = rotations.unit(vector)
+    if unit_vector is None:
         raise Unfit("is a zero vector", "a direction needs a length")
-    x, y, z = found
+    x, y, z = unit_vector
     return (x, y, z)
 
 
 def unit_quaternion(quaternion: Quaternion) -> Quaternion:
     """The quaternion divided by its norm. Raises Unfit where that is 0."""
-    found = rotations.unit(quaternion)
-    if found is None:
+    unit_quaternion_of = rotations.unit(quaternion)
+    if unit_quaternion_of is None:
         raise Unfit("is zero", "write [1, 0, 0, 0] for no rotation")
-    w, x, y, z = found
+    w, x, y, z = unit_quaternion_of
     return (w, x, y, z)
 
 

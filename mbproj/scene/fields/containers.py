@@ -108,13 +108,13 @@ class Record(Field[T_co], Generic[T_co]):
 
     def schema(self) -> Schema:
         needed = [key for group in self.choices if group.needed for key in group.keys]
-        found = mapping_schema(self.what, empty=not (self.required or needed))
-        found |= {"properties": {key: field.schema() for key, field in self.keys.items()}}
+        own = mapping_schema(self.what, empty=not (self.required or needed))
+        own |= {"properties": {key: field.schema() for key, field in self.keys.items()}}
         if self.required:
-            found["required"] = list(self.required)
+            own["required"] = list(self.required)
         if self.choices:
-            found["allOf"] = [group.schema() for group in self.choices]
-        return found
+            own["allOf"] = [group.schema() for group in self.choices]
+        return own
 
     def _report_keys(self, mapping: MappingNode, reading: Reading) -> None:
         """Report the keys that are unknown and those that are missing."""
@@ -206,8 +206,8 @@ class Named(Field[Mapping[str, T_co]], Generic[T_co]):
         for name, place in mapping.keys.items():
             self._report_name(name, place, reading)
         fields = dict.fromkeys(mapping.values, self.item)
-        found = dict(read_keys(fields, mapping, path, reading))
-        return found if len(found) == len(fields) else None
+        values = dict(read_keys(fields, mapping, path, reading))
+        return values if len(values) == len(fields) else None
 
     def schema(self) -> Schema:
         return {

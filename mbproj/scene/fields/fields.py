@@ -114,8 +114,8 @@ class List(Field[tuple[T_co, ...]]):
         if not self._long_enough(node):
             reading.report(f"{label(path)} needs {self.expects}, found {len(node.items)}", node.place)
             return None
-        found = [reading.read(self.item, item, (*path, index)) for index, item in enumerate(node.items)]
-        whole = tuple(value for value in found if value is not None)
+        values = [reading.read(self.item, item, (*path, index)) for index, item in enumerate(node.items)]
+        whole = tuple(value for value in values if value is not None)
         return whole if len(whole) == len(node.items) else None
 
     def schema(self) -> Schema:
@@ -166,8 +166,8 @@ class Deferred(Field[T_co], Generic[T_co]):
     @cached_property
     def field(self) -> Field[T_co]:
         """The field itself."""
-        found: Any = named(self.where)
-        whole: Field[T_co] = found if isinstance(found, Field) else found(*self.given)
+        imported: Any = named(self.where)
+        whole: Field[T_co] = imported if isinstance(imported, Field) else imported(*self.given)
         return whole
 
     @property

@@ -49,11 +49,11 @@ class Function(Field[Program]):
         reads = channels_in(tree, variables, reading) if self.names_channels and tree is not None else ()
         if self.names_channels and tree is not None and is_misspelt(tree, {*variables, *reads}, node, reading):
             return None
-        found = reading.program(node, tree, variables | {name: CHANNELS + at for at, name in enumerate(reads)})
-        if found is None:
+        pair = reading.program(node, tree, variables | {name: CHANNELS + at for at, name in enumerate(reads)})
+        if pair is None:
             return None
         reads = tuple(reading.inner.get(name, name) for name in reads)
-        program, dimension = replace(found[0], reads=reads), found[1]
+        program, dimension = replace(pair[0], reads=reads), pair[1]
         if self.unit is not None and dimension is not None and not dimension_of(self.unit).agrees(dimension):
             message = f"{label(path)} is in {self.unit}, this is {describe(dimension)}"
             reading.report(message, node.place, unit_hint(node.text, tree))

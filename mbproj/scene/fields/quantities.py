@@ -66,8 +66,8 @@ class Number(Field[float]):
             return None
         if self.unit is not None and value.dimension is not None and not agrees(self.unit, value.dimension):
             mine = f"is in {self.unit}" if self.unit else "has no unit"
-            found = f"{label(path)} {mine}, this is {describe(value.dimension)}"
-            reading.report(found, node.place, unit_hint(node.text, tree))
+            message = f"{label(path)} {mine}, this is {describe(value.dimension)}"
+            reading.report(message, node.place, unit_hint(node.text, tree))
             return None
         reading.units[path] = unit_text(self.unit, value.dimension)
         return self._bounded(value.number, node, path, reading)
@@ -135,9 +135,9 @@ def note_degrees(node: Node, path: KeyPath, reading: Reading) -> None:
         reading.notes.append(Problem(message, node.place, hint))
 
 
-def agrees(unit: str, found: Dimension | None) -> bool:
-    """Whether a number of the dimension `found` may stand where `unit` is wanted; "" wants a number without unit."""
-    return found is None or (dimension_of(unit).agrees(found) and (bool(unit) or found == BARE))
+def agrees(unit: str, dimension: Dimension | None) -> bool:
+    """Whether a number of that dimension may stand where `unit` is wanted; "" wants a number without unit."""
+    return dimension is None or (dimension_of(unit).agrees(dimension) and (bool(unit) or dimension == BARE))
 
 
 def dimension_of(unit: str) -> Dimension:
@@ -145,11 +145,11 @@ def dimension_of(unit: str) -> Dimension:
     return unit_of(unit).dimension if unit else BARE
 
 
-def unit_text(unit: str | None, found: Dimension | None) -> str:
-    """The wanted `unit`; where that is None, the SI unit of the dimension `found`, "" for none."""
+def unit_text(unit: str | None, dimension: Dimension | None) -> str:
+    """The wanted `unit`; where that is None, the SI unit of the dimension `dimension`, "" for none."""
     if unit is not None:
         return unit
-    return symbol_of(found) if found is not None and found != BARE else ""
+    return symbol_of(dimension) if dimension is not None and dimension != BARE else ""
 
 
 def unit_hint(text: str, tree: Expression | None) -> str | None:

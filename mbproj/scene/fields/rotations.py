@@ -67,9 +67,9 @@ def from_matrix(matrix: Matrix) -> Quaternion:
         (yx - xy, xz + zx, zy + yz, z),
     )
     squares = (w, x, y, z)
-    found = unit(products[squares.index(max(squares))])
-    assert found is not None
-    w, x, y, z = found
+    quaternion = unit(products[squares.index(max(squares))])
+    assert quaternion is not None
+    w, x, y, z = quaternion
     return (w, x, y, z) if w >= 0 else (-w, -x, -y, -z)
 
 

@@ -114,10 +114,10 @@ def given_range(text: str, option: str) -> Range:
     place, reading = Place(option), Reading()
     items = [] if ":" in text else [ScalarNode(part.strip(), place) for part in text.split(",")]
     node: Node = SequenceNode(tuple(items), place) if len(items) > 1 else ScalarNode(text.strip(), place)
-    found = RANGE.read(node, (option,), reading)
-    if found is None:
+    spread = RANGE.read(node, (option,), reading)
+    if spread is None:
         raise InputError(reading.problems)
-    return found
+    return spread
 
 
 def _listed(nodes: Sequence[Node], path: KeyPath, reading: Reading) -> Listed:
@@ -147,10 +147,10 @@ def _value(node: Node, path: KeyPath, reading: Reading) -> Value:
     if not isinstance(node, ScalarNode) or not node.text.strip():
         reading.report(f"{label(path)} needs numbers, found {describe(node)}", node.place)
         raise _Wrong
-    found = reading.value(node, reading.parse(node))
-    if found is None:
+    value = reading.value(node, reading.parse(node))
+    if value is None:
         raise _Wrong
-    return found
+    return value
 
 
 def _spaced_text(node: ScalarNode, path: KeyPath, reading: Reading) -> Spaced:

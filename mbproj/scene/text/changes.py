@@ -64,9 +64,9 @@ def _with(root: MappingNode, name: str, change: Change) -> MappingNode:
         return _with_parameter(root, keys[1], change)
     if len(keys) == 1 and (name in _parameters(root) or name not in root.values):
         return _with_parameter(root, name, change)
-    found = _inside(root, keys, 0, change)
-    assert isinstance(found, MappingNode)
-    return found
+    whole = _inside(root, keys, 0, change)
+    assert isinstance(whole, MappingNode)
+    return whole
 
 
 def _with_parameter(root: MappingNode, name: str, change: Change) -> MappingNode:

@@ -30,7 +30,7 @@ def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
     """The items of a list in [ ], with values joined that commas have cut, and a problem for each of these."""
     if not any(isinstance(item, ScalarNode) and "(" in item.text for item in items):
         return list(items), []
-    found: list[Node] = []
+    items_read: list[Node] = []
     problems = []
     at = 0
     while at < len(items):
@@ -38,12 +38,12 @@ def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
         count = _in_parentheses(pieces)
         if count:
             node = _joined(pieces[:count])
-            found.append(node)
+            items_read.append(node)
             problems.append(_problem("[ ]", node, f'put it in quotes: "{node.text}"'))
         else:
-            found.append(items[at])
+            items_read.append(items[at])
         at += count or 1
-    return found, problems
+    return items_read, problems
 
 
 def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list[Problem]]:
@@ -52,7 +52,7 @@ def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list
         isinstance(each.value, ScalarNode) and ("(" in each.value.text or not each.value.text) for each in entries
     ):
         return list(entries), []
-    found: list[WrittenKey] = []
+    kept: list[WrittenKey] = []
     problems = []
     at = 0
     while at < len(entries):
@@ -65,9 +65,9 @@ def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list
         elif following and _decimal_comma(value, following[0]):
             count, node = 2, replace(_joined([value, following[0]]), text=f"{_text(value)}.{_text(following[0])}")
             problems.append(_problem("{ }", node, f"decimals take a point: {_name(key)}: {node.text}"))
-        found.append(WrittenKey(key, place, node if count else value))
+        kept.append(WrittenKey(key, place, node if count else value))
         at += count or 1
-    return found, problems
+    return kept, problems
 
 
 def _problem(inside: str, node: ScalarNode, hint: str) -> Problem:

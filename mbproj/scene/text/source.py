@@ -56,10 +56,10 @@ def lines_of(text: str, file: str) -> list[str]:
     lines = _LINE_BREAK.split(text)
     if _UNPRINTABLE.search(text) is not None:
         number, line = next((number, line) for number, line in enumerate(lines, 1) if _UNPRINTABLE.search(line))
-        found = _UNPRINTABLE.search(line)
-        assert found is not None
-        problem = f"the character U+{ord(found[0]):04X} is not allowed in a scene file"
-        raise InputError(Problem(problem, Place(file, number, found.start() + 1)))
+        match = _UNPRINTABLE.search(line)
+        assert match is not None
+        problem = f"the character U+{ord(match[0]):04X} is not allowed in a scene file"
+        raise InputError(Problem(problem, Place(file, number, match.start() + 1)))
     return lines
 
 

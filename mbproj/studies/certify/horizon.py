@@ -65,9 +65,9 @@ def certify(
             return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), tested, why)
         if before is not None:
             uncertainty = largest_distance([before], better)
-            found = _trust(mechanism, times, position, better, uncertainty, tested, "")
-            if settled(found.horizon_low, found.horizon_high, times).all():
-                return found
+            trust = _trust(mechanism, times, position, better, uncertainty, tested, "")
+            if settled(trust.horizon_low, trust.horizon_high, times).all():
+                return trust
     assert better is not None  # there is at least one tolerance
     blame: tuple[str, ...] = ()
     uncertainty, rough = round_off_bound(mechanism, better, tell), uneven(mechanism, float(times[-1]))
@@ -105,8 +105,8 @@ def _trust(
     extent = np.ptp(position, axis=0).max(axis=-1)
     fits = [_growth(times, error[:, k], uncertainty[:, k], float(extent[k])) for k in range(len(extent))]
     solution = "" if better is None else better.setting.label
-    found = trust_of(mechanism.points, times, error, uncertainty, limits, fits, solution, remark)
-    return replace(found, better=None if better is None else Poses(better.body_position, better.body_orientation))
+    trust = trust_of(mechanism.points, times, error, uncertainty, limits, fits, solution, remark)
+    return replace(trust, better=None if better is None else Poses(better.body_position, better.body_orientation))
 
 
 def trust_of(
@@ -121,16 +121,16 @@ def trust_of(
 ) -> Trust:
     """Return the certificate of k points, by `names`, with their errors and uncertainties (T, k), m, at the times (T,),
     s, and the growth of each. `limits` are in m; `solution` is the label of what the run was compared with."""
-    found = horizons(times, error, uncertainty, np.asarray(limits))
+    bounds = horizons(times, error, uncertainty, np.asarray(limits))
     return Trust(
         names=names,
         limits=np.asarray(limits, dtype=float),
         time=times,
         error=error,
         uncertainty=uncertainty,
-        horizon=found.time,
-        horizon_low=found.low,
-        horizon_high=found.high,
+        horizon=bounds.time,
+        horizon_low=bounds.low,
+        horizon_high=bounds.high,
         growth_rate=np.array([fit.rate for fit in fits]),
         growth_power=np.array([fit.power for fit in fits]),
         growth_law=tuple(fit.law for fit in fits),
@@ -141,8 +141,8 @@ def trust_of(
 
 def _growth(times: Array, error: Array, uncertainty: Array, extent: float) -> Growth:
     """The growth of the error where it is known, or else of the influence of round-off, which grows alike."""
-    found = growth(times, error, uncertainty, extent)
-    return found if found.law else growth(times, uncertainty, np.zeros_like(uncertainty), extent)
+    fitted = growth(times, error, uncertainty, extent)
+    return fitted if fitted.law else growth(times, uncertainty, np.zeros_like(uncertainty), extent)
 
 
 def _remark(better: Solution, rough: Sequence[str]) -> str:

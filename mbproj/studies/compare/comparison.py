@@ -54,22 +54,22 @@ class SettingResult:
     def numbers(self) -> dict[str, Any]:
         """The numbers of a row: the largest violations and error (m), the energy drift at the end (J) and its two
         parts, CPU seconds (median, smallest, largest), counters. A number that does not exist is NaN."""
-        found = self.measurement
+        measurement = self.measurement
         parts = (nan, nan) if self.split is None else (self.split.integrator[-1], self.split.projection[-1])
         return {
-            "setting": found.setting.command_line(),
-            "formulation": found.formulation,
-            "position_violation": nan if found.failure else found.position_violation,
-            "velocity_violation": nan if found.failure else found.velocity_violation,
+            "setting": measurement.setting.command_line(),
+            "formulation": measurement.formulation,
+            "position_violation": nan if measurement.failure else measurement.position_violation,
+            "velocity_violation": nan if measurement.failure else measurement.velocity_violation,
             "acceleration_violation": float(self.solution.acceleration_violation.max()),
-            "error": found.at(),
+            "error": measurement.at(),
             "energy_drift": float(sum(parts)),
             "energy_drift_integrator": float(parts[0]),
             "energy_drift_projection": float(parts[1]),
             **self._energy_row_numbers(),
             **timing_columns(self.timing),
-            **{name: found.counters.get(name, nan) for name in COUNTERS},
-            "failure": found.failure or "",
+            **{name: measurement.counters.get(name, nan) for name in COUNTERS},
+            "failure": measurement.failure or "",
         }
 
     def _energy_row_numbers(self) -> dict[str, float]:
@@ -142,14 +142,14 @@ def compare(
     kept = ValueCache(["compare", mechanism.identity, times.tolist()], fresh, (EnergySplit, Timing, *SOLUTION_RECORDS))
     items = {setting.command_line(): setting for setting in settings}
     solved = resumable(_solved, (scene, times), items, kept, processes, "runs", tell)
-    found = [solved[setting.command_line()] for setting in settings]
-    taken = {solution.report.formulation for solution, _ in found if solution.report is not None}
-    alive = [solution.setting for solution, _ in found if solution.report is not None and len(taken) == 1]
+    runs = [solved[setting.command_line()] for setting in settings]
+    taken = {solution.report.formulation for solution, _ in runs if solution.report is not None}
+    alive = [solution.setting for solution, _ in runs if solution.report is not None and len(taken) == 1]
     taken_times = kept_timings(kept, mechanism, alive, float(times[-1]), repetitions, tell)
     timings = dict(zip(alive, taken_times, strict=True))
     entries = tuple(
         SettingResult(label, measured(one, truth), one, error(one, truth), split, timings.get(one.setting))
-        for label, (one, split) in zip(labels_of(settings), found, strict=True)
+        for label, (one, split) in zip(labels_of(settings), runs, strict=True)
     )
     return Comparison(entries, truth, len(taken) <= 1, (*notes, *_notes(entries, truth, taken)))
 
@@ -196,7 +196,7 @@ def _settings(
     if slow and not formulations and own.formulation != "full":
         names = ", ".join(f"'{name}'" for name in slow)
         notes.append(f"all in the full formulation: {names} exist{'s' * (len(slow) == 1)} there only")
-    found = [
+    all_settings = [
         replace(each.projected_by(projection), integrator=integrator, formulation=formulation, **size)
         for formulation, projection, integrator, size, each in product(
             chosen,
@@ -207,15 +207,15 @@ def _settings(
         )
         if (_takes_tolerance(integrator) if size["step"] is None else integrator != AUTOMATIC)
     ]
-    if not found:
+    if not all_settings:
         message = f"{', '.join(methods or [own.integrator])}: no error estimate, which a tolerance needs"
         if AUTOMATIC in (methods or [own.integrator]):
             message = f"'{AUTOMATIC}' chooses its steps by their error: it takes no 'step'"
             raise InputError(Problem(message, Place("--steps"), "give --tolerances"))
         raise InputError(Problem(message, Place("--tolerances"), "add --integrators dop853, or give --steps"))
-    for setting in found:
+    for setting in all_settings:
         setting.settings(1.0, setting.step or 1.0)  # raises InputError for an unknown name
-    return list(dict.fromkeys(found)), notes
+    return list(dict.fromkeys(all_settings)), notes
 
 
 def _takes_tolerance(integrator: str) -> bool:
@@ -233,7 +233,7 @@ def labels_of(settings: Sequence[Setting]) -> list[str]:
 
 def _notes(entries: Sequence[SettingResult], truth: Reference, taken: set[str]) -> list[str]:
     """Notes for a reader of the table."""
-    found = [
+    notes = [
         truth.words,
         *(f"{entry.label}: {entry.solution.failure}" for entry in entries if entry.solution.failure),
         *(
@@ -243,9 +243,9 @@ def _notes(entries: Sequence[SettingResult], truth: Reference, taken: set[str]) 
         ),
     ]
     if len(taken) > 1:
-        found.append("several formulations: cost is compared in factorisations and iterations, not in time")
+        notes.append("several formulations: cost is compared in factorisations and iterations, not in time")
     floor = float(np.max(truth.uncertainty[-1]))
     below = [entry.label for entry in entries if np.isfinite(entry.error).all() and entry.error.max() < 10.0 * floor]
     if below:
-        found.append(f"errors not far above the reference's own uncertainty: {'; '.join(below)}")
-    return found
+        notes.append(f"errors not far above the reference's own uncertainty: {'; '.join(below)}")
+    return notes

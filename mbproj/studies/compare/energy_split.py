@@ -117,9 +117,9 @@ def _one_step(
     failure = choice.compiled.failure(run, settings)
     if failure is not None:
         raise failure
-    found = choice.compiled.samples({name: values[-1:] for name, values in block.items()}, {})
-    work = float(found.work[0, 0] - found.work[0, 1])
-    return _StepEnd(found.state(0), work - before, (run.here(), work))
+    samples = choice.compiled.samples({name: values[-1:] for name, values in block.items()}, {})
+    work = float(samples.work[0, 0] - samples.work[0, 1])
+    return _StepEnd(samples.state(0), work - before, (run.here(), work))
 
 
 class _StepSizes:

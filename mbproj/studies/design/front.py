@@ -32,13 +32,13 @@ def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
     for first in range(0, count, POPULATION):
         asked = [study.ask(shares) for _ in range(min(POPULATION, count - first))]
         points = [np.array([trial.params[path] for path in wish.paths]) for trial in asked]
-        for trial, u, found in zip(asked, points, tried_together(wish, points), strict=True):
-            lack = lacking(found, equal)
+        for trial, u, trial_made in zip(asked, points, tried_together(wish, points), strict=True):
+            lack = lacking(trial_made, equal)
             trial.set_constraint("lacking", lack)
-            study.tell(trial, found.goals.tolist() if found.runs else [WORST] * len(wish.goals))
+            study.tell(trial, trial_made.goals.tolist() if trial_made.runs else [WORST] * len(wish.goals))
             if lack == 0.0:
                 ends.append(u.tolist())
-                goals.append(found.goals.tolist())
+                goals.append(trial_made.goals.tolist())
     best = undominated(np.array(goals).reshape(-1, len(wish.goals)))
     kept = np.flatnonzero(best).tolist()
     return {"ends": [ends[k] for k in kept], "goals": [goals[k] for k in kept], "runs": count}

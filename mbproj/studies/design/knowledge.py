@@ -81,22 +81,22 @@ def _in_words(paths: Sequence[str], x: Array, width: Array, unseen: Array) -> li
     """What nothing in the data fixes, of directions (k, d) in shares of the ranges: reduced to as few numbers each as
     can be, "only mass * length^2 is seen"."""
     names = [column_of(path) for path in paths]
-    found = []
+    sentences = []
     for direction in _sparse(unseen):
         own = np.flatnonzero(np.abs(direction) > NOTHING * np.abs(direction).max())
         if len(own) == 1:
-            found.append(f"'{names[own[0]]}' has no effect on what is matched")
+            sentences.append(f"'{names[own[0]]}' has no effect on what is matched")
             continue
         exponents = _whole(direction[own] * width[own] / x[own]) if np.all(x[own] != 0.0) else None
         if exponents is not None:
-            found.append(f"only {_seen([names[k] for k in own], exponents)} is seen, not its factors")
+            sentences.append(f"only {_seen([names[k] for k in own], exponents)} is seen, not its factors")
             continue
         shares = direction[own] * width[own]
         moved = ", ".join(
             f"{names[k]} {share / np.abs(shares).max():+.3g}" for k, share in zip(own, shares, strict=True)
         )
-        found.append(f"nothing changes where these move together: {moved}")
-    return found
+        sentences.append(f"nothing changes where these move together: {moved}")
+    return sentences
 
 
 def _sparse(unseen: Array) -> Array:

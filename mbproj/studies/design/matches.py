@@ -59,8 +59,8 @@ class Match:
             self._reading.report(complaint.message, self._at(*map(str, complaint.path[2:])), complaint.hint)
         if len(self._reading.problems) > before:
             return None
-        found = measures_of(measures, self._base)
-        unit = found[0].unit
+        chosen = measures_of(measures, self._base)
+        unit = chosen[0].unit
         try:
             values = np.stack([_values(columns, number, unit, place) for number in numbers.values()], axis=1)
             abscissa = self._abscissa(columns, place)
@@ -72,7 +72,7 @@ class Match:
         deviation, weight = self._deviation(unit), self._given.get("weight", 1.0)
         if len(self._reading.problems) > before:
             return None
-        return Target(self._name, found, unit, self._over, abscissa, values, deviation, weight, self._given["through"])
+        return Target(self._name, chosen, unit, self._over, abscissa, values, deviation, weight, self._given["through"])
 
     @property
     def _item(self) -> str:
@@ -105,7 +105,7 @@ class Match:
     def _table(self) -> CsvTable | None:
         place = self._at("through")
         try:
-            found = read_columns(self._path, place.file)
+            table = read_columns(self._path, place.file)
         except InputError as error:
             for problem in error.problems:
                 there = problem.place is not None and problem.place.line is not None
@@ -114,11 +114,11 @@ class Match:
                 moved = replace(problem, message=message, place=problem.place if there else place)
                 self._reading.problems.append(moved)
             return None
-        if not len(found.rows):
-            where = Place(str(self._path), found.heading_line)
+        if not len(table.rows):
+            where = Place(str(self._path), table.heading_line)
             self._reading.report("it has no row below its headings", where, "give measurements")
             return None
-        return found
+        return table
 
     def _parts(self, quantity: str) -> tuple[str, ...]:
         """The components of a quantity that columns may be of."""
@@ -148,14 +148,14 @@ class Match:
     def _value_columns(self, quantity: str, columns: CsvTable) -> dict[str, int]:
         """The numbers of the columns, by the components that they are of."""
         known = [name for name, _ in columns.headings]
-        found = {}
+        by_part = {}
         for part in self._parts(quantity):
             names = self._names(quantity, part)
             asked = [self._headings[name] for name in names if name in self._headings]
             number = next((known.index(name) for name in (*asked, *names) if name in known), None)
             if number is not None:
-                found[part] = number
-        return found
+                by_part[part] = number
+        return by_part
 
     @property
     def _headings(self) -> Mapping[str, str]:

@@ -158,12 +158,12 @@ def find_design(
     tasks = {f"start {k}": SearchTask(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
     reused = sum(key in kept for key in tasks)
     search, best = (front_of, None) if chosen == FRONT else (searched, partial(_so_far, spec))
-    found = resumable(search, wish, tasks, kept, where, "searches", tell, best)
-    runs = len(points) + sum(each["runs"] for each in found.values())
+    records = resumable(search, wish, tasks, kept, where, "searches", tell, best)
+    runs = len(points) + sum(each["runs"] for each in records.values())
     if chosen == FRONT:
-        searches = _on_the_front(spec, wish, [*found.values()])
+        searches = _on_the_front(spec, wish, [*records.values()])
     else:
-        searches = sorted((_search(wish, each) for each in found.values()), key=Search.rank)
+        searches = sorted((_search(wish, each) for each in records.values()), key=Search.rank)
     if not np.isfinite(searches[0].value):
         causes = [each.cause for each in searches]
         message = f"no design runs; most often: {max(causes, key=causes.count)}"
@@ -177,13 +177,13 @@ def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> Non
     def all_of(trial: Trial) -> Array:
         return np.concatenate([trial.residuals, trial.goals, trial.limits])
 
-    found, trials = [], Counted(wish)
+    effects, trials = [], Counted(wish)
     for u in points[:LOOKED_AT]:
         if np.isfinite(all_of(trials(u))).all():
             slopes = np.nan_to_num(trials.slopes(all_of, u, central=False), nan=1.0)
-            found.append(np.abs(slopes).max(axis=0) / max(float(np.abs(slopes).max()), 1e-300))
-    if found:
-        idle = [path for path, effect in zip(spec.paths, np.max(found, axis=0), strict=True) if effect < NO_EFFECT]
+            effects.append(np.abs(slopes).max(axis=0) / max(float(np.abs(slopes).max()), 1e-300))
+    if effects:
+        idle = [path for path, effect in zip(spec.paths, np.max(effects, axis=0), strict=True) if effect < NO_EFFECT]
         problems = [
             Problem(f"'{column_of(path)}' changes nothing of what is wanted", spec.place("vary", path), "leave it out")
             for path in idle
@@ -192,9 +192,9 @@ def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> Non
             raise InputError(problems)
 
 
-def _so_far(spec: DesignSpec, found: dict[str, Any]) -> tuple[tuple[float, float], str]:
+def _so_far(spec: DesignSpec, record: dict[str, Any]) -> tuple[tuple[float, float], str]:
     """The rank of a search, and the words on it while others go on."""
-    value, broken = found["value"], found["broken"]
+    value, broken = record["value"], record["broken"]
     if not np.isfinite(value):
         return (np.inf, np.inf), "none has found a design that runs"
     if broken > 0.0:
@@ -208,17 +208,17 @@ def _so_far(spec: DesignSpec, found: dict[str, Any]) -> tuple[tuple[float, float
     return (broken, value), words if alone is None or alone.deviation != 1.0 else f"{words} {alone.unit}".rstrip()
 
 
-def _search(wish: Wish, found: dict[str, Any]) -> Search:
-    end = np.full(len(wish.paths), np.nan) if found["end"] is None else wish.values(np.array(found["end"]))
-    trace = np.array(found["trace"], dtype=float).reshape(-1, 2)
-    start = wish.values(np.array(found["start"]))
-    return Search(start, end, found["value"], found["broken"], found["runs"], trace, found["cause"])
+def _search(wish: Wish, record: dict[str, Any]) -> Search:
+    end = np.full(len(wish.paths), np.nan) if record["end"] is None else wish.values(np.array(record["end"]))
+    trace = np.array(record["trace"], dtype=float).reshape(-1, 2)
+    start = wish.values(np.array(record["start"]))
+    return Search(start, end, record["value"], record["broken"], record["runs"], trace, record["cause"])
 
 
-def _on_the_front(spec: DesignSpec, wish: Wish, found: Sequence[dict[str, Any]]) -> list[Search]:
+def _on_the_front(spec: DesignSpec, wish: Wish, records: Sequence[dict[str, Any]]) -> list[Search]:
     """The designs of all fronts than which no other is better: the most balanced one, then by the first goal. Raises
     InputError where there is none."""
-    ends, goals = merged(found, (len(spec.paths), len(spec.goals)))
+    ends, goals = merged(records, (len(spec.paths), len(spec.goals)))
     if not len(ends):
         hint = "widen the bounds, or ask for less"
         raise InputError(Problem("no design runs and keeps the constraints", spec.place("vary"), hint))

@@ -112,9 +112,9 @@ def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) ->
         return all_of(watched(v))
 
     def value(v: Array) -> float:
-        found = float(both(v)[0])
-        if np.isfinite(found):
-            return found
+        own = float(both(v)[0])
+        if np.isfinite(own):
+            return own
         return float(both(last)[0]) + 1.0 + float(np.linalg.norm(v - last))
 
     def slopes(v: Array) -> Array:

@@ -97,12 +97,14 @@ def sensitivities(scene: Scene, of: Sequence[str], to: Sequence[str], where: Whe
     size = Mechanism.of(scene).system.length
     units = tuple(units_of(dict.fromkeys(paths), text).values())
     scale = np.array([abs(value) or (size if unit == "m" else 1.0) for value, unit in zip(x, units, strict=True)])
-    found = slopes_of(DifferenceWork(scene, settings_to_run(scene, by_options=False), paths, measures), x, scale, where)
-    fails = [j for j, cause in enumerate(found.failed) if cause]
+    slopes = slopes_of(
+        DifferenceWork(scene, settings_to_run(scene, by_options=False), paths, measures), x, scale, where
+    )
+    fails = [j for j, cause in enumerate(slopes.failed) if cause]
     if fails and (to or len(fails) == len(paths)):
-        message = f"a run with another '{column_of(paths[fails[0]])}' fails: {found.failed[fails[0]]}"
+        message = f"a run with another '{column_of(paths[fails[0]])}' fails: {slopes.failed[fails[0]]}"
         raise InputError(Problem(message, Place("--to"), LEAVE_OUT))
-    results = (found.values, found.slopes, found.uncertainty, found.runs, found.why, found.failed)
+    results = (slopes.values, slopes.slopes, slopes.uncertainty, slopes.runs, slopes.why, slopes.failed)
     return Sensitivities(measures, paths, units, x, *results)
 
 

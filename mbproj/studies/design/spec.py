@@ -137,25 +137,25 @@ def read_spec(path: Path) -> DesignSpec:
     text, root, reading = opened(path, DESIGN.what, f"it begins with 'design: {FORMAT}'")
     scene, base = scene_named(path, root, reading, DESIGN)
     reading.items = items_of(base)
-    found = DESIGN.read(root, (), reading)
-    if found is None:
+    blocks = DESIGN.read(root, (), reading)
+    if blocks is None:
         raise InputError(in_text_order(reading.problems))
-    _check_wanted(found, root, reading)
-    _check_measures(found, base, reading)
-    units = units_of({path: each.dimension for path, each in found["vary"].items()}, scene)
-    _check_bounds(found["vary"], units, scene, reading)
+    _check_wanted(blocks, root, reading)
+    _check_measures(blocks, base, reading)
+    units = units_of({path: each.dimension for path, each in blocks["vary"].items()}, scene)
+    _check_bounds(blocks["vary"], units, scene, reading)
     if reading.problems:
         raise InputError(in_text_order(reading.problems))
-    limits = tuple(_limits(found.get("subject_to", {}), base, scene, reading))
-    matches = [Match(name, given, base, path.parent, reading) for name, given in found.get("match", {}).items()]
+    limits = tuple(_limits(blocks.get("subject_to", {}), base, scene, reading))
+    matches = [Match(name, given, base, path.parent, reading) for name, given in blocks.get("match", {}).items()]
     targets = tuple(target for match in matches if (target := match.target()) is not None)
     data = sum(target.values.size for target in targets)
-    if targets and data < len(found["vary"]) and not reading.problems:
-        message = f"{len(found['vary'])} numbers vary, and there are {data} to match"
+    if targets and data < len(blocks["vary"]) and not reading.problems:
+        message = f"{len(blocks['vary'])} numbers vary, and there are {data} to match"
         reading.report(message, reading.places[("vary",)], "vary fewer, or match more")
     if reading.problems:
         raise InputError(in_text_order(reading.problems))
-    bounds: Mapping[str, Uniform] = found["vary"]
+    bounds: Mapping[str, Uniform] = blocks["vary"]
     return DesignSpec(
         path=path,
         text=text,
@@ -166,34 +166,34 @@ def read_spec(path: Path) -> DesignSpec:
         own=np.array(scene.numbers(tuple(bounds))),
         units=tuple(units.values()),
         targets=targets,
-        goals=tuple(_goals(found, base)),
+        goals=tuple(_goals(blocks, base)),
         limits=limits,
-        starts=found.get("starts", STARTS),
-        seed=found.get("seed", SEED),
+        starts=blocks.get("starts", STARTS),
+        seed=blocks.get("seed", SEED),
         places=reading.places,
         notes=tuple(note for match in matches for note in match.notes),
     )
 
 
-def _check_wanted(found: Mapping[str, Any], root: MappingNode, reading: Reading) -> None:
+def _check_wanted(blocks: Mapping[str, Any], root: MappingNode, reading: Reading) -> None:
     """Report a design that wants nothing, or two kinds of things."""
-    goals = [key for key in ("minimise", "maximise") if found.get(key)]
-    if not found.get("match") and not goals:
+    goals = [key for key in ("minimise", "maximise") if blocks.get(key)]
+    if not blocks.get("match") and not goals:
         hint = "add match: {NAME: {marker: .., through: FILE.csv}}, or minimise: {NAME: {a measure}}"
         reading.report("nothing is matched, minimised or maximised", root.place, hint)
-    if found.get("match") and goals:
+    if blocks.get("match") and goals:
         hint = "match alone, and bound the other by 'subject_to'"
         reading.report(f"'match' and '{goals[0]}' cannot both be given", root.keys[goals[0]], hint)
-    names = [name for key in ("minimise", "maximise") for name in found.get(key, {})]
-    for name in found.get("maximise", {}):
+    names = [name for key in ("minimise", "maximise") for name in blocks.get(key, {})]
+    for name in blocks.get("maximise", {}):
         if names.count(name) > 1:
             reading.report(f"two goals are called '{name}'", reading.places[("maximise", name)], "rename one")
 
 
-def _check_measures(found: Mapping[str, Any], base: Scene, reading: Reading) -> None:
+def _check_measures(blocks: Mapping[str, Any], base: Scene, reading: Reading) -> None:
     """Report what the scene does not have of what goals and constraints measure, and times without a sample."""
     for block in ("minimise", "maximise", "subject_to"):
-        given = {name: each for name, each in found.get(block, {}).items() if "expression" not in each}
+        given = {name: each for name, each in blocks.get(block, {}).items() if "expression" not in each}
         for name, each in given.items():
             if "at" not in each:
                 reading.report("missing key 'at'", reading.places[(block, name)], "add it: end, maximum, largest, ..")
@@ -224,9 +224,9 @@ def _check_bounds(bounds: Mapping[str, Uniform], units: Mapping[str, str], scene
                 reading.problems += [each for each in error.problems if each.place and each.place.file == file]
 
 
-def _goals(found: Mapping[str, Any], base: Scene) -> Iterator[Goal]:
+def _goals(blocks: Mapping[str, Any], base: Scene) -> Iterator[Goal]:
     for block, sign in (("minimise", 1.0), ("maximise", -1.0)):
-        for measure in measures_of(found.get(block, {}), base):
+        for measure in measures_of(blocks.get(block, {}), base):
             yield Goal(measure, sign)
 
 
@@ -257,10 +257,10 @@ def _limits(given: Mapping[str, Given], base: Scene, scene: SceneText, reading: 
                 hint = getattr(error, "hint", None)
                 reading.report(f"an expression of parameters: {error}", place, hint)
                 continue
-            found = _dimension(each["expression"], with_units)
-            if found is not None and bound.dimension is not None and not found.agrees(bound.dimension):
+            dimension = _dimension(each["expression"], with_units)
+            if dimension is not None and bound.dimension is not None and not dimension.agrees(bound.dimension):
                 place = reading.places[("subject_to", name, side)]
-                unit = unit_text(None, found)
+                unit = unit_text(None, dimension)
                 reading.report(f"'{each['expression']}' is in {unit}", place, f"give '{side}' so")
         yield DesignLimit(name, side, bound.number, unit, measure, each.get("expression", ""))
 

@@ -69,12 +69,12 @@ def brought_in(trials: Counted, u: Array) -> Array | None:
         return u
     if not np.isfinite(trials(u).lacking).all():
         return None
-    found: list[Array] = []
+    poses: list[Array] = []
 
     def lacking(v: Array) -> Array:
         trial = trials(v)
         if trial.runs:
-            found.append(v.copy())
+            poses.append(v.copy())
             raise StopIteration
         values = np.zeros(size)
         known = trial.lacking[: size - 1]
@@ -90,4 +90,4 @@ def brought_in(trials: Counted, u: Array) -> Array | None:
             bounds=(0.0, 1.0),
             max_nfev=EFFORT,
         )
-    return found[0] if found else None
+    return poses[0] if poses else None

@@ -83,9 +83,9 @@ def _nearest(time: Array, curve: Array, events: Array, points: Array) -> Array:
         slope = square + np.sum(off * bend, axis=1)
         step = np.sum(off * rate, axis=1) / np.where(slope > 0.1 * square, slope, np.maximum(square, 1e-300))
         when = np.clip(0.5 * (before + after) - step, low, high)
-    found = between(time, curve, events, when)
-    nearer = np.sum((found - points) ** 2, axis=1) <= np.sum((there[best] - points) ** 2, axis=1)
-    return np.where(nearer[:, None], found, there[best])
+    nearest = between(time, curve, events, when)
+    nearer = np.sum((nearest - points) ** 2, axis=1) <= np.sum((there[best] - points) ** 2, axis=1)
+    return np.where(nearer[:, None], nearest, there[best])
 
 
 def _passages(time: Array, coordinate: Array, events: Array, wanted: Array, unit: str) -> Array | None:

@@ -153,8 +153,8 @@ def tried_together(wish: Wish, points: Sequence[Array]) -> list[Trial]:
     """The designs at some shares, each run once, with the bits of `tried`: by arrays where these know their way. Such
     trials are not followed."""
     cases = [tuple(wish.values(u).tolist()) for u in points]
-    found = by_arrays(cases, partial(_of_a_group, wish), apart=lambda case: shared(wish.paths, case))
-    return [found.get(at) or replace(tried(wish, u), followed=None) for at, u in enumerate(points)]
+    trials = by_arrays(cases, partial(_of_a_group, wish), apart=lambda case: shared(wish.paths, case))
+    return [trials.get(at) or replace(tried(wish, u), followed=None) for at, u in enumerate(points)]
 
 
 def _of_a_group(wish: Wish, cases: Sequence[tuple[float, ...]]) -> list[Trial | None]:
@@ -175,14 +175,14 @@ def trial_of(
 ) -> Trial:
     """What a run of `duration` in s has of what is asked for, with the scene's parameters. What follows from measures
     that are `unseen` is NaN."""
-    found = {each.name: nan for each in unseen}
+    values = {each.name: nan for each in unseen}
     for each in wish.measures:
         if each in unseen:
             continue
         value = measured(each, samples, duration)
         if value is None or not np.isfinite(value.values[0]):
             return _failed(wish, f"'{each.name}' has no value: the run never gets there")
-        found[each.name] = float(value.values[0])
+        values[each.name] = float(value.values[0])
     residuals = [
         np.full(target.values.size, nan)
         if any(each in unseen for each in target.watched)
@@ -194,8 +194,8 @@ def trial_of(
             return _failed(wish, f"'{target.name}': '{target.over}' does not pass all values")
     return Trial(
         residuals=np.concatenate([np.zeros(0), *(off for off in residuals if off is not None)]),
-        goals=np.array([goal.sign * found[goal.measure.name] for goal in wish.goals]),
-        limits=np.array([_margin(limit, found, parameters) for limit in wish.limits]),
+        goals=np.array([goal.sign * values[goal.measure.name] for goal in wish.goals]),
+        limits=np.array([_margin(limit, values, parameters) for limit in wish.limits]),
         open=np.zeros(1),
     )
 
@@ -220,9 +220,9 @@ def _finer(settings: Settings, finer: int) -> Settings:
     return replace(settings, step=step, tolerance=tolerance)
 
 
-def _margin(limit: DesignLimit, found: dict[str, float], parameters: Mapping[str, float]) -> float:
+def _margin(limit: DesignLimit, values: dict[str, float], parameters: Mapping[str, float]) -> float:
     if limit.measure is not None:
-        value = found[limit.measure.name]
+        value = values[limit.measure.name]
     else:
         names = {name: Value(number, None) for name, number in parameters.items()}
         value = evaluate(parse(limit.expression, frozenset(names)), names).number

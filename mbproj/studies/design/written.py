@@ -55,9 +55,9 @@ def best_scene(design: FoundDesign) -> str:
     failed = Problem(message, spec.place("vary"), hint)
     try:
         text += with_changes(spec.scene.text, _changes(design))
-        found = SceneText(text, "best.yaml", spec.scene.path)
+        read = SceneText(text, "best.yaml", spec.scene.path)
         read_scene_text(text, "best.yaml")
-        numbers = found.numbers(spec.paths)
+        numbers = read.numbers(spec.paths)
     except (ValueError, InputError) as error:
         raise InputError(failed) from error
     if not np.allclose(numbers, design.x, rtol=SAME, atol=0.0):

@@ -36,14 +36,14 @@ class Actuators:
 
     def _own(self, motion: MotionAtTime) -> Array:
         forces, instant = self.system.forces, motion.instant(self.system)
-        given, found = forces.on_bodies, dict[str, float]()
+        given, by_name = forces.on_bodies, dict[str, float]()
         if forces.laws.size:
-            found |= dict(zip(forces.law_owners, law_state(instant).force.tolist(), strict=False))
+            by_name |= dict(zip(forces.law_owners, law_state(instant).force.tolist(), strict=False))
         if given.size:
             programs, values = given.program.ravel().tolist(), given_components(instant).ravel().tolist()
             names = [f"{forces.program_owners[p]}.{'xyz'[row % 3]}" for row, p in enumerate(programs)]
-            found |= dict(zip(names, values, strict=True))
-        return np.array([found.get(entry, 0.0) for entry in self.entries])
+            by_name |= dict(zip(names, values, strict=True))
+        return np.array([by_name.get(entry, 0.0) for entry in self.entries])
 
 
 def actuators(

@@ -166,11 +166,11 @@ class SlidingFrictions:
         rate = set_velocity(frictions.coordinates, motion.pose, motion.twist(motion.pose))
         size = np.where(frictions.coordinates.is_length, self._system.length, 1.0)
         moves = np.abs(rate) > THRESHOLDS.stop_rests * self._fastest * size
-        found = tuple(np.where(moves, np.sign(rate), 0.0).tolist())
-        if found not in self._by_directions:
-            sliding = {k: direction for k, direction in enumerate(found) if direction}
-            self._by_directions[found] = in_contact(self._system, Contacts(sliding=sliding))
-        return self._by_directions[found]
+        directions = tuple(np.where(moves, np.sign(rate), 0.0).tolist())
+        if directions not in self._by_directions:
+            sliding = {k: direction for k, direction in enumerate(directions) if direction}
+            self._by_directions[directions] = in_contact(self._system, Contacts(sliding=sliding))
+        return self._by_directions[directions]
 
 
 def _speed(system: System, motion: MotionAtTime) -> float:

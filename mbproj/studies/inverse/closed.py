@@ -87,11 +87,11 @@ def follow(
     reached[: len(angles)] += 2.0 * np.pi * away
     expected = expected.copy()
     expected[list(rows.coordinates)] += 2.0 * np.pi * away
-    found: list[MotionAtTime] = []
+    motions: list[MotionAtTime] = []
     off = []
     for t, target, rate, change in zip(times, *series, strict=True):
-        if found:
-            q = moved(q, _displacement_until(found[-1], float(t)))
+        if motions:
+            q = moved(q, _displacement_until(motions[-1], float(t)))
         parts = max(1, int(np.ceil(np.abs((target - reached) / rows.scale).max() / LONGEST)))
         for part in range(1, parts + 1):
             q = _closed_pose(system.at_positions, rows, q, reached + (target - reached) * part / parts, float(t))
@@ -100,11 +100,11 @@ def follow(
         motion, left = _with_rates(
             system, rows, MotionAtTime(float(t), q, *_still(q), expected, start.x), target, rate, change
         )
-        found.append(motion)
+        motions.append(motion)
         off.append(left)
         reached = target
     back = np.argsort(rows.order)
-    return FollowedMotion(found, np.array(off)[:, back])
+    return FollowedMotion(motions, np.array(off)[:, back])
 
 
 def _displacement_until(motion: MotionAtTime, t: float) -> Array:
@@ -127,8 +127,8 @@ def _values(system: System, rows: GivenRows, pose: Pose) -> Array:
 
 def _arms(system: System, pose: Pose) -> Array:
     """The vector A s of each marker, from its body's centre, global axes, (k, 3)."""
-    found: Array = (pose.rotation[system.marker_body] @ system.marker_local[..., None])[..., 0]
-    return found
+    arms: Array = (pose.rotation[system.marker_body] @ system.marker_local[..., None])[..., 0]
+    return arms
 
 
 def _markers(system: System, rows: GivenRows, motion: MotionAtTime) -> tuple[Rows, Array]:

@@ -50,13 +50,13 @@ def factor_of(name: str, unit: str, wanted: str, place: Place) -> float:
         return 1.0
     hint = f"give it in {wanted}" if wanted else "give it without a unit"
     try:
-        found = unit_of(unit)
+        unit_read = unit_of(unit)
     except ValueError as error:
         raise InputError(Problem(f"column '{name}': unknown unit '{unit}'", place, hint)) from error
-    if not agrees(wanted, found.dimension):
+    if not agrees(wanted, unit_read.dimension):
         what = f"is in {wanted}" if wanted else "has no unit"
         raise InputError(Problem(f"column '{name}' {what}, and '{unit}' is not", place, hint))
-    return found.multiply / found.divide
+    return unit_read.multiply / unit_read.divide
 
 
 def _heading(cell: str) -> tuple[str, str]:
@@ -79,10 +79,10 @@ def _lines(path: Path, asked: str) -> list[tuple[int, list[str]]]:
     separator = next((mark for mark in (",", ";", "\t") if mark in first), ",")
     reader = csv.reader(text.splitlines(), delimiter=separator)
     try:
-        found = [(reader.line_num, cells) for cells in reader]
+        rows = [(reader.line_num, cells) for cells in reader]
     except csv.Error as error:
         raise InputError(Problem(f"it is no CSV table: {error}", Place(str(path), reader.line_num))) from error
-    return [(line, cells) for line, cells in found if "".join(cells).strip() and not cells[0].startswith("#")]
+    return [(line, cells) for line, cells in rows if "".join(cells).strip() and not cells[0].startswith("#")]
 
 
 def _numbers(path: Path, line: int, cells: list[str], count: int) -> list[float]:
@@ -90,13 +90,13 @@ def _numbers(path: Path, line: int, cells: list[str], count: int) -> list[float]
     if len(cells) != count:
         raise InputError(Problem(f"it has {len(cells)} cells, and the first line has {count}", place))
     try:
-        found = [float(cell) for cell in cells]
+        numbers = [float(cell) for cell in cells]
     except ValueError:
         wrong = next(cell for cell in cells if not _is_number(cell))
         raise InputError(Problem(f"'{wrong.strip()}' is not a number", place, "give every sample a number")) from None
-    if not np.isfinite(found).all():
+    if not np.isfinite(numbers).all():
         raise InputError(Problem("a number is not finite", place, "leave this sample out"))
-    return found
+    return numbers
 
 
 def _is_number(cell: str) -> bool:

@@ -33,24 +33,24 @@ class GivenMotion:
 def known_columns(system: System) -> dict[str, str]:
     """The names of all coordinates whose motion can be given, with their SI units."""
     names = system.names
-    found = dict(zip(names.coordinates, names.coordinate_units, strict=True))
-    return found | {f"{marker}.{axis}": "m" for marker in names.markers for axis in "xyz"}
+    units = dict(zip(names.coordinates, names.coordinate_units, strict=True))
+    return units | {f"{marker}.{axis}": "m" for marker in names.markers for axis in "xyz"}
 
 
 def from_csv(system: System, path: Path) -> GivenMotion:
     """Read a motion from a CSV file. Its first line names the columns: `time (s), crank.angle (deg), tip.x (mm)`.
     Without a unit they are in s, rad and m. Raises InputError with file and line where a cell is no number, a column is
     unknown to the scene, or times do not ascend."""
-    found = read_columns(path, "--given")
-    place = Place(str(path), found.heading_line)
-    columns = [_column(system, name, unit, place) for name, unit in found.headings]
+    table = read_columns(path, "--given")
+    place = Place(str(path), table.heading_line)
+    columns = [_column(system, name, unit, place) for name, unit in table.headings]
     names = [name for name, _, _ in columns]
     for name in names:
         if names.count(name) > 1:
             raise InputError(Problem(f"two columns are of '{name}'", place, "leave one of them out"))
     if "time" not in names or len(names) < 2:
         raise InputError(Problem("it needs a column 'time (s)' and one of the motion", place, _listed(system)))
-    rows = found.rows * [factor for _, _, factor in columns]
+    rows = table.rows * [factor for _, _, factor in columns]
     at = names.index("time")
     given = GivenMotion(
         tuple(name for name in names if name != "time"),
@@ -58,7 +58,7 @@ def from_csv(system: System, path: Path) -> GivenMotion:
         rows[:, at],
         np.delete(rows, at, axis=1),
     )
-    return _checked(given, path, found)
+    return _checked(given, path, table)
 
 
 def from_results(system: System, results: Results) -> GivenMotion:
@@ -71,8 +71,8 @@ def from_results(system: System, results: Results) -> GivenMotion:
     units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
     last = np.append(np.diff(results.time) > 0.0, True)  # of two samples at an event take the one after it
     values = np.stack([results.coordinate(name).value for name in shared], axis=1)
-    found = GivenMotion(tuple(shared), tuple(units[name] for name in shared), results.time[last], values[last])
-    return _checked(found, results.path, None)
+    motion = GivenMotion(tuple(shared), tuple(units[name] for name in shared), results.time[last], values[last])
+    return _checked(motion, results.path, None)
 
 
 def _column(system: System, name: str, unit: str, place: Place) -> tuple[str, str, float]:

@@ -105,10 +105,10 @@ class ActuatorLoads:
         coordinate that tells where they occur."""
         alive = ~np.isnan(self.force).any(axis=1)
         cycle = None if over is None else self.cycle(over)
-        found = {"forces/force": self.force, "forces/rate": self.rate}
+        datasets = {"forces/force": self.force, "forces/rate": self.rate}
         recorded = Recorded(
             {"forces": self.names, "force_units": ["rad" if unit == "N m" else "m" for unit in self.units]},
-            lambda path, columns: found[path][alive][:, columns],
+            lambda path, columns: datasets[path][alive][:, columns],
             self.time[alive],
             self.dead,
             lambda path: None,
@@ -156,8 +156,8 @@ def loads_of_given(
         if not set(given.names) <= set(system.names.coordinates):
             raise _unnamed(system)
         chosen = given.names
-    found = _loads(system, followed.motions, chosen, weights, states_known=False)
-    if not names and not system.driven and len(chosen) > found.freedom:
+    shared = _loads(system, followed.motions, chosen, weights, states_known=False)
+    if not names and not system.driven and len(chosen) > shared.freedom:
         raise _unnamed(system)
     changes = [
         Smoothing(
@@ -172,7 +172,7 @@ def loads_of_given(
             given.names, given.units, splines, followed.off.T + [each.change for each in splines], strict=True
         )
     ]
-    return replace(found, smoothing=tuple(changes))
+    return replace(shared, smoothing=tuple(changes))
 
 
 def _unnamed(system: System) -> InputError:
@@ -192,22 +192,22 @@ def _loads(
     for motion in motions:
         refuse_unknown_forces(free, motion, states_known=states_known)
     own = actuators(system, free, motions[0], names, weights)
-    found = balance(own, motions)
+    balanced = balance(own, motions)
     time = np.array([motion.t for motion in motions])
     return ActuatorLoads(
         own.names,
         own.units,
         time,
-        found.force,
-        found.rate,
+        balanced.force,
+        balanced.rate,
         system.names.coordinates,
         system.names.coordinate_units,
         np.array([motion.expected for motion in motions]).reshape(len(motions), -1),
-        found.freedom,
-        found.rank,
+        balanced.freedom,
+        balanced.rank,
         own.weights,
-        float(found.off.max()),
-        time[found.dead],
+        float(balanced.off.max()),
+        time[balanced.dead],
     )
 
 

@@ -68,10 +68,10 @@ def _estimated(time: Array, values: Array) -> float:
 def _difference_rms(time: Array, values: Array, order: int) -> float:
     """The root mean square of divided differences of an order, weighted so that white noise of σ gives σ."""
     rows = np.lib.stride_tricks.sliding_window_view
-    nodes, found = rows(time, order + 1), rows(values, order + 1)
+    nodes, node_values = rows(time, order + 1), rows(values, order + 1)
     apart = nodes[:, :, None] - nodes[:, None, :]
     apart[:, np.arange(order + 1), np.arange(order + 1)] = 1.0
     span = (nodes[:, -1] - nodes[:, 0])[:, None, None]
     weights = 1.0 / np.prod(apart / span, axis=2)
     weights /= np.linalg.norm(weights, axis=1, keepdims=True)
-    return float(np.sqrt(np.mean(np.sum(weights * found, axis=1) ** 2)))
+    return float(np.sqrt(np.mean(np.sum(weights * node_values, axis=1) ** 2)))

@@ -40,13 +40,13 @@ class Yardstick:
         cost evaluations."""
         times = self.reference.times
         stride = 1 if setting.step is None else stride_for(times, setting.step) or 1
-        found = measured(solve(self.mechanism, setting, times[::stride]), self.reference.at_every(stride))
-        if setting.tolerance is None or found.failure:
-            return found
+        measurement = measured(solve(self.mechanism, setting, times[::stride]), self.reference.at_every(stride))
+        if setting.tolerance is None or measurement.failure:
+            return measurement
         report = solve(self.mechanism, setting, sample_times(float(times[-1]), 1)).report
         if report is None:
-            return found
-        return replace(found, counters=report.counters, seconds=report.integration_cpu_seconds)
+            return measurement
+        return replace(measurement, counters=report.counters, seconds=report.integration_cpu_seconds)
 
 
 def attempt(

@@ -39,15 +39,15 @@ def certain_reference(
     serves to compare the integrators `names` and the setting `own`. Raises InputError where no time is certain."""
     steps = [own.step] if own.step is not None and own.step <= until else []
     tell("reference", 0, 1)
-    found = reference(mechanism, common_times(until, steps), names)
+    known = reference(mechanism, common_times(until, steps), names)
     limit, notes = CERTAIN * mechanism.system.length, list[str]()
-    while (certain := found.certain_until(limit)) < found.times[-1]:
-        why = why_not(mechanism, found, limit, certain, tell)
-        if certain < 2 * found.times[1]:
+    while (certain := known.certain_until(limit)) < known.times[-1]:
+        why = why_not(mechanism, known, limit, certain, tell)
+        if certain < 2 * known.times[1]:
             raise InputError(Problem(f"there is no reference for this mechanism: {why}", hint="try a shorter time"))
         notes = [f"the study ends at {certain:.4g} s: the reference is certain to {limit:.1g} m up to there ({why})"]
-        found = reference(mechanism, common_times(certain, steps), names)
-    return found, [found.words, *notes]
+        known = reference(mechanism, common_times(certain, steps), names)
+    return known, [known.words, *notes]
 
 
 def why_not(mechanism: Mechanism, reference: Reference, goal: float, until: float, tell: Tell = silent) -> str:
@@ -65,10 +65,10 @@ def why_not(mechanism: Mechanism, reference: Reference, goal: float, until: floa
     at = min(int(np.searchsorted(times, until * (1.0 + 1e-9), side="right")), len(times) - 1)
     if parted[at] >= EXPLAINS * min(goal, float(uncertainty[at])):
         extent = float(np.ptp(reference.position, axis=0).max())
-        found = growth(times, parted, np.zeros_like(parted), extent)
+        fitted = growth(times, parted, np.zeros_like(parted), extent)
         grown = parted[-1] / max(float(parted[1]), np.finfo(float).tiny)
-        if found.law == "exponential" and grown > CHAOS:
-            return f"the motion is chaotic: starts that differ by round-off part as exp({found.rate:.2g} t)"
+        if fitted.law == "exponential" and grown > CHAOS:
+            return f"the motion is chaotic: starts that differ by round-off part as exp({fitted.rate:.2g} t)"
         return f"errors grow from round-off: starts that differ by it are {parted[at]:.1g} m apart at {times[at]:.4g} s"
     known = bool(uncertainty[at] <= goal)
     differ = f"the best solutions are uncertain by {uncertainty[at]:.1g} m at {times[at]:.4g} s"

@@ -35,12 +35,12 @@ class Mechanism:
     def to_choose_for(cls, scene: Scene) -> Mechanism:
         """Compile and assemble a scene for a study of settings. Raises InputError where the run is kinematic, as no
         setting matters then."""
-        found = cls.of(scene)
-        if choose(found.system, found.state, scene.settings).kinematic:
+        mechanism = cls.of(scene)
+        if choose(mechanism.system, mechanism.state, scene.settings).kinematic:
             message = "0 degrees of freedom: the run is kinematic, exact at any setting; there is none to choose"
             hint = "simply run it; --set simulation.kinematic=false integrates it all the same"
             raise InputError(Problem(message, scene.place("simulation"), hint))
-        return found
+        return mechanism
 
     @property
     def points(self) -> tuple[str, ...]:

@@ -57,5 +57,5 @@ def largest_distance(others: Sequence[Solution], of: Solution) -> Array:
     """The largest distance up to each time between the solution `of` and the others, (T, k), m. It is infinite from the
     end of one of them on."""
     apart = np.max([np.linalg.norm(other.position - of.position, axis=-1) for other in others], axis=0)
-    found: Array = np.maximum.accumulate(np.nan_to_num(apart, nan=np.inf))
-    return found
+    distances: Array = np.maximum.accumulate(np.nan_to_num(apart, nan=np.inf))
+    return distances

@@ -79,11 +79,11 @@ class Setting:
         base = asdict(Setting.of(over or Settings()))
         own = {name: value for name, value in asdict(self).items() if self._has(name)}
         named = ("integrator", "tolerance" if self.step is None else "step", "projection")
-        found = {name: own[name] for name in named}
-        found |= {name: value for name, value in own.items() if value is not None and value != base[name]}
+        given = {name: own[name] for name in named}
+        given |= {name: value for name, value in own.items() if value is not None and value != base[name]}
         if self.threshold is None and base["threshold"] is not None and "threshold" in own:
-            found["threshold"] = NO_THRESHOLD
-        return found
+            given["threshold"] = NO_THRESHOLD
+        return given
 
     def command_line(self, over: Settings | None = None) -> str:
         """The options of `mbproj run` as one string, e.g. "--integrator dop853 --tolerance 1e-8 --projection gpopm".

@@ -26,12 +26,12 @@ WHOLE = 1e-9
 
 def span(scene: Scene, until: float | None) -> float:
     """The length of a study in s: `until`, or the scene's duration. Raises InputError where neither is given."""
-    found = scene.settings.duration if until is None else until
-    if found is None or not 0.0 < found < float("inf"):
+    duration = scene.settings.duration if until is None else until
+    if duration is None or not 0.0 < duration < float("inf"):
         hint = "add it to 'simulation', or say how long on the command line"
         problem = Problem("the scene has no duration", scene.place("simulation"), hint)
         raise InputError(problem)
-    return found
+    return duration
 
 
 def sampled(scene: Scene, until: float | None) -> Array:

@@ -84,5 +84,5 @@ def kept_timings(
     key = " ".join([f"{repetitions} timings", *(setting.command_line() for setting in settings)])
     if key not in kept:
         kept.add(key, time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell))
-    found: list[Timing] = kept[key]
-    return found
+    timings: list[Timing] = kept[key]
+    return timings

@@ -81,10 +81,10 @@ class _Bundles(Iterator[tuple[Item, ...]]):
     def __next__(self) -> tuple[Item, ...]:
         if self._again:
             return (self._again.popleft(),)
-        found = tuple(islice(self._items, self._size))
-        if not found:
+        bundle = tuple(islice(self._items, self._size))
+        if not bundle:
             raise StopIteration
-        return found
+        return bundle
 
     def returned(self, bundle: tuple[Item, ...], outcome: Outcome) -> None:
         """Take note of how a bundle ended. The items of a lost bundle are tried again one by one."""

@@ -77,9 +77,9 @@ def _silence() -> None:
 def _address_in(file: Path, place: Place) -> str:
     """The address that a scheduler has written into a file."""
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))["address"]
-        if isinstance(found, str):
-            return found
+        address = json.loads(file.read_text(encoding="utf-8"))["address"]
+        if isinstance(address, str):
+            return address
     except OSError as error:
         hint = f"the scheduler writes it: dask scheduler --scheduler-file {file}"
         raise InputError(Problem(f"cannot read '{file}': {error.strerror}", place, hint)) from error

@@ -179,9 +179,9 @@ def _cheapest_of_first_family(bench: Bench, base: Setting, tell: Tell) -> tuple[
             reach = float(bench.reference.times[max(int(np.argmin(certain)) - 1, 0)])
         else:
             start = _start_fineness(bench, family)
-            found = cheapest(bench, family, start)
-            if found is not None:
-                return found, bench
+            best = cheapest(bench, family, start)
+            if best is not None:
+                return best, bench
             assert family.finest is not None
             finest = bench.measure(family.setting(family.finest))
             if bench.by_energy and finest.doubt > 1.0 and finest.at() <= bench.goal:  # no step improves the balance
@@ -213,11 +213,11 @@ def _contenders(
     is_long = sum(each.seconds for each in bench.measurements) > LONG
     where = 1 if processes is None and not is_long else processes
     searched = resumable(_searched, shared, items, bench.kept, where, "integrators", tell).values()
-    found, tried = ([each for pair in searched for each in pair[part]] for part in (0, 1))
-    found = [first, *found]
-    found += _with_energy_row(bench, base, min(found, key=lambda one: one.evaluations))
-    found.sort(key=lambda one: one.evaluations)
-    return [one for one in found if one.evaluations <= CONTENDERS * found[0].evaluations], tried
+    contenders, tried = ([each for pair in searched for each in pair[part]] for part in (0, 1))
+    contenders = [first, *contenders]
+    contenders += _with_energy_row(bench, base, min(contenders, key=lambda one: one.evaluations))
+    contenders.sort(key=lambda one: one.evaluations)
+    return [one for one in contenders if one.evaluations <= CONTENDERS * contenders[0].evaluations], tried
 
 
 def _searched(shared: tuple[Bench, float], family: Family) -> tuple[list[Measurement], list[Measurement]]:
@@ -236,8 +236,8 @@ def _with_energy_row(bench: Bench, base: Setting, best: Measurement) -> list[Mea
     setting = best.setting
     family = Family(replace(base, energy_row=True), setting.integrator, setting.step is None, _interval(bench))
     start = round(_interval(bench) / setting.step) if setting.step else _start_fineness(bench, family)
-    found = cheapest(bench, family, start, best.evaluations - 1)
-    return [] if found is None else [found]
+    tried = cheapest(bench, family, start, best.evaluations - 1)
+    return [] if tried is None else [tried]
 
 
 def _limited_by_stability(bench: Bench, first: Measurement) -> bool:
@@ -251,10 +251,10 @@ def _timed(
     bench: Bench, contenders: Sequence[Measurement], usual: Sequence[Measurement], tell: Tell
 ) -> tuple[list[Measurement], list[Measurement]]:
     """Return both lists with median times of runs with all samples; the contenders sorted, fastest first."""
-    found = [*contenders, *usual]
-    settings = [one.setting for one in found]
+    measurements = [*contenders, *usual]
+    settings = [one.setting for one in measurements]
     timings = time_settings(bench.mechanism, settings, bench.reference.times, tell=tell)
-    timed = [one.timed(timing.median) for one, timing in zip(found, timings, strict=True)]
+    timed = [one.timed(timing.median) for one, timing in zip(measurements, timings, strict=True)]
     return sorted(timed[: len(contenders)], key=lambda one: one.seconds), timed[len(contenders) :]
 
 

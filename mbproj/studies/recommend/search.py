@@ -154,8 +154,8 @@ class Bench:
         key = f"{setting.command_line()}{self._end}"
         if key not in self.kept:
             self.kept.add(key, self.fresh(setting, self.mechanism))
-        found: Measurement = self.kept[key]
-        return found
+        measurement: Measurement = self.kept[key]
+        return measurement
 
     @property
     def measurements(self) -> list[Measurement]:
@@ -200,13 +200,13 @@ def cheapest(bench: Bench, family: Family, start: int, budget: float = inf) -> M
     where there is none."""
     bracket = Bracket(fine=_first_over_budget(bench, family, budget))
     fineness = bracket.inside(start, family)
-    found: Measurement | None = None
+    best: Measurement | None = None
     while not bracket.is_closed(family):
         tried = bench.measure(family.setting(fineness))
         missed = bench.missed(tried)
         affordable = tried.evaluations <= budget or tried.evaluations == inf
         if missed <= 1.0:
-            bracket.fine, found = fineness, tried if affordable else found
+            bracket.fine, best = fineness, tried if affordable else best
         elif affordable:
             bracket.coarse = fineness
         else:
@@ -214,7 +214,7 @@ def cheapest(bench: Bench, family: Family, start: int, budget: float = inf) -> M
             if missed > NEAR:
                 return None
         fineness = bracket.inside(_proposed(family, bracket, fineness, missed), family)
-    return _coarser_by_chance(bench, family, bracket, found)
+    return _coarser_by_chance(bench, family, bracket, best)
 
 
 def _first_over_budget(bench: Bench, family: Family, budget: float) -> int | None:
@@ -237,15 +237,15 @@ def _proposed(family: Family, bracket: Bracket, fineness: int, ratio: float) -> 
     return guess
 
 
-def _coarser_by_chance(bench: Bench, family: Family, bracket: Bracket, found: Measurement | None) -> Measurement | None:
-    """Look for a coarser setting that keeps the goal by chance; return the result `found` otherwise."""
-    fineness = bracket.fine if found is not None and bracket.fine is not None else bracket.coarse + 1
+def _coarser_by_chance(bench: Bench, family: Family, bracket: Bracket, best: Measurement | None) -> Measurement | None:
+    """Look for a coarser setting that keeps the goal by chance; return the result `best` otherwise."""
+    fineness = bracket.fine if best is not None and bracket.fine is not None else bracket.coarse + 1
     lowest, misses = family.at_cost(fineness, BELOW), 0
     while fineness > max(lowest, 1) and misses < 2:
         fineness = max(min(family.at_cost(fineness, PACE), fineness - 1), 1)
         tried = bench.measure(family.setting(fineness))
         missed = bench.missed(tried)
         if missed <= 1.0:
-            found, lowest = tried, family.at_cost(fineness, BELOW)
+            best, lowest = tried, family.at_cost(fineness, BELOW)
         misses = misses + 1 if missed > NEAR else 0
-    return found
+    return best

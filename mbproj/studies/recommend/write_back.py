@@ -27,10 +27,10 @@ def write_back(scene: Scene, settings: Settings) -> Path:
     failed = Problem("the simulation block cannot be changed in place", place, f"write by hand: {_by_hand(changes)}")
     try:
         text = with_simulation(scene.text, changes)
-        found = read_scene_text(text, str(scene.path)).settings
+        settings_read = read_scene_text(text, str(scene.path)).settings
     except (ValueError, InputError) as error:
         raise InputError(failed) from error
-    if Setting.of(found) != Setting.of(settings) or found.output_step != settings.output_step:
+    if Setting.of(settings_read) != Setting.of(settings) or settings_read.output_step != settings.output_step:
         raise InputError(failed)
     if read_text(scene.path) != scene.text:
         raise InputError(Problem("has changed since it was read", place, f"write by hand: {_by_hand(changes)}"))

@@ -143,8 +143,8 @@ def stability(
     subject = Subject(
         scene, _with_fixed_step(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits()
     )
-    found = quantity.span(subject)
-    whole = ValueSpan(low or found.low, found.own, high or found.high)
+    own_span = quantity.span(subject)
+    whole = ValueSpan(low or own_span.low, own_span.own, high or own_span.high)
     if not 0.0 < whole.low < whole.high:
         message = f"there is nothing between {whole.low:g} and {whole.high:g}"
         raise InputError(Problem(message, hint="let --from be below --to"))
@@ -262,17 +262,17 @@ def _points_of(shared: tuple[str, list[float]], subject: Subject) -> tuple[Stabi
         return judge(changed, value)
 
     known = judged_in_blocks(partial(quantity.changed, subject), grid) if judge is judged else {}
-    found = [known.get(number) or at(value) for number, value in enumerate(grid)]
+    points = [known.get(number) or at(value) for number, value in enumerate(grid)]
     for _ in range(CHANGES):
-        wide = [pair for pair in _changes(found) if _gap(*pair) > precision]
+        wide = [pair for pair in _changes(points) if _gap(*pair) > precision]
         if not wide:
             break
         below, above = wide[0]
         while _gap(below, above) > precision:
             middle = at(exp(0.5 * (log(below.value) + log(above.value))))
-            insort(found, middle, key=lambda point: point.value)
+            insort(points, middle, key=lambda point: point.value)
             below, above = (middle, above) if middle.state == below.state else (below, middle)
-    return tuple(found)
+    return tuple(points)
 
 
 def _gap(below: StabilityPoint, above: StabilityPoint) -> float:

@@ -181,9 +181,9 @@ class _Watch:
 
     def of_case(self, at: int) -> _Watch:
         """What was recorded of one case of a block."""
-        found = copy(self)
-        vars(found).update({name: lane(value, at) for name, value in vars(self).items()})
-        return found
+        watch = copy(self)
+        vars(watch).update({name: lane(value, at) for name, value in vars(self).items()})
+        return watch
 
     def point(self, value: float, limits: Limits, stopped: MbprojError | None) -> StabilityPoint:
         """Judge what was recorded. `stopped` is the error that ended the run, if any."""
@@ -239,10 +239,10 @@ def _fault(mechanism: Mechanism) -> str:
     if rest.reference.held:
         raise InputError(Problem(f"dry friction holds it: {', '.join(rest.reference.held)}"))
     if system.actions.size:
-        found = round_of(reference_at(system, rest.state, "equilibrium"))
-        times = float(np.abs(found.multipliers).max(initial=0.0))
+        period = round_of(reference_at(system, rest.state, "equilibrium"))
+        times = float(np.abs(period.multipliers).max(initial=0.0))
         return (
-            f"a small motion grows by {times - 1.0:.3g} of itself in {found.time:.6g} s" if times > 1.0 + GROWS else ""
+            f"a small motion grows by {times - 1.0:.3g} of itself in {period.time:.6g} s" if times > 1.0 + GROWS else ""
         )
     values = modes(rest.reference).eigenvalues
     fastest = float(values.real.max(initial=0.0))

@@ -42,10 +42,10 @@ def read(study: str) -> dict[str, bytes]:
     """All values of a study by the names of its items."""
 
     def work(database: sqlite3.Connection) -> dict[str, bytes]:
-        found = dict(database.execute("SELECT item, value FROM kept WHERE study = ?", [study]).fetchall())
-        if found:
+        items = dict(database.execute("SELECT item, value FROM kept WHERE study = ?", [study]).fetchall())
+        if items:
             database.execute("UPDATE kept SET used = ? WHERE study = ?", [time(), study])
-        return found
+        return items
 
     return _done(work, {})
 
@@ -110,12 +110,12 @@ def _transaction(database: sqlite3.Connection) -> Iterator[None]:
 
 def _check(database: sqlite3.Connection) -> None:
     """Makes the tables of a new file. Raises ForeignStore where the file has others."""
-    found = database.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL").fetchall()
+    tables = database.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL").fetchall()
     owner, version = (database.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
-    if not found and not owner and not version:
+    if not tables and not owner and not version:
         for statement in (*SCHEMA, f"PRAGMA application_id = {OURS}", f"PRAGMA user_version = {FORMAT}"):
             database.execute(statement)
-    elif (owner, version) != (OURS, FORMAT) or {sql for (sql,) in found} != set(SCHEMA):
+    elif (owner, version) != (OURS, FORMAT) or {sql for (sql,) in tables} != set(SCHEMA):
         raise ForeignStore("it is the database of another program, or version")
 
 
@@ -159,9 +159,9 @@ def _private_folder() -> Path:
     parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     private = parent / "studies"
     private.mkdir(mode=0o700, exist_ok=True)
-    found = private.stat()
-    if hasattr(os, "getuid") and found.st_uid != os.getuid():
+    status = private.stat()
+    if hasattr(os, "getuid") and status.st_uid != os.getuid():
         raise PermissionError(f"'{private}' belongs to another user")
-    if stat.S_IMODE(found.st_mode) != 0o700 and os.name == "posix":
+    if stat.S_IMODE(status.st_mode) != 0o700 and os.name == "posix":
         private.chmod(0o700)
     return private

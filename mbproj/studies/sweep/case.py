@@ -119,11 +119,11 @@ def _run_together(work: CaseWork, tasks: Sequence[CaseTask]) -> list[CaseRow | N
     values = values_of([task.values for task in tasks])
     scene = scene_of(work, CaseTask("", tuple(values)))
     signature = signature_of(scene, sparse(settings_to_run(scene), work.measures, counts=False))
-    found, name = run_block(signature, work.measures, len(tasks), work.timeout), signature.choice.name
+    columns, name = run_block(signature, work.measures, len(tasks), work.timeout), signature.choice.name
     seconds = (perf_counter() - begun) / len(tasks)
     return [
         None if each is None else CaseRow(Status.DONE, each, formulation=name, seconds=seconds, by_arrays=True)
-        for each in found
+        for each in columns
     ]
 
 
@@ -165,8 +165,8 @@ def _measured(
 ) -> tuple[CaseRow, Report]:
     """The case's row; `keep` takes the states that a run can go on from."""
     report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep, accounts=keep is not None)
-    found = {each.name: measured(each, kept, settings.duration) for each in work.measures}
-    values = tuple(np.nan if one is None else float(one.values[0]) for one in found.values())
+    measurements = {each.name: measured(each, kept, settings.duration) for each in work.measures}
+    values = tuple(np.nan if one is None else float(one.values[0]) for one in measurements.values())
     return CaseRow(Status.DONE, values, formulation=report.formulation), report
 
 

@@ -60,8 +60,8 @@ def check_sweep(folder: Path) -> SweepSoundness:
             faults += [f"{NAME}: {problem.message}" for problem in error.problems]
     cases = sorted((folder / CASES).glob("[0-9a-f]*.h5"))
     of_cases = {f"{CASES}/{case.name}": list(_of_results(case)) for case in cases}
-    faults += [f"{name}: {fault}" for name, found in of_cases.items() for fault in found]
-    damaged = tuple(name for name, found in of_cases.items() if found)
+    faults += [f"{name}: {fault}" for name, case_faults in of_cases.items() for fault in case_faults]
+    damaged = tuple(name for name, case_faults in of_cases.items() if case_faults)
     return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
 
 
@@ -78,8 +78,8 @@ def _looked(store: Path) -> tuple[database.Looked, str | None]:
 
 
 def _checksum(opened: sqlite3.Connection) -> str | None:
-    found = opened.execute("SELECT value FROM about WHERE name = ?", [TABLE]).fetchone()
-    return None if found is None else str(found[0])
+    row = opened.execute("SELECT value FROM about WHERE name = ?", [TABLE]).fetchone()
+    return None if row is None else str(row[0])
 
 
 def _of_results(case: Path) -> Iterator[str]:

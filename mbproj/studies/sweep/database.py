@@ -110,8 +110,8 @@ def version_of(database: sqlite3.Connection) -> int:
 def look(database: sqlite3.Connection) -> Looked:
     """Reads all of a database. Raises sqlite3.Error where that does not come to an end."""
     version = version_of(database)
-    found = {sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")}
-    faults = [] if found == {*schema(version)} else ["its tables are not those of a sweep"]
+    statements = {sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")}
+    faults = [] if statements == {*schema(version)} else ["its tables are not those of a sweep"]
     faults += [said for (said,) in database.execute("PRAGMA quick_check(3)") if said != "ok"]
     counts = {}
     for table in TABLES:

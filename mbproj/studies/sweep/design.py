@@ -34,16 +34,16 @@ def latin_hypercube(dimensions: int, samples: int, seed: int) -> Array:
     """One sample in each of n slices of every dimension."""
     from scipy.stats import qmc
 
-    found: Array = qmc.LatinHypercube(dimensions, seed=np.random.default_rng(seed)).random(samples)
-    return found
+    points: Array = qmc.LatinHypercube(dimensions, seed=np.random.default_rng(seed)).random(samples)
+    return points
 
 
 def sobol(dimensions: int, samples: int, seed: int) -> Array:
     """Sobol's sequence, scrambled; more of them begin with the same ones."""
     from scipy.stats import qmc
 
-    found: Array = qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random(samples)
-    return found
+    points: Array = qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random(samples)
+    return points
 
 
 def saltelli(dimensions: int, samples: int, seed: int) -> Array:
@@ -100,11 +100,11 @@ class Grid(Design):
         return prod(self.shape)
 
     def case(self, number: int) -> Case:
-        found = []
+        items = []
         for each in reversed(tuple(self.ranges.values())):
             number, index = divmod(number, each.count)
-            found.append(each.item(index))
-        return tuple(reversed(found))
+            items.append(each.item(index))
+        return tuple(reversed(items))
 
 
 @dataclass(frozen=True)
@@ -133,8 +133,8 @@ class Sampled(Design):
     def shares(self) -> Array:
         """The samples (n, d), each above 0 and below 1."""
         inner = np.nextafter(0.0, 1.0), np.nextafter(1.0, 0.0)
-        found = SAMPLERS[self.name](len(self.varying), self.samples, self.seed)
-        return np.clip(found, *inner)
+        points = SAMPLERS[self.name](len(self.varying), self.samples, self.seed)
+        return np.clip(points, *inner)
 
     @cached_property
     def varying(self) -> tuple[str, ...]:

@@ -160,19 +160,19 @@ class Store:
     def row(self, key: str) -> CaseRow | None:
         """The row of a case; None where there is none, or it has not all that is measured now."""
         with self._at_work():
-            found = self._database.execute("SELECT * FROM cases WHERE key = ?", [key]).fetchone()
-            return None if found is None else self._row(found)
+            stored = self._database.execute("SELECT * FROM cases WHERE key = ?", [key]).fetchone()
+            return None if stored is None else self._row(stored)
 
     def rows(self) -> Iterator[tuple[str, CaseRow]]:
         """All rows that have what is measured now, by their keys."""
         with self._at_work():
-            for found in self._database.execute("SELECT * FROM cases"):
-                row = self._row(found)
+            for record in self._database.execute("SELECT * FROM cases"):
+                row = self._row(record)
                 if row is not None:
-                    yield found[0], row
+                    yield record[0], row
 
-    def _row(self, found: Sequence[Any]) -> CaseRow | None:
-        whole = whole_values("cases", FORMAT, found)
+    def _row(self, record: Sequence[Any]) -> CaseRow | None:
+        whole = whole_values("cases", FORMAT, record)
         if whole is None:
             raise sqlite3.DatabaseError("a row is not what was written")
         values, row = from_stored(whole)

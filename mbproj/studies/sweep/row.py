@@ -95,9 +95,9 @@ class Keys:
 
     def of(self, values: Sequence[Item]) -> str:
         """The key of the case with these values, in hexadecimal digits; the order of the paths has no part in it."""
-        found = self._common.copy()
-        found.update(json.dumps(sorted(zip(self._paths, values, strict=True))).encode())
-        return found.hexdigest()
+        digest = self._common.copy()
+        digest.update(json.dumps(sorted(zip(self._paths, values, strict=True))).encode())
+        return digest.hexdigest()
 
 
 def identity(measure: Expectation) -> str:

@@ -101,10 +101,10 @@ class _Missing(Iterator[CaseTask]):
         self.reused = self.failed = 0
         numbers: Iterable[int] = range(spec.design.count)
         if known:  # the time that is left cannot be told before it is known what is missing
-            found = [(number, known.get(self._key(number))) for number in numbers]
-            numbers = [number for number, status in found if status is None]
+            states = [(number, known.get(self._key(number))) for number in numbers]
+            numbers = [number for number, status in states if status is None]
             self.reused = spec.design.count - len(numbers)
-            self.failed = sum(status not in (None, Status.DONE) for _, status in found)
+            self.failed = sum(status not in (None, Status.DONE) for _, status in states)
         self._numbers = iter(numbers)
 
     def __next__(self) -> CaseTask:

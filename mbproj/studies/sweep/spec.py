@@ -75,17 +75,17 @@ def read_spec(path: Path) -> SweepSpec:
     text, root, reading = opened(path, SPEC.what, f"it begins with 'sweep: {FORMAT}'")
     scene, base = scene_named(path, root, reading, SPEC)
     reading.items = items_of(base)
-    found = SPEC.read(root, (), reading)
-    if found is None:
+    blocks = SPEC.read(root, (), reading)
+    if blocks is None:
         raise InputError(in_text_order(reading.problems))
-    for complaint in complaints(found["measure"], base):
+    for complaint in complaints(blocks["measure"], base):
         reading.report(complaint.message, reading.places[complaint.path], complaint.hint)
-    _check_names(found, reading)
-    combine = found.get("combine", COMBINATIONS[0])
-    design = design_of(found["vary"], combine, found.get("samples"), found.get("seed"), reading)
+    _check_names(blocks, reading)
+    combine = blocks.get("combine", COMBINATIONS[0])
+    design = design_of(blocks["vary"], combine, blocks.get("samples"), blocks.get("seed"), reading)
     if design is None or reading.problems:
         raise InputError(in_text_order(reading.problems))
-    reading.problems += _misfits(scene, design, found["measure"], reading.places)
+    reading.problems += _misfits(scene, design, blocks["measure"], reading.places)
     if reading.problems:
         raise InputError(in_text_order(reading.problems))
     return SweepSpec(
@@ -93,17 +93,17 @@ def read_spec(path: Path) -> SweepSpec:
         text=text,
         scene=scene,
         design=design,
-        units=units_of({path: each.dimension for path, each in found["vary"].items()}, scene),
-        measures=measures_of(found["measure"], base),
-        keep=found.get("keep", KEEP[0]),
+        units=units_of({path: each.dimension for path, each in blocks["vary"].items()}, scene),
+        measures=measures_of(blocks["measure"], base),
+        keep=blocks.get("keep", KEEP[0]),
         places=reading.places,
     )
 
 
-def _check_names(found: Mapping[str, Any], reading: Reading) -> None:
+def _check_names(blocks: Mapping[str, Any], reading: Reading) -> None:
     """Report measures that have the name of another column of the summary."""
-    taken = {column_of(path) for path in found["vary"]} | {*COLUMNS}
-    for name in found["measure"]:
+    taken = {column_of(path) for path in blocks["vary"]} | {*COLUMNS}
+    for name in blocks["measure"]:
         if name in taken:
             place = reading.places[("measure", name)]
             reading.report(f"'{name}' is another column of the summary", place, "give the measure another name")
@@ -114,17 +114,17 @@ def _misfits(
 ) -> list[Problem]:
     """What the scene's reader says of values of the sweep, before anything runs, and what a run with them does not
     measure."""
-    found: list[Problem] = []
+    problems: list[Problem] = []
     for changes in _probes(design, places):
         try:
             read = scene.scene(changes)
             settings = settings_to_run(read)
         except InputError as error:
-            found += error.problems
+            problems += error.problems
             continue
         for complaint in untimely(measures, settings):
-            found.append(Problem(complaint.message, places[complaint.path], complaint.hint))
-    return list(dict.fromkeys(found))
+            problems.append(Problem(complaint.message, places[complaint.path], complaint.hint))
+    return list(dict.fromkeys(problems))
 
 
 def _probes(design: Design, places: Mapping[KeyPath, Place]) -> Iterator[dict[str, Change]]:

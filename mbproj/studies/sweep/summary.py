@@ -99,20 +99,20 @@ def write_arrays(spec: SweepSpec, folder: Folder, force: bool = False) -> Path:
     import h5py
 
     path = folder.arrays
-    found = _Columns(spec, folder)
+    columns = _Columns(spec, folder)
     with (
         replacing(path, ARRAYS, force=force, hint=OTHER) as draft,
         h5py.File(draft, "w", track_order=True) as file,
     ):
         file.attrs.update(_about(spec))
-        axes = _axes(file, spec, found)
+        axes = _axes(file, spec, columns)
         shape = tuple(len(axis) for axis in axes)
-        for measure, values in zip(spec.measures, found.measured, strict=True):
+        for measure, values in zip(spec.measures, columns.measured, strict=True):
             words = (measure.of, measure.item, measure.quantity, measure.component, f"at {measure.at}")
             said = " ".join(word for word in words if word)
             _variable(file, measure.name, np.reshape(values, shape), axes, measure.unit or "1", said)
         for name, said in ENDINGS.items():
-            column = np.reshape(found.endings[name], shape)
+            column = np.reshape(columns.endings[name], shape)
             _variable(file, name, column, axes, "s" if name in SECONDS else "", said)
         stamp_attributes(file)
     return path
@@ -161,7 +161,7 @@ def _about(spec: SweepSpec) -> dict[str, Any]:
     }
 
 
-def _axes(file: h5py.File, spec: SweepSpec, found: _Columns) -> list[h5py.Dataset]:
+def _axes(file: h5py.File, spec: SweepSpec, columns: _Columns) -> list[h5py.Dataset]:
     """The dimensions, and what varies as coordinates on them."""
     design = spec.design
     if isinstance(design, Grid):
@@ -173,7 +173,7 @@ def _axes(file: h5py.File, spec: SweepSpec, found: _Columns) -> list[h5py.Datase
         return axes
     axis = _variable(file, CASE, np.arange(design.count), (), "", "number of the case")
     axis.make_scale(CASE)
-    for path, values in zip(design.paths, found.varied, strict=True):
+    for path, values in zip(design.paths, columns.varied, strict=True):
         _variable(file, column_of(path), _column(values), [axis], spec.units[path] or "1", path)
     file.attrs["coordinates"] = " ".join(map(column_of, design.paths))
     return [axis]

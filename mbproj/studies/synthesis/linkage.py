@@ -104,8 +104,8 @@ def met(a: Points, b: Points, from_a: Array, from_b: Array, side: Array) -> Poin
     they are too far apart, or too near."""
     apart = np.abs(b - a)
     along = (from_a**2 - from_b**2 + apart**2) / (2.0 * apart)
-    found: Points = a + (b - a) / apart * (along + 1j * side * np.sqrt(from_a**2 - along**2))
-    return found
+    points: Points = a + (b - a) / apart * (along + 1j * side * np.sqrt(from_a**2 - along**2))
+    return points
 
 
 def _slid(origin: Points, pivot: Points, p: Numbers, step: Slide, link: Link) -> Points:
@@ -113,5 +113,5 @@ def _slid(origin: Points, pivot: Points, p: Numbers, step: Slide, link: Link) ->
     seen = (origin - pivot) / line
     across = p[step.offset] - seen.imag
     ahead = seen.real + p[step.side] * np.sqrt(p[link.length] ** 2 - across**2)
-    found: Points = pivot + line * (ahead + 1j * p[step.offset])
-    return found
+    points: Points = pivot + line * (ahead + 1j * p[step.offset])
+    return points

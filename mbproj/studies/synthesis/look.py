@@ -61,25 +61,25 @@ class Candidate:
 
 def names_for(kind: str) -> tuple[str, ...]:
     """The topologies that can do this."""
-    found = [name for name, ways in TOPOLOGIES.items() if kind in ways]
-    return (*found, SPATIAL) if kind == FUNCTION else tuple(found)
+    names = [name for name, ways in TOPOLOGIES.items() if kind in ways]
+    return (*names, SPATIAL) if kind == FUNCTION else tuple(names)
 
 
 def candidates(wanted: Wanted, name: str) -> list[dict[str, float]]:
     """The best designs of a topology, the best first: their numbers, and `rms`. A work item."""
     mechanism = SpatialFourBar() if name == SPATIAL else TOPOLOGIES[name][wanted.kind]
-    found: list[Candidate] = []
+    designs: list[Candidate] = []
     signs = [1.0, -1.0]
     directions = signs if wanted.kind == PATH and wanted.times is not None else [1.0]
     assemblies = [*product(*[signs] * len(mechanism.sides), directions)]
     for number in range(len(assemblies) * (ROUNDS if wanted.kind == POSITIONS else 1)):
         *sides, turn = assemblies[number % len(assemblies)]
         fixed = {**dict(zip(mechanism.sides, sides, strict=True)), "turn": turn}
-        found += _of_one_assembly(wanted, mechanism, fixed, wanted.seed + number)
+        designs += _of_one_assembly(wanted, mechanism, fixed, wanted.seed + number)
         whole = number % len(assemblies) == len(assemblies) - 1
-        if whole and any(not each.locks and each.rms <= EXACT * wanted.size for each in found):
+        if whole and any(not each.locks and each.rms <= EXACT * wanted.size for each in designs):
             break
-    best = sorted(found, key=Candidate.rank)[:HANDED_ON]
+    best = sorted(designs, key=Candidate.rank)[:HANDED_ON]
     return [{**each.numbers, "rms": each.rms} for each in best]
 
 
@@ -273,9 +273,9 @@ def _nearest(mechanism: Linkage, p: Numbers, points: Any) -> Array:
     size = np.maximum(np.abs(way) ** 2, 1e-300)
     share = np.clip(((points[None, :, None] - start) * way.conj()).real / size, 0.0, 1.0)
     best = np.argmin(np.abs(start + share * way - points[None, :, None]), axis=2)
-    found = p["start"] + angles[best] + np.take_along_axis(share, best[..., None], axis=2)[..., 0] * angles[1]
+    angle = p["start"] + angles[best] + np.take_along_axis(share, best[..., None], axis=2)[..., 0] * angles[1]
     for _ in range(REFINED):
-        off = _traced(mechanism, p, found) - points
-        rate = (_traced(mechanism, p, found + STEP) - _traced(mechanism, p, found - STEP)) / (2.0 * STEP)
-        found = found - np.clip((off * rate.conj()).real / np.maximum(np.abs(rate) ** 2, 1e-300), -NEAR, NEAR)
-    return np.asarray(found)
+        off = _traced(mechanism, p, angle) - points
+        rate = (_traced(mechanism, p, angle + STEP) - _traced(mechanism, p, angle - STEP)) / (2.0 * STEP)
+        angle = angle - np.clip((off * rate.conj()).real / np.maximum(np.abs(rate) ** 2, 1e-300), -NEAR, NEAR)
+    return np.asarray(angle)

@@ -17,16 +17,16 @@ from mbproj.studies.synthesis.wish import Wanted
 FRAMES = 121
 
 
-def shown(found: Synthesis) -> dict[str, Any]:
+def shown(synthesis: Synthesis) -> dict[str, Any]:
     """Plain data: what is wanted, and for each design lines (frames, points, 2) in x and z, in m, and its `trace`.
     Positions of a body are `marks`, lines of two points; `carried` (frames, 2, 2) is that of the design."""
-    wanted = found.wanted
+    wanted = synthesis.wanted
     points = [] if wanted.kind == FUNCTION else wanted.values.tolist()
     marks = []
     if wanted.kind == POSITIONS:
         x, z, angle = wanted.values.T
         marks = _mark(wanted, x + 1j * z, np.exp(1j * angle))
-    designs = [_design(wanted, each) for each in found.found if each.design is not None]
+    designs = [_design(wanted, each) for each in synthesis.found if each.design is not None]
     function = np.degrees(wanted.values - wanted.values[0]).tolist() if wanted.kind == FUNCTION else []
     turns = wanted.turns or (wanted.kind == PATH and wanted.times is None)
     return {"turns": turns, "points": points, "marks": marks, "function": function, "designs": designs}

@@ -81,23 +81,23 @@ def synthesise(
     chosen = tuple(dict.fromkeys(names)) or able
     kept = ValueCache(["synthesis", wanted.text, wanted.values.tolist(), _listed(wanted.times)], fresh)
     looked = resumable(candidates, wanted, {name: name for name in chosen}, kept, where, "topologies", tell)
-    found = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
-    if not any(each.design for each in found):
+    results = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
+    if not any(each.design for each in results):
         raise InputError(
-            Problem(f"no topology does it; {found[0].topology}: {found[0].cause}", Place(str(wanted.path)))
+            Problem(f"no topology does it; {results[0].topology}: {results[0].cause}", Place(str(wanted.path)))
         )
-    return Synthesis(wanted, tuple(in_order(found, wanted.size)))
+    return Synthesis(wanted, tuple(in_order(results, wanted.size)))
 
 
 def _listed(times: Array | None) -> list[float] | None:
     return None if times is None else times.tolist()
 
 
-def in_order(found: Sequence[Synthesised], size: float) -> Iterator[Synthesised]:
+def in_order(results: Sequence[Synthesised], size: float) -> Iterator[Synthesised]:
     """First the one with the fewest bodies of those that are as good as the best."""
-    by_error = sorted(found, key=lambda each: each.rms if each.design else np.inf)
+    by_error = sorted(results, key=lambda each: each.rms if each.design else np.inf)
     enough = max(AS_GOOD * by_error[0].rms, EXACT * size)
-    good = [each for each in found if each.design and each.rms <= enough]
+    good = [each for each in results if each.design and each.rms <= enough]
     first = min(good, key=lambda each: each.bodies)
     yield first
     yield from (each for each in by_error if each is not first)
@@ -120,8 +120,8 @@ def _brought_to_an_end(
     """The best candidate that runs, after the ordinary search has brought it to its end."""
     mechanism, cause = mechanism_of(wanted, name), "no design closes at all of its points"
     bodies = 3 if isinstance(mechanism, SpatialFourBar) else len(mechanism.links) + (name == "slider_crank")
-    for found in looked:
-        numbers = {key: value for key, value in found.items() if key != "rms"}
+    for candidate in looked:
+        numbers = {key: value for key, value in candidate.items() if key != "rms"}
         try:
             design = find_design(read_spec(written(wanted, name, numbers, folder, force)), where, fresh=fresh)
         except InputError as error:
@@ -208,7 +208,9 @@ def _table(headings: str, *columns: Any) -> str:
     return "\n".join([headings, *(",".join(map(repr, row)) for row in rows)]) + "\n"
 
 
-def table(found: Synthesis) -> Table:
+def table(synthesis: Synthesis) -> Table:
     """A row a topology, the chosen one first."""
-    rows = [(each.topology, None if each.design is None else each.rms, each.bodies, each.cause) for each in found.found]
+    rows = [
+        (each.topology, None if each.design is None else each.rms, each.bodies, each.cause) for each in synthesis.found
+    ]
     return Table(("topology", "rms", "bodies", "cause"), tuple(rows))

@@ -80,19 +80,19 @@ _STILL = {"ax": 0.0, "az": 0.0, "dx": 1.0, "dz": 0.0}
 
 def bounds(linkage: Linkage, wanted: str, centre: complex, size: float) -> dict[str, tuple[float, float]]:
     """Within which bounds each number is sought; equal ones are fixed. What is wanted has this centre and size."""
-    found: dict[str, tuple[float, float]] = {}
+    limits: dict[str, tuple[float, float]] = {}
     for x, z in linkage.pivots.values():
-        found[x] = (centre.real - 2.0 * size, centre.real + 2.0 * size)
-        found[z] = (centre.imag - 2.0 * size, centre.imag + 2.0 * size)
+        limits[x] = (centre.real - 2.0 * size, centre.real + 2.0 * size)
+        limits[z] = (centre.imag - 2.0 * size, centre.imag + 2.0 * size)
     for link in linkage.links:
-        found[link.length] = (0.05 * size, 3.0 * size)
+        limits[link.length] = (0.05 * size, 3.0 * size)
         for name, (x, z) in link.carries.items():
             idle = wanted == FUNCTION and name == "P"
-            found[x] = found[z] = (0.0, 0.0) if idle else (-2.0 * size, 2.0 * size)
+            limits[x] = limits[z] = (0.0, 0.0) if idle else (-2.0 * size, 2.0 * size)
     for step in linkage.steps:
         if isinstance(step, Slide):
-            found[step.tilt], found[step.offset] = (-np.pi, np.pi), (-size, size)
-    found["start"] = (-np.pi, np.pi)
+            limits[step.tilt], limits[step.offset] = (-np.pi, np.pi), (-size, size)
+    limits["start"] = (-np.pi, np.pi)
     if wanted == FUNCTION:
-        found |= {name: (value, value) for name, value in _STILL.items() if name in found}
-    return found
+        limits |= {name: (value, value) for name, value in _STILL.items() if name in limits}
+    return limits

@@ -92,10 +92,10 @@ def read_wanted(path: Path) -> Wanted:
     if "synthesis" not in root.values:
         hint = "add synthesis: {path: FILE.csv}, or leave out --topologies"
         raise InputError(Problem("the file has no 'synthesis', which --topologies is for", root.place, hint))
-    found = SYNTHESIS.read(root, (), reading)
-    if found is None or reading.problems:
+    blocks = SYNTHESIS.read(root, (), reading)
+    if blocks is None or reading.problems:
         raise InputError(in_text_order(reading.problems))
-    wanted = found["synthesis"]
+    wanted = blocks["synthesis"]
     kind = next(each for each in COLUMNS if each in wanted)
     if "timing" in wanted and kind != PATH:
         place = reading.places[("synthesis", "timing")]
@@ -111,8 +111,8 @@ def read_wanted(path: Path) -> Wanted:
         values=values,
         times=None if times is None else times - times[0],
         turns=kind == PATH and _is_closed(values),
-        starts=found.get("starts", STARTS),
-        seed=found.get("seed", SEED),
+        starts=blocks.get("starts", STARTS),
+        seed=blocks.get("seed", SEED),
     )
 
 

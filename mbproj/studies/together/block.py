@@ -54,8 +54,8 @@ def run_block(
     """What is measured of each of so many cases. None of one whose run does not come to its end, or takes longer than
     `timeout` in s."""
     samples, ended = _measured_samples(signature, measures, count, timeout)
-    found = [_values(each, samples, signature.settings.duration, count) for each in measures if any(ended)]
-    return [tuple(column[at] for column in found) if whole else None for at, whole in enumerate(ended)]
+    columns = [_values(each, samples, signature.settings.duration, count) for each in measures if any(ended)]
+    return [tuple(column[at] for column in columns) if whole else None for at, whole in enumerate(ended)]
 
 
 def samples_of_block(signature: Signature, measures: Sequence[Expectation], count: int) -> list[OfLane | None]:
@@ -81,16 +81,16 @@ def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None)
     """Return the samples of each run, or None where it has not come to its end. Runs go side by side in packs as far
     as these compute them; each goes on by itself from where packs have left it. A limit of time is for single runs."""
     runs = run.items if isinstance(run, Each) else [run]  # nothing that varies has a say
-    found: list[Mapping[str, Any] | None] = [None] * len(runs)
+    ends: list[Mapping[str, Any] | None] = [None] * len(runs)
     if timeout is None and len(runs) > 1:
         with interruption() as asked:
-            found = compiled.core.together(list(runs), RETURN_SECONDS, asked.check)
+            ends = compiled.core.together(list(runs), RETURN_SECONDS, asked.check)
     for at, run in enumerate(runs):
         if run.outcome.status == compiled.core.Status.running:
-            first, found[at] = found[at], None
+            first, ends[at] = ends[at], None
             with suppress(TimeIsUp), time_limit(timeout):
-                found[at] = _to_its_end(compiled, run, [] if first is None else [first])
-    return found if len(found) == count else found * count
+                ends[at] = _to_its_end(compiled, run, [] if first is None else [first])
+    return ends if len(ends) == count else ends * count
 
 
 def _to_its_end(compiled: Compiled, run: Any, parts: list[Mapping[str, Any]]) -> Mapping[str, Any] | None:
@@ -112,13 +112,13 @@ def _joined(parts: Sequence[Any]) -> Any:
 def _values(measure: Expectation, samples: MeasuredSamples, duration: float | None, count: int) -> list[float]:
     """The first number of a measure for each case; NaN where it has none."""
     try:
-        found = measured(measure, samples, duration)
+        value = measured(measure, samples, duration)
     except (Parted, TypeError):
         own = [measured(measure, OfLane(samples, at), duration) for at in range(count)]
         return [np.nan if each is None else float(each.values[0]) for each in own]
-    if found is None:
+    if value is None:
         return [np.nan] * count
-    values: list[float] = np.broadcast_to(getattr(found.values[0], "values", found.values[0]), count).tolist()
+    values: list[float] = np.broadcast_to(getattr(value.values[0], "values", value.values[0]), count).tolist()
     return values
 
 

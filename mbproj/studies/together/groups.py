@@ -26,7 +26,7 @@ def by_arrays(
     `together` gives the results of a group, and None for a case that has to go alone. A group has cases with the same
     `apart`. Where the result of the first case of a group does not `hold` beside that of its own run, none counts.
     """
-    found: dict[int, Result] = {}
+    by_place: dict[int, Result] = {}
     groups: dict[Any, list[int]] = {}
     for at, case in enumerate(cases):
         groups.setdefault(apart(case), []).append(at)
@@ -48,10 +48,10 @@ def by_arrays(
         ended = {at: result for at, result in zip(own, results, strict=True) if result is not None}
         first = next(iter(ended), None)
         if first is None or holds(cases[first], ended[first]):
-            found |= ended
+            by_place |= ended
         else:
             warn_once("arrays have other bits than single cases have, which is a fault of mbproj: not used")
-    return found
+    return by_place
 
 
 def shared(paths: Sequence[str], values: Sequence[float | str]) -> tuple[float | str, ...]:

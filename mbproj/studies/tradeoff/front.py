@@ -210,13 +210,13 @@ def step_numbers(intervals: int) -> list[int]:
 def integrator_ladders(base: Setting, names: Sequence[str]) -> list[Ladder]:
     """A ladder with fixed steps for each integrator, and one with tolerances where the integrator estimates its
     error."""
-    found = []
+    ladders = []
     for name in names:
         if name != registry.AUTOMATIC:
-            found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=False))
+            ladders.append(Ladder(_sizeless(base, integrator=name), by_tolerance=False))
         if registry.is_embedded(name):
-            found.append(Ladder(_sizeless(base, integrator=name), by_tolerance=True))
-    return found
+            ladders.append(Ladder(_sizeless(base, integrator=name), by_tolerance=True))
+    return ladders
 
 
 def projection_ladders(ladder: Ladder, methods: Sequence[Setting]) -> list[Ladder]:
@@ -271,5 +271,5 @@ def sweeps(
     """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `kept` are
     not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
-    found = resumable(sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
-    return [found[key] for key in keys]
+    records = resumable(sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
+    return [records[key] for key in keys]

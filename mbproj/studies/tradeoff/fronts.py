@@ -27,12 +27,12 @@ def front(cost: Sequence[float] | Array, error: Sequence[float] | Array) -> Inte
     error, and less of one. Of equal settings the first counts; infinite values never do."""
     costs, errors = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
     order = np.lexsort((np.arange(len(costs)), errors, costs))
-    found, best = [], np.inf
+    indices, best = [], np.inf
     for index in order:
         if np.isfinite(costs[index]) and errors[index] < best:
-            found.append(index)
+            indices.append(index)
             best = errors[index]
-    return np.array(found, dtype=np.intp)
+    return np.array(indices, dtype=np.intp)
 
 
 def excess(cost: Sequence[float] | Array, error: Sequence[float] | Array) -> Array:

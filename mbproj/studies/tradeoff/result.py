@@ -155,7 +155,7 @@ FORMAT = "mbproj tradeoff"
 KIND = hdf5(FORMAT)
 
 
-def write_hdf5(path: Path, found: Tradeoff, *, force: bool = False) -> Path:
+def write_hdf5(path: Path, result: Tradeoff, *, force: bool = False) -> Path:
     """Write a trade-off: /trials has an array for each column of its table, /reference has times, positions and
     uncertainty."""
     with replacing(path, KIND, force=force) as draft, h5py.File(draft, "w") as file:
@@ -163,19 +163,19 @@ def write_hdf5(path: Path, found: Tradeoff, *, force: bool = False) -> Path:
             {
                 "format": FORMAT,
                 "mbproj_version": __version__,
-                "title": found.title,
-                "points": list(found.points),
-                "notes": list(found.notes),
+                "title": result.title,
+                "points": list(result.points),
+                "notes": list(result.notes),
             }
         )
-        table = found.table
+        table = result.table
         for name, column in zip(table.headings, zip(*table.rows, strict=True), strict=True):
             values = [nan if value is None else value for value in column]
             text = isinstance(values[0], str)
             data = np.array(values, dtype=h5py.string_dtype() if text else None)
             dataset = file.create_dataset(f"trials/{name}", data=data)
             dataset.attrs["description"] = MEANING.get(name, name.replace("_", " "))
-        truth = found.reference
+        truth = result.reference
         for name, array, unit in (
             ("time", truth.times, "s"),
             ("position", truth.position, "m"),

@@ -47,14 +47,14 @@ def joints_from_ground(scene: Scene) -> dict[str, int]:
         first, second = joint.bodies
         ways[first].append(second)
         ways[second].append(first)
-    found = {GROUND: 0}
+    distance = {GROUND: 0}
     for start in (GROUND, *ways):
         waiting = deque([start])
-        found.setdefault(start, 1)
+        distance.setdefault(start, 1)
         while waiting:
             name = waiting.popleft()
             for other in ways[name]:
-                if other not in found:
-                    found[other] = found[name] + 1
+                if other not in distance:
+                    distance[other] = distance[name] + 1
                     waiting.append(other)
-    return {name: number for name, number in found.items() if name != GROUND}
+    return {name: number for name, number in distance.items() if name != GROUND}

@@ -23,13 +23,13 @@ def eliminated_is_bordered(case: Case) -> Found:
     one, other = (np.concatenate(solver(*terms)) for solver in (solve_bordered, solve_eliminated))
     exact = known.taken_exactly()
     bound, n = exact.accelerations().error + exact.eliminated().error, 7 * case.system.bodies
-    found = [difference(other[:n], one[:n], bound[:n], np.tile([case.system.length] * 3 + [1.0] * 4, n // 7))]
+    differences = [difference(other[:n], one[:n], bound[:n], np.tile([case.system.length] * 3 + [1.0] * 4, n // 7))]
     if len(one) > n:
         # Eq. 81 computes λ as a sum with γ. So its round-off is relative to the larger of the two.
         unit = 1.0 / case.system.row_scale[known.rows]
         largest = float(np.maximum(np.abs(one[n:]), np.abs(terms[3])).max())
-        found.append(difference(other[n:], one[n:], bound[n:], unit, largest))
-    return worse(found)
+        differences.append(difference(other[n:], one[n:], bound[n:], unit, largest))
+    return worse(differences)
 
 
 def reduced_is_bordered(case: Case) -> Found:

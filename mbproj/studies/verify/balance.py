@@ -143,10 +143,10 @@ def _reflected(case: Case) -> tuple[Array, Array, Array]:
     pose = pose_of(case.state.q)
     twist = twist_of(pose, case.state.v)
     change = case.equations.accelerations()[: 7 * n]
-    found = inertial_reaction(reflected, pose, twist, twist_of(pose, change.value))
+    reaction = inertial_reaction(reflected, pose, twist, twist_of(pose, change.value))
     terms = np.abs(set_jacobian(reflected.rows, pose))
     off = reflected.inertia * (terms @ (change.error + OPERATIONS * EPS * np.abs(change.value)))
-    return -found.force, off, np.asarray(found.rate)
+    return -reaction.force, off, np.asarray(reaction.rate)
 
 
 def _wrenches(case: Case, *, sizes: bool = False) -> Array:

@@ -159,15 +159,15 @@ class Case:
     @cached_property
     def reduced(self) -> Reduced | str:
         """The kernel's reduced formulation, or the reason why it is not available."""
-        found = core()
-        if found is None:
+        kernel = core()
+        if kernel is None:
             return "there is no compiled kernel"
         if self.indefinite:
             return f"{self.indefinite}, which in space only the full formulation can handle"
         missing = without_form(self.system)
         if missing is not None:
             return f"the kernel has no primitive '{missing}'"
-        compiled = Reduced(found, self.system)
+        compiled = Reduced(kernel, self.system)
         redundant = settle_rows(compiled, self.mechanism.state)
         regular, _ = compiled.is_regular(self.mechanism.state)
         return compiled if regular and redundant is not None else "in space the start is a singular pose"

@@ -60,12 +60,12 @@ def verify(scene: Scene, tell: Tell = silent) -> Verification:
 
     Raises InputError where the mechanism cannot be assembled or run at all, SimulationError where a function of the
     scene has no value at the start."""
-    case, found = Case(Mechanism.of(scene)), []
+    case, checks = Case(Mechanism.of(scene)), []
     _ = case.choice  # raises where the scene cannot be run at all
     for done, (name, entry) in enumerate(CHECKS.items()):
         tell("checks", done, len(CHECKS))
-        found.append(_check(name, entry, case))
-    return Verification(tuple(found), case.choice.name)
+        checks.append(_check(name, entry, case))
+    return Verification(tuple(checks), case.choice.name)
 
 
 def _check(name: str, entry: CheckEntry, case: Case) -> Check:

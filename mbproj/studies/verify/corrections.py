@@ -52,13 +52,13 @@ def no_alpha(case: Case) -> Found:
     M, C_q, violation = _with_violation(case)
     known = _method("gpopm").correction(M.value, C_q.value, violation.value)
     own = correction(penalised(M, C_q, 1.0), C_q, violation).error
-    found, departures = [], []
+    differences, departures = [], []
     for alpha in ALPHAS:
         other = _method("mmopm", alpha=alpha).correction(M.value, C_q.value, violation.value)
         bound = correction(penalised(M, C_q, alpha), C_q, violation).error + own
-        found.append(difference(other, known, bound, _scale(case)))
+        differences.append(difference(other, known, bound, _scale(case)))
         departures.append(f"{np.abs((other - known) / _scale(case)).max():.0e} at α = {alpha:.0e}")
-    return _remarked(worse(found), f"departs by {', '.join(departures)}")
+    return _remarked(worse(differences), f"departs by {', '.join(departures)}")
 
 
 def idempotent(case: Case) -> Found:
@@ -67,7 +67,7 @@ def idempotent(case: Case) -> Found:
         return case.too_large
     equations, v = case.equations, case.displacement
     M, C_q = Rounded.exact(equations.M.value), Rounded.exact(equations.C_q.value)
-    found = []
+    differences = []
     for name, A in _weights(M, C_q):
         first = _method(name).correction(M.value, C_q.value, C_q.value @ v)
         left = C_q @ Rounded.exact(v + first)
@@ -77,8 +77,8 @@ def idempotent(case: Case) -> Found:
         second = _method(name).correction(M.value, C_q.value, left.value)
         gain = correction(A, C_q, Rounded(np.zeros(len(left.value)), missed)).error
         whole = float(np.abs(first / _scale(case)).max())
-        found.append(difference(second, np.zeros_like(second), gain, _scale(case), whole))
-    return worse(found)
+        differences.append(difference(second, np.zeros_like(second), gain, _scale(case), whole))
+    return worse(differences)
 
 
 def orthogonal(case: Case) -> Found:
@@ -94,15 +94,15 @@ def orthogonal(case: Case) -> Found:
     # The residual C_q Z, mapped back onto the null space, is the error of Z itself.
     left = Rounded.exact(C_q.value) @ Rounded.exact(Z)
     off = np.abs(np.linalg.pinv(C_q.value)) @ (left.error + np.abs(left.value))
-    found = []
+    differences = []
     for name, weight in METRICS.items():
         A = Rounded.exact(np.eye(columns) if weight == "I" else M.value)
         change = _method(name).correction(M.value, C_q.value, violation.value)
         bounded = Rounded(change, correction(_weight(name, M, C_q), C_q, violation).error)
         parts = Rounded(Z.T, off.T) @ (A @ bounded)
         whole = float((np.abs(Z.T) @ np.abs(A.value @ change)).max())
-        found.append(difference(parts.value, np.zeros_like(parts.value), parts.error, 1.0, whole))
-    return worse(found)
+        differences.append(difference(parts.value, np.zeros_like(parts.value), parts.error, 1.0, whole))
+    return worse(differences)
 
 
 def kernel_correction(case: Case) -> Found:
@@ -133,17 +133,17 @@ def kernel_correction(case: Case) -> Found:
     moved = case.reduced.equations(ProjectionSettings(method="gpopm")).newton(
         case.reduced.state(q, case.state.v), case.state.t
     )
-    found = np.asarray(moved)[:, :7].ravel()
+    corrected = np.asarray(moved)[:, :7].ravel()
     largest = np.tile([reach] * 3 + [1.0] * 4, system.bodies)
     bound = 2.0 * bounded.error + 8.0 * np.finfo(float).eps * largest
-    return difference(found, expected, bound, _scale(case), float(np.abs(bounded.value / _scale(case)).max()))
+    return difference(corrected, expected, bound, _scale(case), float(np.abs(bounded.value / _scale(case)).max()))
 
 
 def _method(name: str, alpha: float | None = None) -> Projection:
     """The projection method of this name, which must be one that corrects."""
-    found = make_method(ProjectionSettings(method=name, alpha=alpha))
-    assert isinstance(found, Projection)
-    return found
+    made = make_method(ProjectionSettings(method=name, alpha=alpha))
+    assert isinstance(made, Projection)
+    return made
 
 
 def _weight(name: str, M: Rounded, C_q: Rounded) -> Rounded:
@@ -178,5 +178,5 @@ def _scale(case: Case) -> Array:
     return np.tile([case.system.length] * 3 + [1.0] * 4, case.system.bodies)
 
 
-def _remarked(found: Found, remark: str) -> Found:
-    return Finding(found.measured, found.allowed, remark) if isinstance(found, Finding) else found
+def _remarked(finding: Found, remark: str) -> Found:
+    return Finding(finding.measured, finding.allowed, remark) if isinstance(finding, Finding) else finding

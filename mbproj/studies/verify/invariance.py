@@ -43,8 +43,8 @@ def units(case: Case) -> Found:
     if case.scene.elements or names_channels(case.scene):
         return NO_UNITS
     scene, scale = rescaled(case.scene, MILLIMETRES), np.tile([MILLIMETRES] * 3 + [1.0] * 4, case.system.bodies)
-    found = _compared(case, scene, np.diag(scale), np.zeros(len(scale)))
-    return replace(found, remark=_change_of_gopm(case, scene, scale)) if isinstance(found, Finding) else found
+    finding = _compared(case, scene, np.diag(scale), np.zeros(len(scale)))
+    return replace(finding, remark=_change_of_gopm(case, scene, scale)) if isinstance(finding, Finding) else finding
 
 
 def _change_of_gopm(case: Case, scene: Scene, scale: Array) -> str:
@@ -97,16 +97,16 @@ def _compared(case: Case, scene: Scene, T: Array, shift: Array) -> Found:
     scale = np.abs(T) @ _scale(case.system)
     reach = OPERATIONS * EPS * (np.abs(q).max() + system.length)
     C = constraint_at(system, q, case.state.t)
-    found = [difference(C, np.zeros(len(C)), _left_open(case) * system.row_scale + reach, system.row_scale, 1.0)]
+    differences = [difference(C, np.zeros(len(C)), _left_open(case) * system.row_scale + reach, system.row_scale, 1.0)]
     violation, theirs = (
         Rounded.exact(case.displacement) if each is known else Rounded.exact(T @ case.displacement)
         for each in (known, other)
     )
     one, two = _correction(known, violation), _correction(other, theirs)
-    found.append(difference(two.value, T @ one.value, two.error + np.abs(T) @ one.error, scale))
+    differences.append(difference(two.value, T @ one.value, two.error + np.abs(T) @ one.error, scale))
     one, two = (each.accelerations()[: len(scale)] for each in (known, other))
-    found.append(difference(two.value, T @ one.value, two.error + np.abs(T) @ one.error, scale))
-    return worse(found)
+    differences.append(difference(two.value, T @ one.value, two.error + np.abs(T) @ one.error, scale))
+    return worse(differences)
 
 
 def _equations_of(case: Case, scene: Scene, T: Array, shift: Array) -> RoundedEquations:

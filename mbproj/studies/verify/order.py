@@ -29,9 +29,9 @@ STILL = 1e-12
 def observed_order(case: Case) -> Found:
     """Check that the error at a run's end falls with the step at the integrator's order or faster. Of all motions the
     one with the lowest order counts."""
-    found = [(motion.name, _order_of(case, motion)) for motion in case.motions]
-    told = [replace(each, remark=f"{each.remark}, {name}") for name, each in found if isinstance(each, Finding)]
-    return min(told, key=lambda each: each.measured - each.allowed) if told else found[-1][1]
+    findings = [(motion.name, _order_of(case, motion)) for motion in case.motions]
+    told = [replace(each, remark=f"{each.remark}, {name}") for name, each in findings if isinstance(each, Finding)]
+    return min(told, key=lambda each: each.measured - each.allowed) if told else findings[-1][1]
 
 
 def _order_of(case: Case, motion: ShortRun) -> Found:

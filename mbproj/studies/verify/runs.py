@@ -129,22 +129,22 @@ def order_of(steps: Array, values: Array) -> Order | None:
 
 def _slope(y: Array, columns: Array) -> Order:
     """The coefficient of the first column in the least-squares fit of y, and twice its standard error."""
-    found = np.linalg.lstsq(columns, y, rcond=None)[0]
-    residual = y - columns @ found
+    solution = np.linalg.lstsq(columns, y, rcond=None)[0]
+    residual = y - columns @ solution
     spread = residual @ residual / (len(y) - columns.shape[1]) * np.linalg.inv(columns.T @ columns)[0, 0]
-    return Order(float(found[0]), 2.0 * float(np.sqrt(spread)))
+    return Order(float(solution[0]), 2.0 * float(np.sqrt(spread)))
 
 
 def short_runs(mechanism: Mechanism, rate: float, slow: bool) -> ShortRuns:
     """The runs of a mechanism that turns at up to `rate` (rad/s). `slow` says that steps are expensive."""
     longer, shorter = SPANS
-    found = _runs_over(mechanism, longer / rate, slow)
-    if found.failure is None and not found.passed and found.order(found.errors) is not None:
-        return found
+    runs = _runs_over(mechanism, longer / rate, slow)
+    if runs.failure is None and not runs.passed and runs.order(runs.errors) is not None:
+        return runs
     again = _runs_over(mechanism, shorter / rate, slow)
-    if found.passed or again.passed:
-        return found if again.passed else again
-    return again if again.order(again.errors) is not None or found.failure is not None else found
+    if runs.passed or again.passed:
+        return runs if again.passed else again
+    return again if again.order(again.errors) is not None or runs.failure is not None else runs
 
 
 def _runs_over(mechanism: Mechanism, span: float, slow: bool) -> ShortRuns:
@@ -153,12 +153,12 @@ def _runs_over(mechanism: Mechanism, span: float, slow: bool) -> ShortRuns:
     own = replace(own, integrator=with_fixed_steps(own.integrator))
     done, solutions, failure = [], [], None
     for steps in STEPS[:FEWER] if slow else STEPS:
-        found = solve(mechanism, replace(own, step=span / steps, tolerance=None), times)
-        if found.failure is None:
+        solution = solve(mechanism, replace(own, step=span / steps, tolerance=None), times)
+        if solution.failure is None:
             done.append(steps)
-            solutions.append(found)
+            solutions.append(solution)
         else:
-            failure = found.failure
+            failure = solution.failure
     projection = mechanism.scene.settings.projection
     floor = max(_left_open(projection) / mechanism.system.length, STEPS[-1] * EPS)
     coarsest = mechanism.settings(replace(own, step=span / STEPS[0], tolerance=None), span, span)

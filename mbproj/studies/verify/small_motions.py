@@ -45,41 +45,41 @@ def small_motions(case: Case) -> Found:
         return "there are no joint coordinates to compare"
     try:
         rest = equilibrium(case.system, case.mechanism.state)
-        found = modes(rest.reference)
+        modal = modes(rest.reference)
     except (NoEquilibrium, InputError) as error:
         return f"there is nothing to linearise: {str(error).splitlines()[0].removeprefix('error: ')}"
     if rest.reference.held:
         return f"dry friction holds it: {', '.join(rest.reference.held)}"
-    slow = np.flatnonzero((found.eigenvalues.imag > 0.0) & np.any(np.abs(found.coordinates) > 0.0, axis=1))
+    slow = np.flatnonzero((modal.eigenvalues.imag > 0.0) & np.any(np.abs(modal.coordinates) > 0.0, axis=1))
     if not len(slow):
         return "no mode oscillates"
     mode = int(slow[0])
-    time = PART * 2.0 * np.pi / float(abs(found.eigenvalues[mode]))
+    time = PART * 2.0 * np.pi / float(abs(modal.eigenvalues[mode]))
     if _depends_on_time(case, rest, time):
         return "forces or motions change with time, and the linear model with them"
-    steps = max(STEPS, int(np.ceil(time * float(np.abs(found.eigenvalues).max()) / STABLE)))
+    steps = max(STEPS, int(np.ceil(time * float(np.abs(modal.eigenvalues).max()) / STABLE)))
     if steps > MOST_STEPS:
         return f"its modes are so far apart that following the slowest takes {steps} steps"
-    sides = [_displaced_along(case, rest, found, mode, size) for size in (AMPLITUDE, -AMPLITUDE)]
+    sides = [_displaced_along(case, rest, modal, mode, size) for size in (AMPLITUDE, -AMPLITUDE)]
     edge = _edge_between(case.system, *sides)
     if edge:
         return f"it rests at the edge of a law, and moves differently on its two sides: {edge}"
     ends = [_final_coordinates(case, side, time, steps) for side in sides]
-    moves: Numbers = found.coordinates[mode]
-    expected = (moves * np.exp(found.eigenvalues[mode] * time)).real
+    moves: Numbers = modal.coordinates[mode]
+    expected = (moves * np.exp(modal.eigenvalues[mode] * time)).real
     off = np.abs((ends[0] - ends[1]) / (2.0 * AMPLITUDE) - expected).max() / np.abs(moves).max()
-    return Finding(float(off), ALLOWED, f"in the mode of {found.frequencies[mode]:.4g} Hz")
+    return Finding(float(off), ALLOWED, f"in the mode of {modal.frequencies[mode]:.4g} Hz")
 
 
-def _displaced_along(case: Case, rest: Equilibrium, found: Modes, mode: int, size: float) -> State:
+def _displaced_along(case: Case, rest: Equilibrium, modal: Modes, mode: int, size: float) -> State:
     """The equilibrium, displaced by `size` along a mode and moving in that mode."""
-    motion, λ = rest.reference.motion, found.eigenvalues[mode]
-    ξ = found.shapes[mode].copy()
+    motion, λ = rest.reference.motion, modal.eigenvalues[mode]
+    ξ = modal.shapes[mode].copy()
     ξ[:, 3:] = np.einsum("bji,bj->bi", motion.pose.rotation[:-1], ξ[:, 3:])
     q = moved(motion.q, size * ξ.real.ravel())
     v = velocities(pose_of(q), size * (λ * ξ).real.ravel())
     state = consistent(case.system, replace(initial_guess(case.scene, case.system), q=q, v=v))
-    return state.changed(turns=rest.state.turns, states=rest.state.x + size * found.states[mode].real)
+    return state.changed(turns=rest.state.turns, states=rest.state.x + size * modal.states[mode].real)
 
 
 def _edge_between(system: System, one: State, other: State) -> str:

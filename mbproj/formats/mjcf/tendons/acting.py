@@ -56,7 +56,7 @@ def _say_bends(tendons: ModelTendons, number: int) -> None:
 
 def _acting(model: Any) -> dict[str, Array]:
     """The numbers of all that may act along tendons, by the word for it."""
-    found = {
+    laws = {
         "limit": model.tendon_limited,
         "spring": model.tendon_stiffness,
         "damping": model.tendon_damping,
@@ -66,10 +66,10 @@ def _acting(model: Any) -> dict[str, Array]:
     for word, attribute in zip(BENT, ("stiffnesspoly", "dampingpoly"), strict=True):
         values = getattr(model, f"tendon_{attribute}", None)
         if values is not None:
-            found[word] = values
+            laws[word] = values
     if hasattr(model, "tendon_springyield"):
-        found["yield of its spring"] = model.tendon_springyield
-    return found
+        laws["yield of its spring"] = model.tendon_springyield
+    return laws
 
 
 def _between(tendons: ModelTendons, number: int, left: set[str]) -> set[str]:

@@ -212,12 +212,12 @@ def _stays(model: Any, data: Any, one: int, other: int, normal: Array) -> bool:
 
 def above(model: Any, number: int) -> set[int]:
     """The numbers of the joints between a body and the ground."""
-    found: set[int] = set()
+    joints: set[int] = set()
     while number:
         first = int(model.body_jntadr[number])
-        found |= set(range(first, first + int(model.body_jntnum[number])))
+        joints |= set(range(first, first + int(model.body_jntnum[number])))
         number = int(model.body_parentid[number])
-    return found
+    return joints
 
 
 def _circle(compiled: CompiledMjcf, item: _Item, beside: tuple[Spot, Spot], normal: Array) -> Spot:

@@ -87,8 +87,8 @@ def _frictions(system: System, channels: NamesOfSystem) -> Frictions | None:
         return own
 
     def resolved(k: int, sliding: Program, static: Program) -> tuple[Program, Program]:
-        found = channels.resolved(sliding, own.owners[k])
-        return found, found if static is sliding else channels.resolved(static, own.owners[k])
+        of_sliding = channels.resolved(sliding, own.owners[k])
+        return of_sliding, of_sliding if static is sliding else channels.resolved(static, own.owners[k])
 
     return replace(own, varies={k: resolved(k, *pair) for k, pair in own.varies.items()})
 

@@ -56,8 +56,8 @@ class _PlainHeldValue(Field[Held]):
         return VALUE.expects
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> Held | None:
-        found = VALUE.read(node, path, reading)
-        return None if found is None else _held(str(path[-1]), found)
+        value = VALUE.read(node, path, reading)
+        return None if value is None else _held(str(path[-1]), value)
 
     def schema(self) -> Schema:
         return VALUE.schema()

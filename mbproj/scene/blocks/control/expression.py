@@ -50,7 +50,7 @@ def _dimension_of(tree: Expression) -> Dimension | None:
         case Binary() if tree.operator in "+-":
             return _dimension_of(tree.left) or _dimension_of(tree.right)
         case Call() if tree.function in FUNCTIONS and FUNCTIONS[tree.function].keeps_dimension:
-            return next((found for each in tree.arguments if (found := _dimension_of(each))), None)
+            return next((dimension for each in tree.arguments if (dimension := _dimension_of(each))), None)
         case NameNode() if "." in tree.name:
             return _of_coordinate(tree.name)
         case _:

@@ -15,12 +15,12 @@ from mbproj.scene.records import Settings
 ON_GRID = 1e-6
 
 
-def note_instants(found: Mapping[str, Any], settings: Settings | None, reading: Reading) -> None:
+def note_instants(blocks: Mapping[str, Any], settings: Settings | None, reading: Reading) -> None:
     """Note the controllers whose instants lie inside of fixed steps, or that have at most one instant in the run."""
     if settings is None:
         return
-    for name, each in found.get("controllers", {}).items():
-        path = where("controllers", name, found.get("signals", {})) or ("controllers", name)
+    for name, each in blocks.get("controllers", {}).items():
+        path = where("controllers", name, blocks.get("signals", {})) or ("controllers", name)
         what = None
         if each.start + each.period > settings.duration:
             count = "one instant" if each.start <= settings.duration else "no instant"

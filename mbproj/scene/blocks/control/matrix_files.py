@@ -67,11 +67,11 @@ def _read(file: Node, kind: str, scene: Path | None) -> Mapping[str, list[list[f
     if not isinstance(file, ScalarNode) or not file.text.strip():
         raise _Unfit("is no path", "give the path of a file, from the folder of the scene on")
     path = _inside(file.text, scene)
-    found = _numbers(path) if kind == "gain" else _model(path)
-    for name, matrix in found.items():
+    matrices = _numbers(path) if kind == "gain" else _model(path)
+    for name, matrix in matrices.items():
         if max(len(matrix), *map(len, matrix), 0) > LARGEST:
             raise _Unfit(f"has more than {LARGEST} rows or columns in {name}", "reduce the model first")
-    return found
+    return matrices
 
 
 def _inside(text: str, scene: Path | None) -> Path:

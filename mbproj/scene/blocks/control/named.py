@@ -20,21 +20,21 @@ TOO_LATE = ("angle_ddot", "displacement_ddot", "length_ddot", "acceleration", "r
 Found = Mapping[str, Any]
 
 
-def with_known_names(found: Found, settings: Settings | None, reading: Reading) -> Found:
+def with_known_names(blocks: Found, settings: Settings | None, reading: Reading) -> Found:
     """The items of the scene by block and name, with plain signals, states and controllers in place of blocks. Reports
     unknown names in their expressions, and notes the instants of controllers that may be a mistake."""
-    found = expanded(found, reading)
-    check_names(found, reading)
-    note_instants(found, settings, reading)
-    return found
+    blocks = expanded(blocks, reading)
+    check_names(blocks, reading)
+    note_instants(blocks, settings, reading)
+    return blocks
 
 
-def check_names(found: Found, reading: Reading) -> None:
-    """Report unknown names at the expressions that use them. `found` are the items of the scene by block and name."""
-    functions = [*_functions_with_names(found)]
+def check_names(blocks: Found, reading: Reading) -> None:
+    """Report unknown names at the expressions that use them. `blocks` are the items of the scene by block and name."""
+    functions = [*_functions_with_names(blocks)]
     if not functions:
         return
-    able = dict.fromkeys(nameable(found))
+    able = dict.fromkeys(nameable(blocks))
     for path, program in functions:
         for name in program.reads:
             if name not in able:
@@ -52,22 +52,22 @@ def _unknown(name: str, able: Collection[str], place: Any) -> tuple[str, Any, st
     return f"unknown name '{name}'", place, hint
 
 
-def _functions_with_names(found: Found) -> Iterator[tuple[KeyPath, Program]]:
+def _functions_with_names(blocks: Found) -> Iterator[tuple[KeyPath, Program]]:
     """The path and the program of every function of the scene that names a signal, a state or a coordinate."""
-    signals = found.get("signals", {})
+    signals = blocks.get("signals", {})
     for name, signal in signals.items():
         if signal.program.reads:
             yield where("signals", name, signals) or ("signals", name, "value"), signal.program
-    for name, state in found.get("states", {}).items():
+    for name, state in blocks.get("states", {}).items():
         if state.rate.reads:
             yield where("states", name, signals) or ("states", name, "derivative"), state.rate
-    for name, controller in found.get("controllers", {}).items():
+    for name, controller in blocks.get("controllers", {}).items():
         for block, several in (("hold", controller.hold), ("states", controller.states)):
             for each in several:
                 if each.program.reads:
                     own = where("controllers", name, signals)
                     yield own or ("controllers", name, block, each.name), each.program
-    for name, force in found.get("forces", {}).items():
+    for name, force in blocks.get("forces", {}).items():
         for key, program in _functions_of_force(force):
             if program is not None and program.reads:
                 yield ("forces", name, *key), program
@@ -98,14 +98,14 @@ def names_channels(scene: Scene) -> bool:
     )
 
 
-def nameable(found: Found) -> Iterator[str]:
+def nameable(blocks: Found) -> Iterator[str]:
     """Every name that an expression may use, as it is written there: with _ for a hyphen."""
-    joints, forces, held = found.get("joints", {}), found.get("forces", {}), list[str]()
-    yield from (*found.get("signals", {}), *found.get("states", {}))
+    joints, forces, held = blocks.get("joints", {}), blocks.get("forces", {}), list[str]()
+    yield from (*blocks.get("signals", {}), *blocks.get("states", {}))
     names = [f"{joint.name}.{name}" for joint in joints.values() for name in JOINTS[joint.type].coordinates]
-    for controller in found.get("controllers", {}).values():
+    for controller in blocks.get("controllers", {}).values():
         held += [f"{controller.name}.{each.name}" for each in (*controller.hold, *controller.states)]
-    names += [f"{marker}.{axis}" for marker in found.get("markers", {}) for axis in "xyz"]
+    names += [f"{marker}.{axis}" for marker in blocks.get("markers", {}) for axis in "xyz"]
     names += [f"{force.name}.length" for force in forces.values() if isinstance(force, PointForce)]
     names += [f"{name}_dot" for name in names]
     for force in forces.values():

@@ -30,12 +30,12 @@ from mbproj.scene.text.nodes import Node
 
 def _unit(text: str) -> str:
     """The name in results of a unit of SI. Raises Unfit for a text that is none."""
-    found = unit_at(text, 0)
-    if found is None or text[found[1] :].strip():
+    unit = unit_at(text, 0)
+    if unit is None or text[unit[1] :].strip():
         raise Unfit(f"is '{text}', which is no unit", "write it as in kg*m^2/s, V, A or bar")
-    if (found[0].multiply, found[0].divide) != (1.0, 1.0):
-        raise Unfit(f"is '{text}', which is not of SI", f"signals are in SI: {called(found[0].dimension)}")
-    return called(found[0].dimension)
+    if (unit[0].multiply, unit[0].divide) != (1.0, 1.0):
+        raise Unfit(f"is '{text}', which is not of SI", f"signals are in SI: {called(unit[0].dimension)}")
+    return called(unit[0].dimension)
 
 
 def _signal(
@@ -58,8 +58,8 @@ class _PlainSignal(Field["Signal | Expanded"]):
         return VALUE.expects
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> Signal | Expanded | None:
-        found = VALUE.read(node, path, reading)
-        return None if found is None else _signal(str(path[-1]), found)
+        value = VALUE.read(node, path, reading)
+        return None if value is None else _signal(str(path[-1]), value)
 
     def schema(self) -> Schema:
         return VALUE.schema()
@@ -84,17 +84,23 @@ def _state(
     where these differ."""
     rate, of_rate = derivative
     given = [each.dimension for each in (initial, scale) if each is not None and each.dimension not in (None, BARE)]
-    found = given[0] if given else None
+    dimension = given[0] if given else None
     for other in given[1:]:
-        if found is not None and other is not None and not found.agrees(other):
-            raise Unfit(f"begins with {describe(found)} and has a scale that is {describe(other)}")
+        if dimension is not None and other is not None and not dimension.agrees(other):
+            raise Unfit(f"begins with {describe(dimension)} and has a scale that is {describe(other)}")
     if of_rate is not None and of_rate != BARE:
         integrated = of_rate * TIME
-        if found is not None and not found.agrees(integrated):
-            raise Unfit(f"is {describe(found)}, and its derivative is {describe(of_rate)}", "check the units of both")
-        found = found or integrated
+        if dimension is not None and not dimension.agrees(integrated):
+            raise Unfit(
+                f"is {describe(dimension)}, and its derivative is {describe(of_rate)}", "check the units of both"
+            )
+        dimension = dimension or integrated
     return ScalarState(
-        name, rate, 0.0 if initial is None else initial.number, 1.0 if scale is None else scale.number, unit_name(found)
+        name,
+        rate,
+        0.0 if initial is None else initial.number,
+        1.0 if scale is None else scale.number,
+        unit_name(dimension),
     )
 
 

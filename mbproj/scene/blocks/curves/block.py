@@ -51,8 +51,8 @@ class RowField(Field[tuple[Any, ...]]):
             self.reject(node, path, reading)
             return None
         pairs = enumerate(zip(self.items, node.items, strict=True))
-        found = [reading.read(field, item, (*path, at)) for at, (field, item) in pairs]
-        return None if any(each is None for each in found) else tuple(found)
+        values = [reading.read(field, item, (*path, at)) for at, (field, item) in pairs]
+        return None if any(each is None for each in values) else tuple(values)
 
     def schema(self) -> Schema:
         rows = [each.schema() for each in self.items]

@@ -120,8 +120,8 @@ def _under_face(curve: Track, joint: Joint) -> Iterator[Complaint]:
     elif curve.roller:
         hint = "leave its 'roller' out, or give flat: true"
         yield Complaint(path, f"curve '{curve.name}' was made for a roller, not for a flat face", hint)
-    elif (found := least_bent(curve.line)).value <= STRAIGHT:
-        said = f"curve '{curve.name}' is not convex at {place(found)}: a flat face does not touch it there alone"
+    elif (least := least_bent(curve.line)).value <= STRAIGHT:
+        said = f"curve '{curve.name}' is not convex at {place(least)}: a flat face does not touch it there alone"
         yield Complaint(path, said, "make it for the face: flat: true with a 'lift', or use a roller")
 
 

@@ -60,11 +60,11 @@ def sheet_of(scene: Scene, name: str | None, rows: int) -> Sheet:
     wanted = next(iter(curves)) if name is None else name
     if wanted not in curves:
         raise InputError(Problem(f"unknown curve '{wanted}'", Place("NAME"), choose_from(wanted, list(curves))))
-    found = curves[wanted]
-    if isinstance(found, SpaceTrack):
+    curve = curves[wanted]
+    if isinstance(curve, SpaceTrack):
         said = f"curve '{wanted}' is in space, and has no profile"
         raise InputError(Problem(said, Place("NAME"), "give one in a plane; mbproj animate shows this one"))
-    return sheet(found, rows)
+    return sheet(curve, rows)
 
 
 def sheet(track: Track, rows: int) -> Sheet:

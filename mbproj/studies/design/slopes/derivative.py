@@ -63,9 +63,9 @@ def _sides(u: Array, index: int, h: float) -> list[Array]:
 def _column(value: Callable[[Array], Array], u: Array, at: Array, index: int, h: float, *, central: bool) -> Array:
     ends = []
     for beside in _sides(u, index, h):
-        found = value(beside)
-        if np.isfinite(found).all():
-            ends.append((beside[index] - u[index], found))
+        values = value(beside)
+        if np.isfinite(values).all():
+            ends.append((beside[index] - u[index], values))
         if ends and not central:
             break
     if len(ends) == 2:
@@ -109,13 +109,13 @@ class Counted:
         self.why = "" if followed is None else followed.misses
         if followed is not None and not self.why and np.isfinite(at).all():
             missing, duration = followed.missing, followed.settings.duration
-            found = followed.slopes(
+            by_column = followed.slopes(
                 [self._number(u, index, central=central) for index in range(len(u))],
                 lambda scene, samples: part(trial_of(self._wish, scene.parameters, samples, duration, missing)),
                 FORMULAS if central else SIDES,
             )
-            self.why = next((each.why for each in found if each.why), "")
-            for index, each in enumerate(found):
+            self.why = next((each.why for each in by_column if each.why), "")
+            for index, each in enumerate(by_column):
                 if not each.why:
                     slopes[:, index] = each.slopes
         left = ~np.isfinite(slopes)
@@ -157,9 +157,9 @@ class Counted:
         central, chosen = central or not is_smooth, [*columns]
         h = grain ** (CENTRAL if central else ONE_SIDED)
         if base.steps.known:
-            found = derivative(beside, u, at, h, central, chosen)
+            slopes = derivative(beside, u, at, h, central, chosen)
             if not has_left:
-                return found
+                return slopes
             h, central = step_of(settings, CENTRAL), True
         self.ahead([v for index in chosen for v in _sides(u, index, h)[: 1 + central]])
         return derivative(lambda v: part(self(v)), u, at, h, central, chosen)

@@ -65,22 +65,22 @@ def differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> D
     steps = FollowedSteps()
     own = _values(first, -1, _run(first, (-1, 0.0), steps)[0])
     if steps.known or is_exact(work.settings):
-        found = _beside(replace(first, steps=steps), x, scale, own, where)
-        fails = np.array([bool(each) for each in found.failed], dtype=bool)
-        left = np.flatnonzero(np.isnan(found.slopes).all(axis=0) & ~fails)
+        slopes = _beside(replace(first, steps=steps), x, scale, own, where)
+        fails = np.array([bool(each) for each in slopes.failed], dtype=bool)
+        left = np.flatnonzero(np.isnan(slopes.slopes).all(axis=0) & ~fails)
         if not len(left):
-            return found
+            return slopes
     else:
         left, nothing = np.arange(len(x)), np.full((len(own), len(x)), np.nan)
-        found = DifferenceSlopes(own, nothing, nothing.copy(), 0, ("",) * len(x))
+        slopes = DifferenceSlopes(own, nothing, nothing.copy(), 0, ("",) * len(x))
     own_paths = tuple(work.paths[j] for j in left)
     free = replace(tight(work, TOLERANCE), paths=own_paths)
     own = _values(free, -1, _run(free, (-1, 0.0))[0])
     others = _beside(free, x[left], scale[left], own, where)
-    found.slopes[:, left], found.uncertainty[:, left] = others.slopes, others.uncertainty
-    failed = np.array(found.failed, dtype=object)
+    slopes.slopes[:, left], slopes.uncertainty[:, left] = others.slopes, others.uncertainty
+    failed = np.array(slopes.failed, dtype=object)
     failed[left] = others.failed
-    return DifferenceSlopes(own, found.slopes, found.uncertainty, found.runs + others.runs, tuple(failed))
+    return DifferenceSlopes(own, slopes.slopes, slopes.uncertainty, slopes.runs + others.runs, tuple(failed))
 
 
 def tight(work: DifferenceWork, tolerance: float) -> DifferenceWork:
@@ -152,8 +152,8 @@ class _Runs:
         """Those that are not made yet."""
         items = [each for each in dict.fromkeys(wanted) if each not in self._found]
         moved = [(j, float(self._x[j] + shift * self._h[j])) for j, shift in items]
-        for number, found in in_parallel(_run, self._work, moved, self._where):
-            self._found[items[number]] = found
+        for number, values in in_parallel(_run, self._work, moved, self._where):
+            self._found[items[number]] = values
 
     def failure(self, j: int) -> str:
         """Why neither side of number j runs; empty where one does."""
@@ -202,12 +202,12 @@ def off_by(better: Array, rough: Array) -> Array:
     return np.asarray(apart**2 / np.maximum(np.abs(better), apart + 1e-300))
 
 
-def _values(work: DifferenceWork, j: int, found: list[float] | str) -> Array:
+def _values(work: DifferenceWork, j: int, values: list[float] | str) -> Array:
     """The measures (k,) of a run. Raises InputError where it failed."""
-    if isinstance(found, str):
+    if isinstance(values, str):
         what = "the scene's own run" if j < 0 else f"a run with another '{column_of(work.paths[j])}'"
-        raise InputError(Problem(f"{what} fails: {found}", Place("--to"), LEAVE_OUT))
-    return np.array(found, dtype=float)
+        raise InputError(Problem(f"{what} fails: {values}", Place("--to"), LEAVE_OUT))
+    return np.array(values, dtype=float)
 
 
 def _run(
@@ -225,5 +225,5 @@ def _run(
         return error.problems[0].message, False
     except SimulationError as error:
         return str(error), False
-    found = [measured(each, samples, work.settings.duration) for each in work.measures]
-    return [float("nan") if each is None else float(each.values[0]) for each in found], own is not None and own.left
+    values = [measured(each, samples, work.settings.duration) for each in work.measures]
+    return [float("nan") if each is None else float(each.values[0]) for each in values], own is not None and own.left

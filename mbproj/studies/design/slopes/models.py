@@ -67,22 +67,22 @@ class Model:
 
     def _solved(self, beside: Samples, bodies: Array, counted: Array) -> tuple[Array, Array]:
         """Accelerations and multipliers at samples. Raises SimulationError where they are not unique."""
-        equations, found = self.compiled.equations(), []
+        equations, solutions = self.compiled.equations(), []
         for t, body, along, x in zip(beside.t, bodies, counted, beside.y[:, beside.layout["states"]], strict=True):
             solution = equations.accelerations(body, float(t), [*self.compiled.turns(along).tolist(), *x.tolist()])
             if solution is None:
                 raise SimulationError(float(t), "the equations have no unique solution")
-            found.append(solution)
-        accelerations, multipliers = zip(*found, strict=True)
+            solutions.append(solution)
+        accelerations, multipliers = zip(*solutions, strict=True)
         return np.array(accelerations), np.array(multipliers)[:, : beside.carried.shape[1]]
 
 
 def compiled_like(like: Compiled, system: System, q: Array) -> Compiled:
     """A system in the coordinates of another."""
     if isinstance(like, Reduced):
-        found = Reduced(like.core, system)
-        found.model.rows = like.model.rows
-        return found
+        model = Reduced(like.core, system)
+        model.model.rows = like.model.rows
+        return model
     plane = planar_reduction(system, q)
     if not isinstance(plane, Plane):
         raise InputError(f"it moves the mechanism out of the plane: {plane.reason}")

@@ -114,9 +114,9 @@ class Followed:
 
     def again(self, settings: Settings) -> Followed:
         """The same with other steps, which is still to be run: neighbours are compiled once for both."""
-        found = Followed(self.mechanism, settings, self.measures)
-        found._models = self._models
-        return found
+        copy = Followed(self.mechanism, settings, self.measures)
+        copy._models = self._models
+        return copy
 
     def run(self, steps: FollowedSteps | None = None) -> MeasuredSamples:
         """Runs, with the steps of another where these are given, and has the samples of the measures. Raises
@@ -184,14 +184,14 @@ class Followed:
         trace = self.trace
         assert trace is not None
         own = Model(trace.compiled, self.mechanism)
-        found = [self._alike(own, number, formulas) for number in numbers]
-        known = [k for k, each in enumerate(found) if not isinstance(each, str)]
-        slopes: list[Slope] = [Slope.unknown(each if isinstance(each, str) else "") for each in found]
+        columns = [self._alike(own, number, formulas) for number in numbers]
+        known = [k for k, each in enumerate(columns) if not isinstance(each, str)]
+        slopes: list[Slope] = [Slope.unknown(each if isinstance(each, str) else "") for each in columns]
         if not known:
             return slopes
         samples = join(self._kept) if self.rows is None else chosen_of(join(self._kept), self.rows)
         y = own.states(samples)
-        chosen = [(numbers[k], *found[k]) for k in known]
+        chosen = [(numbers[k], *columns[k]) for k in known]
         directions = Directions(
             *(
                 np.array(
@@ -250,24 +250,24 @@ class Followed:
         state = self.mechanism.state
         if trace.settings.kinematic is not True:
             state = start_state(scene, system)
-        found = Model(compiled_like(trace.compiled, system, state.q), Mechanism(scene, system, state))
+        model = Model(compiled_like(trace.compiled, system, state.q), Mechanism(scene, system, state))
         times = [each.time for each in breaks_of(system, state.t, trace.settings)]
         if times != [each.time for each in trace.leg.breaks]:
             raise InputError("it moves instants at which functions of time have kinks")
-        if not np.array_equal(found.structure, own.structure):
+        if not np.array_equal(model.structure, own.structure):
             raise InputError("it changes a curve, knots, a rope's path, what counts teeth, or the choice of rows")
-        if found.numbers.shape != own.numbers.shape:
+        if model.numbers.shape != own.numbers.shape:
             raise InputError("it changes the structure of the model")
-        return found
+        return model
 
     def _seen(self, near: Model, samples: Samples, counted: Array, y: Array) -> MeasuredSamples:
         """What a neighbour has at samples where its states are y (T, S)."""
-        found, mechanism = MeasuredSamples(near.mechanism, self._seen_ones), near.mechanism
+        measured, mechanism = MeasuredSamples(near.mechanism, self._seen_ones), near.mechanism
         with may_overflow():
             own = near.samples(samples, counted, y, self._paths)
-            found.write(Observer(mechanism.system, mechanism.state).at(own))
-        found.event_times = self.event_times
-        return found
+            measured.write(Observer(mechanism.system, mechanism.state).at(own))
+        measured.event_times = self.event_times
+        return measured
 
 
 def _is_seen(path: str) -> bool:
@@ -279,9 +279,9 @@ def _cut(formula: Formula, models: Sequence[Model], own: Model) -> float:
     what one of lower order differs by."""
     worst = 0.0
     for of in ("numbers", "start"):
-        found, at = np.array([getattr(near, of) for near in models]), getattr(own, of)
-        better = np.tensordot(formula[1], found, 1)
-        rough = 0.5 * (found[2] - found[1]) if len(found) == len(WIDE[0]) else (found[1] - at) / formula[0][1]
+        values, at = np.array([getattr(near, of) for near in models]), getattr(own, of)
+        better = np.tensordot(formula[1], values, 1)
+        rough = 0.5 * (values[2] - values[1]) if len(values) == len(WIDE[0]) else (values[1] - at) / formula[0][1]
         usual = np.maximum(np.abs(better), CHANGES * np.maximum(np.abs(at), SMALL))
         worst = max(worst, float(np.max(((better - rough) / usual) ** 2, initial=0.0)))
     return worst

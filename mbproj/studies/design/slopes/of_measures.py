@@ -74,17 +74,17 @@ def slopes_of(work: DifferenceWork, x: Array, scale: Array, where: Where) -> Dif
 
 def _by_differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> DifferenceSlopes:
     """By differences of runs; where steps are fixed, once more with others, for their error."""
-    found = differences(work, x, scale, where)
+    slopes = differences(work, x, scale, where)
     if work.settings.tolerance is not None or work.settings.step is None:
-        return found
+        return slopes
     for settings, divisor in beside(work.settings, work.measures):
         try:
             other = differences(replace(work, settings=settings), x, scale, where)
         except InputError:
             continue
-        off = found.uncertainty + np.abs(other.slopes - found.slopes) / divisor
-        return replace(found, uncertainty=off, runs=found.runs + other.runs)
-    return found
+        off = slopes.uncertainty + np.abs(other.slopes - slopes.slopes) / divisor
+        return replace(slopes, uncertainty=off, runs=slopes.runs + other.runs)
+    return slopes
 
 
 def _own_run(work: DifferenceWork) -> tuple[Array, Followed]:
@@ -96,8 +96,8 @@ def _own_run(work: DifferenceWork) -> tuple[Array, Followed]:
 
 
 def _values(work: DifferenceWork, samples: MeasuredSamples) -> Array:
-    found = [measured(each, samples, work.settings.duration) for each in work.measures]
-    return np.array([np.nan if each is None else each.values[0] for each in found], dtype=float)
+    values = [measured(each, samples, work.settings.duration) for each in work.measures]
+    return np.array([np.nan if each is None else each.values[0] for each in values], dtype=float)
 
 
 def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Array | None:
@@ -105,10 +105,10 @@ def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Array | None:
     time = samples["time"]
     rows = {0, len(time) - 1}
     for each in work.measures:
-        found = measured(each, samples, work.settings.duration)
-        if found is None or isinstance(each.at, Passage):
+        value = measured(each, samples, work.settings.duration)
+        if value is None or isinstance(each.at, Passage):
             return None
-        rows.add(int(np.searchsorted(time, found.time)))
+        rows.add(int(np.searchsorted(time, value.time)))
         if each.at == "range":
             rows.add(int(np.argmin(components(each, series(each, samples))[:, 0])))
     return np.array(sorted(rows))
@@ -130,23 +130,23 @@ def _by_duals(
     def by(numbers: list[int], formulas: Sequence[Formula]) -> list[Slope]:
         return followed.slopes([number(j) for j in numbers], measure, formulas)
 
-    found = by([*range(len(x))], FORMULAS)
-    off = [_off(each, own) if not each.why else np.zeros(0) for each in found]
+    slopes = by([*range(len(x))], FORMULAS)
+    off = [_off(each, own) if not each.why else np.zeros(0) for each in slopes]
 
     def uncertain(j: int) -> bool:
-        slope = found[j]
+        slope = slopes[j]
         return not slope.why and bool(np.any(off[j] > CERTAIN * np.abs(slope.slopes) + 10.0 * _grain(slope, own)))
 
     rough = [j for j in range(len(x)) if not rough_ones and uncertain(j)]
     for j, better in zip(rough, by(rough, (WIDE,)), strict=True):
         if not better.why:
-            found[j], off[j] = better, _off(better, own)
+            slopes[j], off[j] = better, _off(better, own)
     rough = [j for j in rough if uncertain(j)]
     for j, side in zip(rough, by(rough, SIDES), strict=True):  # what the slopes of the model's numbers make of them
         if not side.why:
-            less = off_by(found[j].slopes, side.slopes)
-            off[j] = np.minimum(off[j], _off(replace(found[j], cut=0.0), own) + less)
-    return list(zip(found, off, strict=True))
+            less = off_by(slopes[j].slopes, side.slopes)
+            off[j] = np.minimum(off[j], _off(replace(slopes[j], cut=0.0), own) + less)
+    return list(zip(slopes, off, strict=True))
 
 
 def _grain(slope: Slope, own: Array) -> Array:
@@ -175,10 +175,10 @@ def _add_discretisation(
             again = followed.again(settings)
             samples = again.run()
             again.rows = _rows(other, samples)
-            found = _by_duals(other, again, _values(other, samples), x, scale, rough_ones=True)
+            others = _by_duals(other, again, _values(other, samples), x, scale, rough_ones=True)
         except (InputError, SimulationError):
             continue
-        for j, (each, _) in enumerate(found):
+        for j, (each, _) in enumerate(others):
             if not each.why:
                 worst[:, j] = np.fmin(worst[:, j], np.abs(each.slopes - slopes[seen, j]) / divisor)
         if not np.any(worst > ENOUGH * np.abs(slopes[seen]) + off[seen]):
