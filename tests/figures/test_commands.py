@@ -203,7 +203,7 @@ def test_info_as_text(path):
         "energy drift 2e-06 J, relative 2.35e-06",
         "projection.method gpopm",
         "--set length 9.8/9",
-        "integration_seconds 0.5",
+        "integration_seconds 0.5 s",
         "joints/reaction_force (201, 2, 3) N",
     ):
         assert expected.split() in shown, expected
