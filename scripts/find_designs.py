@@ -29,13 +29,13 @@ import mbproj
 from mbproj.analysis.expectations import outcomes
 from mbproj.errors import MbprojError
 from mbproj.scene import Scene
+from mbproj.studies.design.design_folder import best_scene
 from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import read_spec
-from mbproj.studies.design.written import best_scene
-from mbproj.studies.synthesis.look import candidates
+from mbproj.studies.synthesis.candidates import candidates
+from mbproj.studies.synthesis.spec import read_wanted
 from mbproj.studies.synthesis.synthesise import SIX_BARS
-from mbproj.studies.synthesis.wish import read_wanted
 
 #: Why dual numbers are not taken.
 ASKED = "differences were asked for"

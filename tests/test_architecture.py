@@ -174,7 +174,7 @@ SHORT_FILES = {
     "escapes.py": "a rule of safety, imported alone",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
     "scene/expressions/formula.py": "formulas as functions, which types of force import",
-    "scene/fields/given.py": "what the command line needs of the fields",
+    "scene/fields/option_numbers.py": "what the command line needs of the fields",
     "scene/schema.py": "imported alone, by `mbproj schema`",
     "studies/parallel/progress.py": "the words for progress, without what runs",
     "__main__.py": "the entry point of `python -m mbproj`",

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from mbproj.calls.given import Quantity, amount, by_arguments
+from mbproj.calls.arguments import Quantity, amount, by_arguments
 from mbproj.calls.recorded import Earlier
 from mbproj.calls.run import run_to_file
 from mbproj.errors import InputError, Place, Problem, warn_once

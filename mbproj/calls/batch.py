@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from mbproj.calls.given import Quantity, amount, by_arguments
+from mbproj.calls.arguments import Quantity, amount, by_arguments
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, Place, Problem
 from mbproj.results.views.table import Table, Tabled

@@ -10,14 +10,14 @@ from mbproj.analysis.loads.largest import loads_of
 from mbproj.analysis.same_motion import MotionComparison, compare_motions
 from mbproj.analysis.tables import QuantityTable, tables
 from mbproj.calls.again import opened
-from mbproj.calls.given import Quantity, amount, by_arguments, names_of
+from mbproj.calls.arguments import Quantity, amount, by_arguments, names_of
 from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.figures.labels import stem
 from mbproj.outputs import check_replaceable, csv, latex, make_folder, write_csv, write_latex
 from mbproj.results import Results
 from mbproj.results.loads.largest import Load
 from mbproj.results.views.table import Table
-from mbproj.scene.fields.given import given_number
+from mbproj.scene.fields.option_numbers import given_number
 from mbproj.scene.fields.quantities import Number
 
 OTHER_DIRECTORY = "choose another directory"

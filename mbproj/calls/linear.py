@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from mbproj.calls.given import Given, Quantity, amount, by_arguments, count_of, names_of, scene_of
+from mbproj.calls.arguments import Given, Quantity, amount, by_arguments, count_of, names_of, scene_of
 from mbproj.calls.places import reference_of, steady_of
 from mbproj.errors import InputError, Place, Problem
 from mbproj.linear import modes as of_modes

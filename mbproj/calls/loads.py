@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from mbproj.calls.given import Given, by_arguments, scene_of
+from mbproj.calls.arguments import Given, by_arguments, scene_of
 from mbproj.calls.run import run
 from mbproj.errors import InputError, Place, Problem
 from mbproj.model import compile_system
@@ -14,7 +14,7 @@ from mbproj.results import Results, open_results
 from mbproj.scene.read import read_scene_text
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import placed_in
-from mbproj.studies.inverse.given import GivenMotion, from_csv, from_results
+from mbproj.studies.inverse.given_motion import GivenMotion, from_csv, from_results
 from mbproj.studies.inverse.loads import ActuatorLoads, loads_of_given, loads_of_results
 
 _NOTHING: Mapping[str, object] = {}

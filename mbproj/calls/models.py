@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mbproj.calls.given import Given, Quantity, by_arguments, scene_of
+from mbproj.calls.arguments import Given, Quantity, by_arguments, scene_of
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.facts.schema import REPORTS, report_schema

@@ -9,7 +9,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
-from mbproj.calls.given import Quantity, amount, by_arguments
+from mbproj.calls.arguments import Quantity, amount, by_arguments
 from mbproj.errors import InputError, Problem, choose_from
 from mbproj.figures.kinds import KINDS, draw, why_not
 from mbproj.figures.pages import paper_figures

@@ -18,7 +18,7 @@ from mbproj.model import System
 from mbproj.model.system import Conditions
 from mbproj.registry import LINEARISED_AT, SCENE_START, STEADY
 from mbproj.results import open_results
-from mbproj.scene.fields.given import given_number
+from mbproj.scene.fields.option_numbers import given_number
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.records import Scene
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.calls.given import Given, by_arguments, scene_of
+from mbproj.calls.arguments import Given, by_arguments, scene_of
 from mbproj.calls.recorded import Acting, Earlier, record, start_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
 from mbproj.dynamics import unique_components

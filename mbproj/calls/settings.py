@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypedDict, TypeVar
 
-from mbproj.calls.given import Quantity
+from mbproj.calls.arguments import Quantity
 from mbproj.errors import choose_from
 
 Function = TypeVar("Function", bound=Callable[..., Any])

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-from mbproj.calls.given import (
+from mbproj.calls.arguments import (
     Given,
     Quantity,
     accept_earlier_names,
@@ -34,8 +34,8 @@ from mbproj.studies.stability.bisection import POINTS, StabilityMap
 from mbproj.studies.stability.judge import Limits
 from mbproj.studies.stability.quantities import quantity_named
 from mbproj.studies.threshold import ThresholdStudy, threshold_study
-from mbproj.studies.tradeoff import front
-from mbproj.studies.tradeoff.front import PROJECTIONS_TRIED
+from mbproj.studies.tradeoff import ladders
+from mbproj.studies.tradeoff.ladders import PROJECTIONS_TRIED
 from mbproj.studies.tradeoff.result import Tradeoff
 from mbproj.studies.verify import checks
 
@@ -147,7 +147,7 @@ def tradeoff(
     finished one gives the same tables again, unless `fresh`. Raises InputError for what cannot be run at all.
     """
     with by_arguments():
-        return front.tradeoff(
+        return ladders.tradeoff(
             scene_of(scene, parameters, {}),
             projections=names_of(projections),
             integrators=_names(integrators),

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import final
 
-from mbproj.calls.given import Given, by_arguments, names_of, scene_of
+from mbproj.calls.arguments import Given, by_arguments, names_of, scene_of
 from mbproj.calls.studies import Names
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem

@@ -15,7 +15,7 @@ class Positive(click.ParamType):  # type: ignore[type-arg]  # generic in the new
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number in SI. Raises InputError at the option."""
-        from mbproj.scene.fields.given import given_number
+        from mbproj.scene.fields.option_numbers import given_number
         from mbproj.scene.fields.quantities import Number
 
         return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, above=0.0))
@@ -26,7 +26,7 @@ class NotNegative(Positive):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number in SI. Raises InputError at the option."""
-        from mbproj.scene.fields.given import given_number
+        from mbproj.scene.fields.option_numbers import given_number
         from mbproj.scene.fields.quantities import Number
 
         return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, minimum=0.0))
@@ -37,7 +37,7 @@ class AnyNumber(Positive):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """Return the number in SI. Raises InputError at the option."""
-        from mbproj.scene.fields.given import given_number
+        from mbproj.scene.fields.option_numbers import given_number
         from mbproj.scene.fields.quantities import Number
 
         return given_number(value, param.opts[0] if param is not None else "", Number(self.unit))
@@ -58,7 +58,7 @@ class Times(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
         """Return the times in s, a tuple. Raises InputError at the option."""
-        from mbproj.scene.fields.given import given_number
+        from mbproj.scene.fields.option_numbers import given_number
         from mbproj.scene.fields.quantities import Number
 
         where = param.opts[0] if param is not None else ""

@@ -204,7 +204,7 @@ def _refuse_at_the_start(system: System, state: State, settings: Settings) -> No
 
         refuse_penetration(system, state, settings.start)
     if system.bearings is not None:
-        from mbproj.dynamics.friction.shared import refuse_shared_loads
+        from mbproj.dynamics.friction.shared_loads import refuse_shared_loads
 
         refuse_shared_loads(system, state)
 

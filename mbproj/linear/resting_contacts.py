@@ -16,7 +16,7 @@ from mbproj.dynamics.derivatives.row_derivatives import row_motion
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
 from mbproj.dynamics.equations.gaps import counted_values
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.friction.shared import refuse_shared_loads
+from mbproj.dynamics.friction.shared_loads import refuse_shared_loads
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.stops.rubbing import at_rest, friction_rates
 from mbproj.linear.bordered import along_tangent_space

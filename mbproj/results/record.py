@@ -18,6 +18,7 @@ from mbproj.results import members, provenance
 from mbproj.results import trust as trusting
 from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint
+from mbproj.results.display import Shown
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file.contents import Contents, KeptArrays
@@ -25,7 +26,6 @@ from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
 from mbproj.results.provenance import UnfitSettings, settings_from
-from mbproj.results.shown import Shown
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.records import Settings, Vector
 

@@ -131,7 +131,7 @@ class SceneText:
             blocks: Mapping[str, Any] | None = SCENE.read(root, (), reading)
         settings = _settings(root, blocks, simulation, reading)
         if blocks is not None and not blocks.keys().isdisjoint(WITH_EXPRESSIONS):
-            blocks = named("mbproj.scene.blocks.control.named:with_known_names")(blocks, settings, reading)
+            blocks = named("mbproj.scene.blocks.control.known_names:with_known_names")(blocks, settings, reading)
         if blocks is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(blocks, reading)
         if reading.problems or blocks is None or settings is None:

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place, Problem
-from mbproj.scene.asked import Expectation as Expectation
-from mbproj.scene.asked import Passage as Passage
-from mbproj.scene.asked import ProjectionSettings as ProjectionSettings
-from mbproj.scene.asked import Settings as Settings
+from mbproj.scene.run_records import Expectation as Expectation
+from mbproj.scene.run_records import Passage as Passage
+from mbproj.scene.run_records import ProjectionSettings as ProjectionSettings
+from mbproj.scene.run_records import Settings as Settings
 
 if TYPE_CHECKING:
     from mbproj.elements import Element, Kind

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.fields.fields import Field
-from mbproj.scene.fields.given import given_number
+from mbproj.scene.fields.option_numbers import given_number
 from mbproj.scene.fields.quantities import Integer, Number
 
 #: The most links, loops or slots of a template: the reader would take more, but nobody could read such a scene.

@@ -8,10 +8,10 @@ import sys
 import matplotlib as mpl
 import pytest
 
+from mbproj.figures.fitting_names import MAX_LINES
 from mbproj.figures.kinds import KINDS, draw, why_not
 from mbproj.figures.rows import MAX_ROWS
 from mbproj.figures.save import save
-from mbproj.figures.shown import MAX_LINES
 from mbproj.results import open_results
 from tests.figures.drawn import legend, steep, ylabels
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, times

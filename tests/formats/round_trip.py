@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.dynamics import mobility
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.formats import ImportOptions, read_model, scene_text
-from mbproj.formats.export.written import Written
+from mbproj.formats.export.exported import Written
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system

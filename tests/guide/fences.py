@@ -26,7 +26,7 @@ from mbproj.guide.pages import GuidePage
 from mbproj.scene import read_scene
 from mbproj.studies.design import spec as designs
 from mbproj.studies.sweep import spec as sweeps
-from mbproj.studies.synthesis.wish import is_synthesis, read_wanted
+from mbproj.studies.synthesis.spec import is_synthesis, read_wanted
 from tests.cli.commands import mbproj, python
 from tests.support import ROOT
 

@@ -18,7 +18,7 @@ from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability.judge import Limits, Subject, judged
-from mbproj.studies.tradeoff.front import tradeoff
+from mbproj.studies.tradeoff.ladders import tradeoff
 from mbproj.studies.verify import verify
 from tests.support import ROOT
 

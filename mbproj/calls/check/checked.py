@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from math import pi
 from typing import TYPE_CHECKING, Any
 
+from mbproj.calls.arguments import Given, by_arguments, scene_of
 from mbproj.calls.check import fast_forces
 from mbproj.calls.check.diagnosis import Diagnosis, diagnose
 from mbproj.calls.check.ropes import ropes_at_start
-from mbproj.calls.given import Given, by_arguments, scene_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import Mobility, State, mobility
@@ -18,7 +18,7 @@ from mbproj.dynamics.assembly.assemble import coordinates, moved_from_scene
 from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.friction.shared import refuse_shared_loads
+from mbproj.dynamics.friction.shared_loads import refuse_shared_loads
 from mbproj.dynamics.rank.diagnosis import jammed_wheels
 from mbproj.errors import InputError, Problem, SimulationError
 from mbproj.integrate.formulations.choice import Choice, choose

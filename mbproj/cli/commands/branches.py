@@ -90,7 +90,7 @@ def command(
     all_assemblies = assemblies(system.at_positions, state, conditions, starts)
     written: list[str] = []
     if write is not None:
-        from mbproj.cli.start_written import write_starts
+        from mbproj.cli.assembly_scenes import write_starts
 
         written = [str(path) for path in write_starts(what, system, all_assemblies, conditions, write, force=force)]
     if picture is not None:

@@ -51,7 +51,7 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
     from mbproj.analysis.same_motion import compare_motions
     from mbproj.errors import ExitCode
     from mbproj.results import open_results
-    from mbproj.scene.fields.given import given_number
+    from mbproj.scene.fields.option_numbers import given_number
     from mbproj.scene.fields.quantities import Number
 
     part = given_number(tolerance, "--tolerance", Number(above=0.0))

@@ -142,9 +142,9 @@ def export_models(
     Raises InputError where a file may not be replaced, or the scene cannot be assembled."""
     from mbproj.cli.conversion_table import table_json, table_lines
     from mbproj.cli.scene_options import parameters
+    from mbproj.formats.export.exported import Written
     from mbproj.formats.export.mjcf import as_mjcf
     from mbproj.formats.export.urdf import as_urdf
-    from mbproj.formats.export.written import Written
     from mbproj.formats.mechanism import Same
     from mbproj.outputs import LOOPS, MODEL, check_replaceable, write_text
     from mbproj.scene import read_scene

@@ -80,10 +80,10 @@ def search(given: dict[str, Any], *, fits: bool) -> int:
     from mbproj.figures.pages.designs import whole_page
     from mbproj.figures.save import save
     from mbproj.outputs import picture
-    from mbproj.studies.design.drawn import drawn
+    from mbproj.studies.design.design_folder import FIRST, DesignFolder, starts_table
+    from mbproj.studies.design.figure_data import drawn
     from mbproj.studies.design.run import find_design
-    from mbproj.studies.design.written import FIRST, DesignFolder, starts_table
-    from mbproj.studies.synthesis.wish import is_synthesis
+    from mbproj.studies.synthesis.spec import is_synthesis
 
     asked = DesignOptions.of(given, FIRST)
     study = asked.study
@@ -104,7 +104,7 @@ def search(given: dict[str, Any], *, fits: bool) -> int:
 
 def numbers(design: FoundDesign) -> dict[str, Any]:
     """The design as a dictionary for JSON; NaN and infinity are null."""
-    from mbproj.studies.design.drawn import signs
+    from mbproj.studies.design.figure_data import signs
 
     known, by = design.knowledge, signs(design)
     deviation = np.full(len(design.x), np.nan) if known is None else known.deviation

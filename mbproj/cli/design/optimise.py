@@ -56,10 +56,10 @@ def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     from mbproj.cli.study import OTHER_FOLDER
     from mbproj.outputs import DESIGNED, PAGE, csv, make_folder, write_csv, write_text
     from mbproj.pages.page.write import designs_page
-    from mbproj.studies.design.written import best_scene
-    from mbproj.studies.synthesis.shown import shown
+    from mbproj.studies.design.design_folder import best_scene
+    from mbproj.studies.synthesis.page_data import shown
+    from mbproj.studies.synthesis.spec import read_wanted
     from mbproj.studies.synthesis.synthesise import synthesise, table
-    from mbproj.studies.synthesis.wish import read_wanted
 
     if asked.engine is not None:
         raise InputError(Problem("topologies are brought down by least squares", Place("--engine"), "leave it out"))

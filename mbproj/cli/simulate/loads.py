@@ -121,7 +121,7 @@ def command(
 
 def _weight(text: str) -> tuple[str, float]:
     """The name and the weight of a text NAME=W. Raises InputError for another text."""
-    from mbproj.scene.fields.given import given_number
+    from mbproj.scene.fields.option_numbers import given_number
     from mbproj.scene.fields.quantities import Number
 
     name, equals, value = text.rpartition("=")
@@ -134,7 +134,7 @@ def _smoothing(texts: tuple[str, ...]) -> dict[str, float]:
     """The change that smoothing may make, by unit; a single 0 is for both units."""
     from mbproj.scene.blocks.expectations import Measure
     from mbproj.scene.expressions.units import BARE
-    from mbproj.scene.fields.given import given_number
+    from mbproj.scene.fields.option_numbers import given_number
     from mbproj.scene.fields.quantities import Number
 
     widths: dict[str, float] = {}

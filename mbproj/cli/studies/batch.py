@@ -63,7 +63,7 @@ def command(
     from mbproj.calls.batch import Batch, handed_out
     from mbproj.cli.report.junit import junit
     from mbproj.cli.study import Study
-    from mbproj.scene.fields.given import given_number
+    from mbproj.scene.fields.option_numbers import given_number
     from mbproj.scene.fields.quantities import Number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
 

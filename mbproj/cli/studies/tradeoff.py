@@ -63,7 +63,7 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     from mbproj.cli.scene_options import parameters
     from mbproj.cli.study import Study
     from mbproj.scene import read_scene
-    from mbproj.studies.tradeoff.front import tradeoff
+    from mbproj.studies.tradeoff.ladders import tradeoff
     from mbproj.studies.tradeoff.result import KIND, write_hdf5
 
     what = read_scene(scene, parameters(changes))

@@ -19,7 +19,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
-from mbproj.dynamics.equations.held_rows import HeldRows
+from mbproj.dynamics.equations.independent_rows import HeldRows
 from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.rank.row_space import row_distances

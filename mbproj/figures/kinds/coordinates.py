@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from mbproj.analysis.reactions import shortened
 from mbproj.arrays import Array
-from mbproj.figures import rows, shown
+from mbproj.figures import fitting_names, rows
 from mbproj.figures.differences import SIGN, coinciding
 from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
@@ -23,10 +23,10 @@ NAMED = 6
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw a row for each coordinate, its value beside its speed, with a line for each result. Coordinates that
     coincide are drawn once."""
-    names = shown.all_names(results, "coordinates")
+    names = fitting_names.all_names(results, "coordinates")
     same = coinciding(results, names)
     groups = rows.fitting([_group(results, name) for name in same], results)
-    remarks = [shown.cut("coordinates", len(groups), len(same), "choose others with --joint")]
+    remarks = [fitting_names.cut("coordinates", len(groups), len(same), "choose others with --joint")]
     remarks += [
         f"{name} and {shortened(others, NAMED)} coincide"
         for name, others in list(same.items())[: len(groups)]

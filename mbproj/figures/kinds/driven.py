@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from mbproj.analysis.contacts.friction import sticking
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.figures import rows, shown
+from mbproj.figures import fitting_names, rows
 from mbproj.figures.differences import SIGN, alike
 from mbproj.figures.margins import small_print
 from mbproj.figures.rows import PanelGroup, PanelQuantity, Row
@@ -80,10 +80,10 @@ def draw_stops(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 @styled
 def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw two rows for each friction: rate and force or torque, then lost energy and lost power."""
-    names = shown.all_names(results, "frictions")
+    names = fitting_names.all_names(results, "frictions")
     groups = rows.fitting([group for name in names for group in _of_friction(results, name)], results)
     drawn = len({group.name for group in groups})
-    remark = shown.cut("dry frictions", drawn, len(names), "`mbproj export` writes all")
+    remark = fitting_names.cut("dry frictions", drawn, len(names), "`mbproj export` writes all")
     figure = rows.draw(results, labels, groups, remark)
     if _shade(figure, results):
         small_print(figure, "shaded: it sticks" + (", the darker in the more results" if len(results) > 1 else ""))
@@ -91,11 +91,11 @@ def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
 
 def _draw(results: Sequence[Results], labels: Sequence[str], kind: str, dataset: str) -> Figure:
-    names = shown.all_names(results, kind)
+    names = fitting_names.all_names(results, kind)
     together = _grouped_by_coordinate(results, kind, dataset, names)
     groups = rows.fitting([_group(results, kind, dataset, own, names) for own in together], results)
     count = sum(map(len, together[: len(groups)]))
-    return rows.draw(results, labels, groups, shown.cut(kind, count, len(names), "`mbproj export` writes all"))
+    return rows.draw(results, labels, groups, fitting_names.cut(kind, count, len(names), "`mbproj export` writes all"))
 
 
 def _grouped_by_coordinate(
@@ -206,11 +206,13 @@ def _shade(figure: Figure, results: Sequence[Results]) -> bool:
 def draw_ropes(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw the length of each rope, and the tensions of its portions: a row for each rope, or, with several results, a
     row for each portion."""
-    names = shown.all_names(results, "tensions")
+    names = fitting_names.all_names(results, "tensions")
     ropes = list(dict.fromkeys(name.rpartition(".")[0] for name in names))
     own = [tuple(name for name in names if name.rpartition(".")[0] == rope) for rope in ropes]
     groups = rows.fitting([_of_rope(results, *each) for each in zip(ropes, own, strict=True)], results)
-    return rows.draw(results, labels, groups, shown.cut("ropes", len(groups), len(ropes), "`mbproj export` writes all"))
+    return rows.draw(
+        results, labels, groups, fitting_names.cut("ropes", len(groups), len(ropes), "`mbproj export` writes all")
+    )
 
 
 def _of_rope(results: Sequence[Results], rope: str, names: tuple[str, ...]) -> PanelGroup:

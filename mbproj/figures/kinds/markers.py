@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.figures import panels, rows, shown, untrusted
+from mbproj.figures import fitting_names, panels, rows, untrusted
 from mbproj.figures.differences import SIGN
 from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
@@ -41,12 +41,12 @@ class Components:
 def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw one result with a row for each marker and lines x, y, z; a component that others would hide gets its own
     row. Draw several with a row for each component, and the distance of the markers."""
-    names = shown.all_names(results, "markers")
+    names = fitting_names.all_names(results, "markers")
     single = len(results) == 1
     moving = _moving(results, names)
     listed = [_rows_apart(name, results[0], moving) if single else _overlaid(name, moving) for name in names]
     groups = rows.fitting(listed, results)
-    cut = shown.cut("markers", len(groups), len(names), "choose others with --marker")
+    cut = fitting_names.cut("markers", len(groups), len(names), "choose others with --marker")
     still = ", ".join("xyz"[index] for index in range(3) if index not in moving)
     zero = f"{still} {'are' if len(still) > 1 else 'is'} zero throughout" if still else ""
     return rows.draw(results, labels, groups, "; ".join(filter(None, (cut, zero))))

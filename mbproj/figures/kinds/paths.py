@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.arrays import Array
-from mbproj.figures import panels, shown, untrusted
+from mbproj.figures import fitting_names, panels, untrusted
 from mbproj.figures.style import page_width, styled
 from mbproj.figures.units import sizes
 from mbproj.results import Results
@@ -92,10 +92,10 @@ def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> 
 
 def _names(results: Sequence[Results], of: Moving) -> tuple[list[str], str]:
     """The first names, as many as there are distinct lines, and a remark where these are not all."""
-    names = shown.all_names(results, of[0])
-    drawn = names[: max(1, shown.MAX_LINES // len(results))]
+    names = fitting_names.all_names(results, of[0])
+    drawn = names[: max(1, fitting_names.MAX_LINES // len(results))]
     what = "markers" if of is MARKERS else "places of contact"
-    return drawn, shown.cut(what, len(drawn), len(names), of[2])
+    return drawn, fitting_names.cut(what, len(drawn), len(names), of[2])
 
 
 def _path(result: Results, name: str, of: Moving) -> Array:

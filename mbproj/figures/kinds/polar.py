@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj.analysis.loads.largest import loads_of, recorded_in
-from mbproj.figures import panels, shown
+from mbproj.figures import fitting_names, panels
 from mbproj.figures.panels import by_turns, in_degrees, label_of
 from mbproj.figures.style import line, page_width, styled
 from mbproj.results import Results
@@ -26,9 +26,9 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 
     A panel below shows the force or torque of each motion over the coordinate of the first motion. An angle is in
     degrees modulo a turn."""
-    most = max(1, shown.MAX_LINES // len(results))
-    names, remark = shown.largest_joints(results, "joints/reaction_force", most)
-    motions = shown.all_names(results, "motions")[:most]
+    most = max(1, fitting_names.MAX_LINES // len(results))
+    names, remark = fitting_names.largest_joints(results, "joints/reaction_force", most)
+    motions = fitting_names.all_names(results, "motions")[:most]
     ratios = [1.0, BELOW] if motions else [1.0]
     figure = Figure(figsize=(page_width(), 0.65 * page_width() * sum(ratios)), layout="constrained")
     polar, *below = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]

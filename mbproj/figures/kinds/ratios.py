@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from mbproj.analysis.observed import mechanical_advantage, transmission_angle, velocity_ratio
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.figures import rows, shown
+from mbproj.figures import fitting_names, rows
 from mbproj.figures.margins import small_print
 from mbproj.figures.rows import PanelGroup, PanelQuantity
 from mbproj.figures.style import styled
@@ -44,9 +44,9 @@ class _Ratio:
 def draw_ratios(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw a row for each joint coordinate: its velocity ratio to the input, and the mechanical advantage."""
     over = next(result.shown_over for result in results if result.shown_over is not None)
-    names = [name for name in shown.all_names(results, "coordinates") if name != over.name]
+    names = [name for name in fitting_names.all_names(results, "coordinates") if name != over.name]
     groups = rows.fitting([_group(results, name, over.unit) for name in names], results)
-    cut = shown.cut("coordinates", len(groups), len(names), "choose others with --joint")
+    cut = fitting_names.cut("coordinates", len(groups), len(names), "choose others with --joint")
     said = f"gaps of the mechanical advantage: more than {CUT:g} times its median, near a dead centre"
     return rows.draw(results, labels, groups, "; ".join(filter(None, [cut, said])))
 

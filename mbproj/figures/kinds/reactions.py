@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from mbproj.analysis.reactions import in_words, reactions_not_unique
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.figures import panels, rows, shown
+from mbproj.figures import fitting_names, panels, rows
 from mbproj.figures.differences import SIGN
 from mbproj.figures.rows import MAX_ROWS, PanelGroup, PanelQuantity
 from mbproj.figures.style import OPEN, styled
@@ -78,7 +78,9 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     The small print names torques that are round-off.
     """
     single = len(results) == 1
-    names, remark = shown.largest_joints(results, "joints/reaction_force", shown.MAX_LINES if single else MAX_ROWS // 2)
+    names, remark = fitting_names.largest_joints(
+        results, "joints/reaction_force", fitting_names.MAX_LINES if single else MAX_ROWS // 2
+    )
     reactions = [[JointReaction.of(results, name, member) for name in names] for member, _, _ in KINDS]
     force, torque = (max((each.largest(results) for each in of), default=0.0) for of in reactions)
     said = [remark]

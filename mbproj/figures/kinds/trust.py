@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from mbproj.figures import panels, shown
+from mbproj.figures import fitting_names, panels
 from mbproj.figures.rows import MAX_ROWS
 from mbproj.figures.style import line, styled
 from mbproj.results import Results
@@ -25,7 +25,9 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     certified = [(result, result.trust, label) for result, label in zip(results, labels, strict=True) if result.trust]
     names = list(dict.fromkeys(name for result, trust, _ in certified for name in _names(result, trust)))
     drawn = names[:MAX_ROWS]
-    remarks = [cut] if (cut := shown.cut("markers", len(drawn), len(names), "choose others with --marker")) else []
+    remarks = (
+        [cut] if (cut := fitting_names.cut("markers", len(drawn), len(names), "choose others with --marker")) else []
+    )
     figure, axes = panels.panels(len(drawn), height=2.1)
     for axis, name in zip(axes[:, 0], drawn, strict=True):
         for index, (result, trust, label) in enumerate(certified):

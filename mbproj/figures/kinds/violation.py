@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from mbproj.figures import panels, shown
+from mbproj.figures import fitting_names, panels
 from mbproj.figures.rows import MAX_ROWS
 from mbproj.figures.style import styled
 from mbproj.results import Results
@@ -36,7 +36,9 @@ def draw_joints(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw violations on logarithmic axes. One result has a row of lengths and one of angles, with a line for each
     joint. Several have a row for each joint. The small print names what is always zero."""
     single = len(results) == 1
-    names, remark = shown.largest_joints(results, "joints/violation", shown.MAX_LINES if single else MAX_ROWS)
+    names, remark = fitting_names.largest_joints(
+        results, "joints/violation", fitting_names.MAX_LINES if single else MAX_ROWS
+    )
     drawn = [entry for entry in VIOLATIONS if _is_seen(results, names, entry[0])] or [VIOLATIONS[0]]
     zero = [f"{what}: no violation above 10⁻¹⁷" for entry in VIOLATIONS if entry not in drawn for what in entry[2:]]
     grid = (len(drawn), 1) if single else (len(names), len(drawn))

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from mbproj.arrays import Array
 from mbproj.figures import panels
 from mbproj.figures.fitted_text import literal
-from mbproj.figures.shown import MAX_LINES
+from mbproj.figures.fitting_names import MAX_LINES
 from mbproj.figures.style import PANEL_HEIGHT, line, page_width, styled
 from mbproj.figures.sweeps.chosen import Cases, Chosen, middle_of_others
 from mbproj.figures.sweeps.marks import crosses_below

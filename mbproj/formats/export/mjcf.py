@@ -9,11 +9,11 @@ from numpy.polynomial import Polynomial
 from mbproj.arrays import Array
 from mbproj.formats.export.acting import CoordinateLoads, acting_on
 from mbproj.formats.export.couplings import CouplingSum, five, sum_of
+from mbproj.formats.export.exported import Written, say_unwritten
 from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.start import start_of
 from mbproj.formats.export.tendons import FAR, TendonWriter
 from mbproj.formats.export.tree import TreeBranch, TreeFreedom, down, named, tree_of, without_massless
-from mbproj.formats.export.written import Written, say_unwritten
 from mbproj.formats.mechanism import Same
 from mbproj.formats.placed import quaternion
 from mbproj.scene.records import GROUND, Body, Joint, Scene

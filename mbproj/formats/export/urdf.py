@@ -7,10 +7,10 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.formats.export.acting import CoordinateLoads, acting_on
 from mbproj.formats.export.couplings import sum_of
+from mbproj.formats.export.exported import Written, say_unwritten
 from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.start import start_of
 from mbproj.formats.export.tree import TreeBranch, TreeFreedom, tree_of
-from mbproj.formats.export.written import Written, say_unwritten
 from mbproj.formats.mechanism import ImportedNames, Same
 from mbproj.formats.yaml_text import flow, lines
 from mbproj.scene.records import GROUND, Joint, PointForce, Scene

@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.held_rows import HeldRows
+from mbproj.dynamics.equations.independent_rows import HeldRows
 
 
 class Accelerations(NamedTuple):

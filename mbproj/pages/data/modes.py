@@ -15,8 +15,8 @@ from mbproj.pages.appearance.recorded import scene_of_modes
 from mbproj.pages.appearance.view import view_of
 from mbproj.pages.data.frames import THINNED
 from mbproj.pages.data.packing import Packer
+from mbproj.pages.data.page_data import look_data, motion_data, view_data
 from mbproj.pages.data.pages import PageData
-from mbproj.pages.data.shown import look_data, motion_data, view_data
 from mbproj.results.linear.modes_file import StoredModes, read_modes
 
 #: The initial amplitude of a page: a part of the mechanism's size, and of 1 rad.

@@ -28,8 +28,8 @@ from mbproj.pages.appearance.recorded import motion_of, scene_of
 from mbproj.pages.appearance.view import View, view_of
 from mbproj.pages.data.frames import PageFrames, frames_of, largest_between
 from mbproj.pages.data.packing import Packer
+from mbproj.pages.data.page_data import group_data, look_data, motion_data, path_data, view_data
 from mbproj.pages.data.series import XYZ, SeriesGroup, fitting, groups_of
-from mbproj.pages.data.shown import group_data, look_data, motion_data, path_data, view_data
 from mbproj.results import Results
 from mbproj.scene.meshes import meshes_of
 from mbproj.scene.records import Scene

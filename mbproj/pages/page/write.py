@@ -71,7 +71,7 @@ def waiting(title: str) -> str:
 
 
 def designs_page(title: str, data: Mapping[str, Any]) -> str:
-    """The page of designs with this data, which `mbproj.studies.synthesis.shown` makes."""
+    """The page of designs with this data, which `mbproj.studies.synthesis.page_data` makes."""
     pieces = {
         "title": escape(title),
         "policy": POLICY,

@@ -29,7 +29,7 @@ from mbproj.scene.records import Scene
 from mbproj.studies.inverse.actuators import actuators
 from mbproj.studies.inverse.balance import balance
 from mbproj.studies.inverse.closed import follow
-from mbproj.studies.inverse.given import GivenMotion
+from mbproj.studies.inverse.given_motion import GivenMotion
 from mbproj.studies.inverse.spline import smoothed
 
 _NOTHING: Mapping[str, float] = {}

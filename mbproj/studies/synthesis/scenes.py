@@ -8,11 +8,11 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from mbproj.studies.measure.setting import shortest
+from mbproj.studies.synthesis.candidates import ARM, period
 from mbproj.studies.synthesis.linkage import Dyad, Linkage, Slide
-from mbproj.studies.synthesis.look import ARM, period
 from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.spec import Wanted
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
-from mbproj.studies.synthesis.wish import Wanted
 
 #: Numbers that are angles; the others are lengths, but for those without a unit.
 ANGLES = ("start", "tilt", "twist", "lean", "angle", "swing")

@@ -20,12 +20,12 @@ from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.store import ValueCache
+from mbproj.studies.synthesis.candidates import ARM, EXACT, SPATIAL, bounds_of, candidates, names_for
 from mbproj.studies.synthesis.linkage import Linkage
-from mbproj.studies.synthesis.look import ARM, EXACT, SPATIAL, bounds_of, candidates, names_for
 from mbproj.studies.synthesis.scenes import even_inputs, output_joint, scene_of, unit_of
 from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.spec import Wanted
 from mbproj.studies.synthesis.topologies import FUNCTION, POSITIONS, TOPOLOGIES
-from mbproj.studies.synthesis.wish import Wanted
 
 #: A topology is as good as the best one where it is off by so many times as much at most, or is exact.
 AS_GOOD = 1.5

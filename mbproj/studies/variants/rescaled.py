@@ -15,7 +15,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.functions.program import COORDINATE, RATE, Program
 from mbproj.joints import COORDINATE_UNITS, JOINTS
-from mbproj.scene.blocks.control.named import names_channels
+from mbproj.scene.blocks.control.known_names import names_channels
 from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.blocks.ropes.path import Path
 from mbproj.scene.coupled import Coupled

@@ -15,7 +15,7 @@ from mbproj.model import System, compile_system
 from mbproj.model.euler_parameters import product
 from mbproj.projection.methods.gopm import Gopm
 from mbproj.projection.methods.gpopm import Gpopm
-from mbproj.scene.blocks.control.named import names_channels
+from mbproj.scene.blocks.control.known_names import names_channels
 from mbproj.scene.records import Scene
 from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.rescaled import rescaled

@@ -7,9 +7,9 @@ import pytest
 
 import mbproj
 from mbproj.scene import read_scene
+from mbproj.studies.design.design_folder import DesignFolder, best_scene
 from mbproj.studies.design.run import engine_of
 from mbproj.studies.design.spec import read_spec
-from mbproj.studies.design.written import DesignFolder, best_scene
 from tests.studies.design.scenes import BALL, FOUR_BAR, SPRING, found, table, written
 
 TIMES = np.linspace(0.0, 1.0, 21)

@@ -7,7 +7,7 @@ import pytest
 
 from mbproj import InputError, compile_system, loads, run
 from mbproj.scene import read_scene_text
-from mbproj.studies.inverse.given import GivenMotion
+from mbproj.studies.inverse.given_motion import GivenMotion
 from mbproj.studies.inverse.spline import smoothed
 from tests.studies.inverse import excavator
 

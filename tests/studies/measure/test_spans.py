@@ -13,7 +13,7 @@ from mbproj.errors import InputError
 from mbproj.scene import read_scene
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.spans import common_times, divisors, sampled, stride_for
-from mbproj.studies.tradeoff.front import MOST, Ladder, step_numbers
+from mbproj.studies.tradeoff.ladders import MOST, Ladder, step_numbers
 from tests.cli.commands import FIVE_BAR
 
 

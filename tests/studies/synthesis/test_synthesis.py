@@ -10,14 +10,14 @@ import pytest
 
 import mbproj
 from mbproj.errors import InputError
-from mbproj.studies.design.written import best_scene
+from mbproj.studies.design.design_folder import best_scene
+from mbproj.studies.synthesis.candidates import brought_down, candidates, names_for
 from mbproj.studies.synthesis.linkage import met
-from mbproj.studies.synthesis.look import brought_down, candidates, names_for
-from mbproj.studies.synthesis.shown import FRAMES, shown
+from mbproj.studies.synthesis.page_data import FRAMES, shown
 from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.spec import read_wanted
 from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, doubt, in_order, synthesise
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES
-from mbproj.studies.synthesis.wish import read_wanted
 from tests.cli.commands import mbproj as command
 
 TRUE = {

@@ -7,8 +7,8 @@ import pytest
 
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.tradeoff.front import Ladder, promising
 from mbproj.studies.tradeoff.fronts import projections_at_one_size
+from mbproj.studies.tradeoff.ladders import Ladder, promising
 
 
 def trial(projection: str, step: float, evaluations: int) -> Measurement:

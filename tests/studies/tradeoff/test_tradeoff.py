@@ -14,8 +14,8 @@ from mbproj.scene import read_scene
 from mbproj.studies.measure.certain import certain_reference
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.tradeoff.front import tradeoff
 from mbproj.studies.tradeoff.fronts import by_integrator, by_projection, studied
+from mbproj.studies.tradeoff.ladders import tradeoff
 from mbproj.studies.tradeoff.result import write_hdf5
 from tests.support import ROOT
 

@@ -17,9 +17,9 @@ from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.channels import ElementStates, Energies, Motions
 from mbproj.model.compile.coupled import bound
+from mbproj.model.compile.elements.channel_names import VARIABLES, NamesOfSystem, expression_of, named_within
 from mbproj.model.compile.elements.controllers import actions_of, read_by
 from mbproj.model.compile.elements.measured import coordinate_of, measurable, with_measured
-from mbproj.model.compile.elements.named import VARIABLES, NamesOfSystem, expression_of, named_within
 from mbproj.model.couplings import compile_couplings
 from mbproj.model.forces import ReflectedInertias
 from mbproj.model.frictions import Frictions

@@ -11,7 +11,7 @@ from mbproj.elements.controlled import Controller, Held, ScalarState
 from mbproj.functions.program import CHANNELS, Program, number, variable
 from mbproj.functions.program_set import flatten
 from mbproj.model.channels import NO_ACTIONS, Actions
-from mbproj.model.compile.elements.named import NamesOfSystem
+from mbproj.model.compile.elements.channel_names import NamesOfSystem
 
 #: The name of the state that holds an output computed but delayed.
 COMPUTED = "{}.computed"

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from mbproj.studies.synthesis.candidates import ARM, body_of, crank_of, output_of, swung_between
 from mbproj.studies.synthesis.linkage import Linkage, Numbers, Slide
-from mbproj.studies.synthesis.look import ARM, body_of, crank_of, output_of, swung_between
 from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.spec import Wanted
 from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, mechanism_of
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
-from mbproj.studies.synthesis.wish import Wanted
 
 #: Frames of a motion.
 FRAMES = 121

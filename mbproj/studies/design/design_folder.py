@@ -9,12 +9,12 @@ import numpy as np
 
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import DESIGN_DRAWN, DESIGNED, check_replaceable, csv, make_folder, write_csv, write_text
-from mbproj.results.design.drawn import FILE
+from mbproj.results.design.design_file import FILE
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.scene.read import SceneText, read_scene_text
 from mbproj.scene.text.rewrite import Changes, with_changes
-from mbproj.studies.design.drawn import drawn
+from mbproj.studies.design.figure_data import drawn
 from mbproj.studies.design.run import FoundDesign
 from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.measure.setting import shortest

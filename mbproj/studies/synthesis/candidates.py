@@ -14,8 +14,8 @@ from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.studies.synthesis.linkage import Linkage, Numbers, Points
 from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.spec import Wanted
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES, bounds
-from mbproj.studies.synthesis.wish import Wanted
 
 #: Designs that are looked at for each one that is brought to an end, and the steps of that: a path of free timing needs
 #: more.
