@@ -138,8 +138,8 @@ def export_model(scene: Given, format: str = "mjcf", *, parameters: Mapping[str,
         if format not in FORMATS:
             hint = choose_from(format, FORMATS)
             raise InputError(Problem(f"unknown format '{format}'", Place("format"), hint))
-        found = FORMATS[format](scene_of(scene, parameters, {}), __version__)
-        return Exported(format, found.text, found.loops, found.said)
+        exported = FORMATS[format](scene_of(scene, parameters, {}), __version__)
+        return Exported(format, exported.text, exported.loops, exported.said)
 
 
 def _table(said: Sequence[Said]) -> Table:

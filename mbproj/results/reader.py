@@ -38,10 +38,10 @@ def open_results(path: Path | str) -> Results:
 
     Raises InputError where there is no file, or it is no results file, of another schema version, cut short or damaged.
     """
-    found = _existing(Path(path))
+    existing = _existing(Path(path))
     import mbproj.results.verification  # noqa: F401  (here: a child would import it anew for each file)
 
-    return _results(open_rehearsed(found, lambda contents: _look_at_all(_checked(contents)), "results"))
+    return _results(open_rehearsed(existing, lambda contents: _look_at_all(_checked(contents)), "results"))
 
 
 def open_own_results(path: Path | str) -> Results:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics.equations.constraint_equations import (
+    constraint,
     constraint_acceleration,
     constraint_at,
     constraint_velocity_at,
@@ -15,9 +16,13 @@ from mbproj.dynamics.equations.constraint_equations import (
     set_velocity,
 )
 from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, twist_of
+from mbproj.dynamics.equations.motions import drive_at
+from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.joints import JOINTS
+from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system, initial_guess
-from tests.support import random_chain
+from mbproj.scene import read_scene
+from tests.support import ROOT, random_chain
 
 STEP = 1e-30
 
@@ -103,6 +108,21 @@ def test_samples_in_time_are_a_leading_axis(mechanism):
         many, (constraint_velocity_at(system, q, v), constraint_velocity_at(system, v, q)), strict=True
     ):
         np.testing.assert_allclose(found, alone, rtol=1e-13, atol=1e-14)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", ["geneva", "screw_press"])
+def test_rows_in_mesh_have_the_derivatives_of_the_nearest_teeth(name):
+    """The teeth in mesh are whole numbers, which a complex step leaves as they are."""
+    scene = read_scene(ROOT / f"mechanisms/{name}.yaml")
+    system = compile_system(scene)
+    q = start_state(scene, system).q
+    along = np.random.default_rng(5).normal(size=len(q))
+    coordinate = system.coordinates.value(attached(pose_of(q), *slots_of(system.coordinates)))
+    teeth = Teeth(sums_at_start(system, pose_of(q), coordinate), coordinate)
+    C = constraint(system, pose_of(q + 1j * STEP * along), drive_at(system, 0.0, teeth))
+    assert system.couplings.size > 0
+    np.testing.assert_allclose(C.imag / STEP, jacobian(system, pose_of(q)) @ along, rtol=0.0, atol=1e-12)
 
 
 def test_joints_do_not_see_a_rigid_motion_of_everything(kind):

@@ -56,19 +56,19 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     system, state = assembled(what)
     if picture is not None:
         draw_start(picture, what, system, state)
-    found = checked(what, system, state)
-    facts = {"scene": scene, **found.facts}
+    report = checked(what, system, state)
+    facts = {"scene": scene, **report.facts}
     if as_json:
         click.echo(json_text(facts))
     else:
         *start, verdict = _start(what, facts)
-        stiff = fast_forces.lines(found.fast, stable_steps(found.fast))
-        lines = [*_sizes(what, system, facts), *found.diagnosis.lines(), *start, *stiff, verdict]
+        stiff = fast_forces.lines(report.fast, stable_steps(report.fast))
+        lines = [*_sizes(what, system, facts), *report.diagnosis.lines(), *start, *stiff, verdict]
         click.echo("\n".join([what.title or Path(scene).stem, *lines]))
-        show_notes(found.notes)
-        for problem in found.problems:
+        show_notes(report.notes)
+        for problem in report.problems:
             click.echo(str(problem), err=True)
-    return int(ExitCode.DONE if found.can_run else ExitCode.CHECK_FAILED)
+    return int(ExitCode.DONE if report.can_run else ExitCode.CHECK_FAILED)
 
 
 def _joint(joint: Joint, carried_out: bool) -> str:

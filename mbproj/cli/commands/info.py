@@ -103,10 +103,10 @@ def command(
         return int(ExitCode.DONE if swept["sound"] else ExitCode.CHECK_FAILED)
     with open_results(results) as opened:
         if check:
-            found = check_results(opened)
-            facts = soundness.facts(opened, found)
-            click.echo(_json(facts) if as_json else "\n".join(soundness.lines(opened, found)))
-            return int(ExitCode.CHECK_FAILED if found.faults else ExitCode.DONE)
+            soundness_of_file = check_results(opened)
+            facts = soundness.facts(opened, soundness_of_file)
+            click.echo(_json(facts) if as_json else "\n".join(soundness.lines(opened, soundness_of_file)))
+            return int(ExitCode.CHECK_FAILED if soundness_of_file.faults else ExitCode.DONE)
         if steps or energy:
             from mbproj.cli.simulate import energy_parts, step_limits
 
@@ -264,10 +264,10 @@ def _reactions(has: Mapping[str, Any]) -> dict[str, str]:
     from mbproj.analysis.reactions import SHOWN, in_words, shortened
 
     components, shared = has["reactions_not_unique"], has["shared_at_contacts"]
-    found = {"reactions not unique": in_words(components)} if components else {}
+    rows = {"reactions not unique": in_words(components)} if components else {}
     if shared:
-        found["shared at contacts"] = f"{shortened(list(shared), SHOWN)}, first{_at(min(shared.values()))}"
-    return found
+        rows["shared at contacts"] = f"{shortened(list(shared), SHOWN)}, first{_at(min(shared.values()))}"
+    return rows
 
 
 def _at(time: float) -> str:

@@ -72,7 +72,7 @@ def execute(
             report, trust = record(scene, system, state, recorder, progress, certified, tell=tell, earlier=earlier)
         numbers = {**summary(name, output, report, total_seconds=perf_counter() - started), **facts}
         recorder.attributes(numbers)
-    found = [] if earlier is not None and earlier.results is None else _expected(scene, output)
+    outcomes = [] if earlier is not None and earlier.results is None else _expected(scene, output)
     rubbed, frictions = _friction_history(scene, output)
     rubbed |= _pushes(scene, output)
     if as_json:
@@ -81,10 +81,10 @@ def execute(
             from mbproj.cli.report.trust import as_numbers
 
             certificate["trust"] = as_numbers(trust)
-        judged = [expectations.record(outcome) for outcome in found]
+        judged = [expectations.record(outcome) for outcome in outcomes]
         click.echo(json_text({**numbers, **certificate, **rubbed, "expectations": judged}))
     elif not quiet:
-        print_summary(scene.title or name, system, report, numbers, trust, found, frictions)
+        print_summary(scene.title or name, system, report, numbers, trust, outcomes, frictions)
 
 
 def _expected(scene: Scene, output: str) -> list[Outcome]:

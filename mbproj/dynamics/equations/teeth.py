@@ -30,9 +30,8 @@ def sums_at_start(system: System, pose: Pose, coordinate: Array) -> Array:
     counted = couplings.sums(coordinate) - rows
     if couplings.rolls.any():
         value = system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
-        rolled = (_rolled(system, value, coordinate, rows) + rows).astype(
-            float
-        )  # 0, where it has rolled since the pose
+        # 0, where it has rolled since the pose
+        rolled = (_rolled(system, value, coordinate, rows) + rows).astype(float)
         open_by = THRESHOLDS.open_limit * system.row_scale[system.bodies + couplings.row]
         counted[couplings.rolls] = np.where(np.abs(rolled) <= open_by, 0.0, rolled)[couplings.rolls]
     return np.asarray(counted, dtype=float)
@@ -49,7 +48,8 @@ def _rolled(system: System, value: Numbers, expected: Array, rows: Numbers) -> n
 def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Numbers:
     """Return the joints' rows (..., m), with gears and screws moved from the nearest tooth to the one in mesh."""
     couplings = system.couplings
-    value = system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
+    # Whole teeth alone are taken of it, which a complex step does not move.
+    value = system.coordinates.value(attached(pose, *slots_of(system.coordinates))).real
     counted = couplings.sums(near(system, value, teeth.expected)) - teeth.start
     values = rows.copy()
     nearest = rows[..., couplings.row]

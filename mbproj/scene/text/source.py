@@ -41,14 +41,15 @@ def _bytes_of(path: Path) -> bytes:
 
     Raises InputError where nobody writes into a pipe, which mbproj would wait for without end.
     """
-    with os.fdopen(os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0)), "rb", buffering=0) as file:
+    opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    with os.fdopen(opened, "rb", buffering=0) as file, io.BufferedReader(file) as buffered:
         if hasattr(os, "set_blocking") and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
             first = file.read(1)
             if first == b"":
                 raise InputError(Problem("this is a pipe that nobody writes into", Place(str(path))))
             os.set_blocking(file.fileno(), True)
-            return (first or b"") + io.BufferedReader(file).read(MAX_BYTES)
-        return io.BufferedReader(file).read(MAX_BYTES + 1)
+            return (first or b"") + buffered.read(MAX_BYTES)
+        return buffered.read(MAX_BYTES + 1)
 
 
 def lines_of(text: str, file: str) -> list[str]:
