@@ -63,7 +63,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
         "Automate": {
             "batch": "Runs many scenes and checks what they expect.",
             "sweep": "Runs a family of mechanisms and tabulates it.",
-            "schema": "Prints the JSON Schema of scenes for editors.",
+            "schema": "Prints the JSON Schema of scenes or of reports.",
         },
         "Learn": {
             "help": "Shows and searches the pages of the guide.",

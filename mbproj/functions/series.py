@@ -116,7 +116,7 @@ def _step(
     if held is not None and not np.isnan(held[at]):
         stack.append(_on_branch(programs, at, stack, float(held[at])))
     elif op is CONSTANT:
-        stack.append(constant_series(filled_like(variables[0][0], operand)))
+        stack.append(constant_series(filled_like(variables[0][0].real, operand)))
     elif op is VARIABLE:
         stack.append(variables[int(operand)])
     elif op is TABLE:

@@ -55,6 +55,7 @@ def test_derivatives_are_those_of_the_function(text):
     np.testing.assert_allclose(second, by_differences[1], rtol=1e-6, atol=1e-7)
 
 
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("text", [text for text in SMOOTH if not SWITCHING & {each.op for each in expression(text)}])
 def test_a_complex_step_is_their_derivative(text):
     """As third derivatives of rows ask for."""

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from mbproj.errors import InputError
 from mbproj.figures.save import save
-from mbproj.outputs import JUNIT, SCENE, SCENE_SCHEMA, check_replaceable, csv, hdf5, picture, replacing, write_text
+from mbproj.outputs import JUNIT, SCENE, SCHEMA, check_replaceable, csv, hdf5, picture, replacing, write_text
 
 
 def permissions(path):
@@ -93,7 +93,7 @@ KINDS = [
     (csv(["time (s)", "x (m; not unique)", "z (m)"]), lambda path: path.write_text(TABLE), "a.csv"),
     (hdf5("mbproj tradeoff"), lambda path: hdf5_file(path, "mbproj tradeoff"), "a.h5"),
     (JUNIT, lambda path: path.write_text('<?xml?>\n<testsuites name="mbproj batch"/>'), "a.xml"),
-    (SCENE_SCHEMA, lambda path: path.write_text('{\n  "$schema": "",\n  "title": "mbproj scene"'), "a.json"),
+    (SCHEMA, lambda path: path.write_text('{\n  "$schema": "",\n  "title": "mbproj scene"'), "a.json"),
 ]
 
 

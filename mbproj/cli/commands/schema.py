@@ -35,9 +35,9 @@ EXAMPLES = (
 )
 @force_option
 def command(of: str, output: Path | None, force: bool) -> None:
-    """Prints the JSON Schema of scene files, for checks in an editor, or of what --json prints.
+    """Prints the JSON Schema of scene files, or of a report.
 
-    The schema is of draft 2020-12. For the YAML language server, begin a scene with:
+    The schema is of draft 2020-12. An editor checks scenes by it. For the YAML language server, begin a scene with:
 
     \b
       # yaml-language-server: $schema=FILE
