@@ -57,13 +57,13 @@ def command(
     chosen.pop("threshold", None)
     what = read_scene(scene, parameters(settings), chosen)
     study = Study(options, ("threshold", "projection"), f"{Path(scene).stem}-threshold")
-    study_done = study.result(threshold_study, what, thresholds=thresholds, at=at)
+    study_result = study.result(threshold_study, what, thresholds=thresholds, at=at)
     numbers = {
-        "recommended": study_done.recommended,
-        "until": float(study_done.reference.times[-1]),
-        "trials": study_done.table.records,
+        "recommended": study_result.recommended,
+        "until": float(study_result.reference.times[-1]),
+        "trials": study_result.table.records,
     }
-    study.hand_over(study_done.table, _report(study_done), numbers, lambda: _page(study_done), study_done.notes)
+    study.hand_over(study_result.table, _report(study_result), numbers, lambda: _page(study_result), study_result.notes)
 
 
 def _report(threshold: ThresholdStudy) -> str:

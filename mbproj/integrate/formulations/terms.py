@@ -41,8 +41,8 @@ class Terms:
     def solved(self, acceleration: Array, multipliers: Array) -> Accelerations:
         """Return the accelerations and the multipliers of all rows for a solution of Eq. 14 in these terms."""
         rows, size = self.held.C_q.shape
-        multipliers_of_rows = self.held.multipliers(multipliers[:rows]) + self.lasting
+        spread = self.held.multipliers(multipliers[:rows]) + self.lasting
         power = self.power
         if len(self.driven):
-            power = power - np.append(multipliers_of_rows[-len(self.driven) :] @ self.driven, np.zeros(len(power) - 1))
-        return Accelerations(acceleration[:size], multipliers_of_rows, power, self.held.nearness)
+            power = power - np.append(spread[-len(self.driven) :] @ self.driven, np.zeros(len(power) - 1))
+        return Accelerations(acceleration[:size], spread, power, self.held.nearness)

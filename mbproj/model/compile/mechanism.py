@@ -238,8 +238,8 @@ def _seated(joints: Sequence[Joint], frames: Array, groups: RigidGroups) -> Arra
     turn = numbers([seat.turn for seat in groups.seats.values()])[bodies]
     seated = frames.reshape(-1, 2, 4, 3) @ np.swapaxes(turn, -1, -2)
     seated[:, :, 0] += numbers([seat.offset for seat in groups.seats.values()])[bodies]
-    frames_seated: Array = seated.reshape(frames.shape)
-    return frames_seated
+    joint_frames: Array = seated.reshape(frames.shape)
+    return joint_frames
 
 
 def _reaction(bound: Symbols) -> tuple[int, int, Array]:

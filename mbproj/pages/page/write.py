@@ -86,11 +86,11 @@ def filled(name: str, pieces: Mapping[str, str]) -> str:
     """The template of this name with its pieces filled in."""
     text = page_source(name)
     before, *rest = text.split("{{")
-    pieces_filled = [before]
+    texts = [before]
     for piece in rest:
         key, _, after = piece.partition("}}")
-        pieces_filled += [pieces[key], after]
-    return "".join(pieces_filled)
+        texts += [pieces[key], after]
+    return "".join(texts)
 
 
 def as_json(data: Mapping[str, Any]) -> str:

@@ -47,9 +47,9 @@ def _rough(scene: Scene) -> Iterator[Problem]:
     """A note for each curve whose points were rounded so much that the accelerations of a follower are uncertain."""
 
     for track in scene.curves:
-        bend_of_track = uncertainty(track)
-        if bend_of_track is not None:
-            digit, bend = bend_of_track
+        roughness = uncertainty(track)
+        if roughness is not None:
+            digit, bend = roughness
             message = (
                 f"the points of curve '{track.name}' are rounded to {1e6 * digit:.3g} µm: accelerations are uncertain "
                 f"by {bend:.2g} m times the square of the speed in rad/s"

@@ -30,10 +30,10 @@ def direction(vector: Vector) -> Vector:
 
 def unit_quaternion(quaternion: Quaternion) -> Quaternion:
     """The quaternion divided by its norm. Raises Unfit where that is 0."""
-    unit_quaternion_of = rotations.unit(quaternion)
-    if unit_quaternion_of is None:
+    normalised = rotations.unit(quaternion)
+    if normalised is None:
         raise Unfit("is zero", "write [1, 0, 0, 0] for no rotation")
-    w, x, y, z = unit_quaternion_of
+    w, x, y, z = normalised
     return (w, x, y, z)
 
 
