@@ -99,16 +99,18 @@ def simulate(
     controller: Function | None = None,
     period: float | None = None,
     steps: FollowedSteps | None = None,
+    choice: Choice | None = None,
 ) -> Report:
     """Integrate from `state` over `settings.duration`, and return a report. From a mark that `keep` received before, it
     goes on to the bits of one run: with the same system, state and settings but for the duration. Without `accounts`
-    the report's energies are NaN. Once each `period` (s), `controller(t, signals)` sets states.
+    the report's energies are NaN. Once each `period` (s), `controller(t, signals)` sets states. `choice` is what
+    `choose` returns here, if it is known already.
 
     Raises InputError where the settings do not fit the system or its equations have no unique solution. After all
     samples are recorded it raises SimulationError where it cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM.
     """
     _refuse_at_the_start(system, state, settings)
-    choice, asked_for = choose(system, state, settings), settings
+    choice, asked_for = choice or choose(system, state, settings), settings
     if choice.kinematic:
         from mbproj.integrate.formulations.kinematic import settings_along
 

@@ -27,7 +27,6 @@ from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.reporting.report import words_on_shares
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
 from mbproj.integrate.steppers.kinematic_steps import branch_untold
@@ -100,12 +99,12 @@ def _certified(
     keep: Keep | None = None,
 ) -> tuple[Report, Trust]:
     paths = _PointRecorder(mechanism, recorder)
-    kinematic = choose(mechanism.system, mechanism.state, settings).kinematic
+    choice = mechanism.choice(settings)
 
     def judge() -> Trust:
         decided = words_on_shares(paths.met)
         refusal = f"no figure: the motion depends on how these share their load, {decided}" if decided else ""
-        if kinematic and len(paths.arrays[0]) > 1:
+        if choice.kinematic and len(paths.arrays[0]) > 1:
             trust = certify_kinematic(mechanism, *paths.arrays, limits, tell)
         else:
             trust = certify(mechanism, settings, *paths.arrays, limits, tell, refusal)
@@ -114,7 +113,7 @@ def _certified(
         return trust
 
     try:
-        report = simulate(mechanism.system, mechanism.state, settings, paths, progress, keep=keep)
+        report = simulate(mechanism.system, mechanism.state, settings, paths, progress, keep=keep, choice=choice)
     except SimulationError:
         judge()
         raise

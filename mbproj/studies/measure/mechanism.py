@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.errors import InputError, Problem, choose_from
-from mbproj.integrate.formulations.choice import choose
+from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import System, compile_system
 from mbproj.registry import EQUILIBRIUM
@@ -36,11 +37,27 @@ class Mechanism:
         """Compile and assemble a scene for a study of settings. Raises InputError where the run is kinematic, as no
         setting matters then."""
         mechanism = cls.of(scene)
-        if choose(mechanism.system, mechanism.state, scene.settings).kinematic:
+        if mechanism.choice(scene.settings).kinematic:
             message = "0 degrees of freedom: the run is kinematic, exact at any setting; there is none to choose"
             hint = "simply run it; --set simulation.kinematic=false integrates it all the same"
             raise InputError(Problem(message, scene.place("simulation"), hint))
         return mechanism
+
+    def choice(self, settings: Settings) -> Choice:
+        """Return what `choose` returns for a run from the start. Runs that differ in their steps share it."""
+        way = settings.formulation, settings.projection, settings.acceleration, settings.integrator
+        asked = (*way, settings.kinematic, settings.duration if self.system.driven else None)
+        if asked not in self._choices:
+            self._choices[asked] = choose(self.system, self.state, settings)
+        return self._choices[asked]
+
+    @cached_property
+    def _choices(self) -> dict[tuple[object, ...], Choice]:
+        return {}
+
+    def __reduce__(self) -> tuple[type[Mechanism], tuple[object, ...]]:
+        """What the kernel has compiled stays in its process."""
+        return Mechanism, (self.scene, self.system, self.state)
 
     @property
     def points(self) -> tuple[str, ...]:

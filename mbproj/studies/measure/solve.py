@@ -116,9 +116,8 @@ def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solut
     recorder, report, failure = _SolutionRecorder(ready, len(times)), None, None
     try:
         settings = ready.settings(setting, float(times[-1]), float(times[1]))
-        report = replace(
-            simulate(ready.system, ready.state, settings, recorder), state=None
-        )  # a layout cannot be stored
+        report = simulate(ready.system, ready.state, settings, recorder, choice=ready.choice(settings))
+        report = replace(report, state=None)  # a layout cannot be stored
     except SimulationError as error:
         failure = Failure("failed", error.time, str(error))
     except InputError as error:

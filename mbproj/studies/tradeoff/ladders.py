@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 from itertools import product
-from math import inf
+from math import ceil, inf
 
 import numpy as np
 
@@ -198,12 +198,12 @@ class Ladder:
 
 def step_numbers(intervals: int) -> list[int]:
     """Numbers of steps that divide `intervals` or are multiples of it, in ratios of at least `RATIO`."""
-    parts = [part for part in divisors(intervals) if part >= FEWEST]
-    numbers = [*parts, *(intervals * k for k in range(2, MOST // intervals + 1))]
     chosen: list[int] = []
-    for number in numbers:
-        if not chosen or number >= RATIO * chosen[-1]:
-            chosen.append(number)
+    for part in divisors(intervals):
+        if part >= (RATIO * chosen[-1] if chosen else FEWEST):
+            chosen.append(part)
+    while (number := intervals * (max(2, ceil(RATIO * chosen[-1] / intervals)) if chosen else 2)) <= MOST:
+        chosen.append(number)
     return chosen
 
 

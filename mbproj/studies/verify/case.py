@@ -18,7 +18,7 @@ from mbproj.dynamics.equations.gaps import gaps
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.row_space import scaled_jacobian
 from mbproj.errors import InputError
-from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import settle_rows
@@ -65,7 +65,7 @@ class Case:
     @cached_property
     def choice(self) -> Choice:
         """The formulation that a run of the scene uses."""
-        return choose(self.system, self.mechanism.state, self.scene.settings)
+        return self.mechanism.choice(self.scene.settings)
 
     @cached_property
     def state(self) -> State:
@@ -182,8 +182,7 @@ class Case:
     def not_planar(self) -> str:
         """The reason why the case is not computed in a plane."""
         try:
-            settings = replace(self.scene.settings, formulation="planar")
-            choose(self.system, self.mechanism.state, settings)
+            self.mechanism.choice(replace(self.scene.settings, formulation="planar"))
         except InputError as error:
             return error.problems[0].message
         return f"the scene asks for the {self.choice.name} formulation"

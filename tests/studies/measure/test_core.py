@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
 from mbproj.scene import read_scene_text
+from mbproj.scene.records import ProjectionSettings
 from mbproj.studies.measure.accuracy import attempt
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS
 from mbproj.studies.measure.mechanism import Mechanism
@@ -112,3 +116,13 @@ def test_timings_of_all_settings_and_repetitions(pendulum):
     assert [len(timing.samples) for timing in timings] == [2, 2]
     low, high = timings[0].spread
     assert 0.0 < low <= timings[0].median <= high
+
+
+def test_runs_that_differ_in_their_steps_share_a_formulation(pendulum):
+    """Another projection has its own, and so has a mechanism that starts elsewhere, or in another process."""
+    settings = pendulum.scene.settings
+    choice = pendulum.choice(settings)
+    assert pendulum.choice(replace(settings, step=1e-3)) is choice
+    assert pendulum.choice(replace(settings, projection=ProjectionSettings("mmopm"))) is not choice
+    for other in (replace(pendulum, state=pendulum.state), pickle.loads(pickle.dumps(pendulum))):
+        assert other.choice(settings) is not choice
