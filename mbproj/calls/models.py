@@ -10,7 +10,8 @@ from typing import Any
 from mbproj.calls.arguments import Given, Quantity, by_arguments, scene_of
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.facts.schema import REPORTS, report_schema
+from mbproj.facts.reports import REPORTS
+from mbproj.facts.schema import report_schema
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.couplers import without_refused
 from mbproj.formats.export.mjcf import as_mjcf
@@ -164,7 +165,7 @@ def new(kind: str, *, spatial: bool = False, **numbers: Quantity) -> Scene:
 
 
 def schema(of: str = "scene") -> dict[str, Any]:
-    """The JSON Schema, of draft 2020-12, of scene files, or of what `--json` prints: "run", "info", "check" or "build".
+    """The JSON Schema, of draft 2020-12, of scene files, or of what `--json` prints: "run", "compare" and more.
 
     Raises InputError for another word.
     """

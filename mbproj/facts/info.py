@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mbproj.facts import ALWAYS, Fact, shared
+from mbproj.facts.check import NOT_UNIQUE
+from mbproj.facts.designs import VERIFICATION
 from mbproj.facts.run import ACCURACY, COUNTS, CREEP, FRICTIONS, LENGTHS, RATES, RECORDED, ROWS, TRUST
+from mbproj.facts.settings import SETTINGS
 
 #: The attributes that a results file has from its start.
 ROOT = (
@@ -21,7 +24,24 @@ ROOT = (
 #: All attributes of a results file.
 ATTRIBUTES = (*ROOT, *RECORDED, *ROWS, *ACCURACY)
 _SAMPLED = "where the file has samples"
-_PEAK = "joint with the largest violation, its value and time; null without joints"
+
+
+def _peak(kind: str, unit: str) -> Fact:
+    """The joint that was open most."""
+    return Fact(
+        f"worst_{kind}",
+        "object | null",
+        "",
+        f"largest violation of a joint in {kind}; null without joints",
+        _SAMPLED,
+        fields=(
+            Fact("value", "number", unit, "its value"),
+            Fact("time", "number", "s", "its time"),
+            Fact("name", "string", "", "the joint"),
+        ),
+    )
+
+
 #: All that `info` says of a results file.
 INFO = (
     Fact("title", "string", "", "title of the scene"),
@@ -41,37 +61,93 @@ INFO = (
     Fact("velocity_violation_max", "number | null", RATES, "largest |dC/dt| of the samples", _SAMPLED),
     Fact("velocity_violation_time", "number", "s", "time of it", _SAMPLED),
     *shared(RECORDED, "worst_joint", when=_SAMPLED),
-    Fact("worst_length", "object | null", "m, s", _PEAK, _SAMPLED),
-    Fact("worst_angle", "object | null", "rad, s", _PEAK, _SAMPLED),
+    _peak("length", "m"),
+    _peak("angle", "rad"),
     *shared(RECORDED, "energy_drift", "energy_drift_relative", when=_SAMPLED, unknown=True),
     Fact("scene", "string | null", "", "the scene file; null where the scene was text"),
-    Fact("gravity", "array", "m/s^2", "acceleration of gravity, global axes"),
-    Fact("reactions_not_unique", "object", "", "by joint: reaction components that redundant joints can share at will"),
-    Fact("shared_at_contacts", "object", "s", "by contact: since when it shares a force arbitrarily"),
-    Fact("settings", "object", "SI", "settings of the run with all defaults"),
-    Fact("overrides", "object", "", "by name: values that --set changed"),
+    Fact("gravity", "array of number", "m/s^2", "acceleration of gravity, global axes"),
+    NOT_UNIQUE,
+    Fact("shared_at_contacts", "map of number", "s", "by contact: since when it shares a force arbitrarily"),
+    Fact("settings", "object", "", "settings of the run with all defaults", fields=SETTINGS),
+    Fact("overrides", "map of string", "", "by name: values that --set changed"),
     Fact("attributes", "object", "", "attributes of the file"),
-    Fact("names", "object", "", "names of bodies, markers, joints and coordinates"),
-    Fact("stops", "object", "m or rad, N or N m, J", "by stop: least gap, largest force, impacts and what they took"),
+    Fact(
+        "names",
+        "object",
+        "",
+        "names of what is recorded",
+        fields=tuple(
+            Fact(kind, "array of string", "", f"names of {kind}")
+            for kind in ("bodies", "markers", "joints", "coordinates")
+        ),
+    ),
+    Fact(
+        "stops",
+        "map of object",
+        "",
+        "by stop: what it did",
+        fields=(
+            Fact("unit", "string", "", "unit of its gap"),
+            Fact("least_gap", "number | null", LENGTHS, "least gap"),
+            Fact("largest_force", "number | null", "N or N m", "largest force; null for a rigid stop"),
+            Fact("impacts", "integer", "1", "number of impacts"),
+            Fact("largest_impulse", "number", "N s or N m s", "largest impulse"),
+            Fact("energy", "number", "J", "energy that impacts took"),
+        ),
+    ),
     replace(FRICTIONS, when=ALWAYS),
     replace(CREEP, when=ALWAYS),
-    Fact("events", "array", "s, N s or N m s, J", "events: time, name, kind, direction, impulse and energy"),
+    Fact(
+        "events",
+        "array of object",
+        "",
+        "events",
+        fields=(
+            Fact("time", "number", "s", "time of the event"),
+            Fact("name", "string", "", "what had it"),
+            Fact("kind", "string", "", "kind of the event"),
+            Fact("direction", "integer", "1", "1 where it rises, -1 where it falls, 0 for one at a given time"),
+            Fact("impulse", "number", "N s or N m s", "impulse of an impact"),
+            Fact("energy", "number", "J", "energy that an impact took"),
+        ),
+    ),
     replace(TRUST, when="after run --certify"),
-    Fact("verification", "object", "", "result of each check", "after verify --store"),
-    Fact("datasets", "object", "", "by path: shape and unit"),
+    Fact("verification", "object", "", "what verify found", "after verify --store", fields=VERIFICATION),
+    Fact(
+        "datasets",
+        "map of object",
+        "",
+        "datasets by path",
+        fields=(
+            Fact("shape", "array of integer", "1", "shape"),
+            Fact("unit", "string", "", "unit of the numbers"),
+        ),
+    ),
 )
+_BUILT, NOT_BUILT = "where it is built", "where it is not"
 #: All that `info --build` says.
 BUILD = (
     Fact("mbproj", "string", "", "version of mbproj"),
     Fact("python", "string", "", "version of Python"),
     Fact("numpy", "string", "", "version of NumPy"),
     Fact("h5py", "string", "", "version of h5py"),
-    Fact("formulations", "array", "", "formulations that can run here"),
-    Fact("plugins", "object", "", "by kind: names of plugins and their modules"),
+    Fact("formulations", "array of string", "", "formulations that can run here"),
+    Fact("plugins", "map of map of string", "", "by kind and name of a plugin: its module"),
     Fact(
         "kernel",
         "object",
         "",
-        "whether it is `built`, by what compiler and for which processor, or the `reason` and `advice`",
+        "the compiled kernel",
+        fields=(
+            Fact("built", "boolean", "", "whether it is there"),
+            Fact("compiler", "string", "", "compiler", _BUILT),
+            Fact("flags", "string", "", "options of the compiler", _BUILT),
+            Fact("build_type", "string", "", "kind of the build", _BUILT),
+            Fact("eigen", "string", "", "version of Eigen", _BUILT),
+            Fact("instruction_set", "string", "", "processor that it is for", _BUILT),
+            Fact("packs", "integer", "1", "cases of a pack; 0 where there are no packs", _BUILT),
+            Fact("reason", "string", "", "why it is not there", NOT_BUILT),
+            Fact("advice", "string | null", "", "what to do; null where it was not wanted", NOT_BUILT),
+        ),
     ),
 )

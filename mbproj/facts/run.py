@@ -108,15 +108,108 @@ ACCURACY = (
     Fact("accuracy_uncertainty", "number", "m", "uncertainty of that error", _CHOSEN),
 )
 _RUBS = "where the scene has dry friction"
-TRUST = Fact("trust", "object", "s, m", "by point: trust horizons and growth of the error", "with --certify")
+_HORIZON = "array of number or null"
+TRUST = Fact(
+    "trust",
+    "object",
+    "",
+    "trust horizons",
+    "with --certify",
+    fields=(
+        Fact("solution", "string", "", "the solution that the run was compared with"),
+        Fact("remark", "string | null", "", "a remark on it; null for none"),
+        Fact("limits", "array of number", "m", "the errors that are asked for"),
+        Fact(
+            "points",
+            "map of object",
+            "",
+            "by marker or body",
+            fields=(
+                Fact("horizon", _HORIZON, "s", "by limit: when the error exceeds it; null for never"),
+                Fact("horizon_low", _HORIZON, "s", "by limit: earliest time of it"),
+                Fact("horizon_high", _HORIZON, "s", "by limit: latest time of it"),
+                Fact("growth_rate", "number | null", "1/s", "rate of an error that grows exponentially"),
+                Fact("growth_power", "number | null", "1", "power of an error that grows as one of t"),
+                Fact("growth_law", "string | null", "", '"exponential" or "power"; null where unknown'),
+                Fact("largest_error", "number", "m", "largest error"),
+                Fact("largest_uncertainty", "number", "m", "largest uncertainty of it"),
+            ),
+        ),
+    ),
+)
+_RESISTS = Fact("unit", "string", "", "unit of the motion that it resists")
 FRICTIONS = Fact(
     "frictions",
-    "object",
-    "s, N or N m, J",
-    "by dry friction: how often it stuck, for how long, its force and loss",
+    "map of object",
+    "",
+    "by dry friction: what it did",
     _RUBS,
+    fields=(
+        _RESISTS,
+        Fact("sticks", "integer", "1", "times that it began to stick"),
+        Fact("slips", "integer", "1", "times that it slipped"),
+        Fact("turns", "integer", "1", "times that sliding turned"),
+        Fact("sticking_seconds", "number | null", "s", "time that it stuck"),
+        Fact("sticking_part", "number | null", "1", "part of the time that it stuck"),
+        Fact("largest_force", "number | null", "N or N m", "largest force"),
+        Fact("energy", "number | null", "J", "energy that it took"),
+    ),
 )
-CREEP = Fact("creep", "object", "m or rad, s", "by regularised friction: how far it crept, and for how long", _RUBS)
+CREEP = Fact(
+    "creep",
+    "map of object",
+    "",
+    "by regularised friction: how far it crept",
+    _RUBS,
+    fields=(
+        _RESISTS,
+        Fact("width", "number", "m/s or rad/s", "width of the regularisation"),
+        Fact("seconds", "number", "s", "time that it crept"),
+        Fact("creep", "number", LENGTHS, "how far it crept"),
+    ),
+)
+_BOUND = "null where it is a value"
+_OVER, _BETWEEN = "where it is a ratio", "where it is a transmission angle"
+_VALUES = "number | array of number | null"
+EXPECTATIONS = Fact(
+    "expectations",
+    "array of object",
+    "",
+    "what the scene expects, and what was measured",
+    COMPLETE,
+    fields=(
+        Fact("name", "string", "", "name of the expectation"),
+        Fact("of", "string", "", "kind of what is measured"),
+        Fact("item", "string", "", "name of what is measured"),
+        Fact("quantity", "string", "", "quantity that is measured"),
+        Fact("component", "string | null", "", "component of it; null for all"),
+        Fact("unit", "string", "", "unit of the measured values"),
+        Fact(
+            "at",
+            "number | string | object",
+            "s",
+            'time, "end" or another moment, or a coordinate and its value',
+            fields=(
+                Fact("coordinate", "string", "", "joint coordinate"),
+                Fact("value", "number", "by unit", "value that it passes"),
+                Fact("unit", "string", "", "unit of this value"),
+            ),
+        ),
+        Fact("over", "string", "", "input of the ratio", _OVER),
+        Fact("between", "array of string", "", "markers of the angle", _BETWEEN),
+        Fact("time", "number | null", "s", "time of the sample; null where there is none"),
+        Fact("measured", _VALUES, "by unit", "what was measured"),
+        Fact("value", _VALUES, "by unit", "what is expected; null where it is a bound"),
+        Fact("error", "number | null", "by unit", "difference of both"),
+        Fact("tolerance", "number | null", "by unit", "what is allowed of it"),
+        Fact("below", "number | null", "by unit", f"upper bound; {_BOUND}"),
+        Fact("above", "number | null", "by unit", f"lower bound; {_BOUND}"),
+        Fact("checked", "boolean", "", "whether it could be checked"),
+        Fact("unique", "boolean", "", "false where joints or contacts can share it in any proportion"),
+        Fact("holds", "boolean", "", "whether it holds"),
+        Fact("source", "string", "", "where the expected value comes from"),
+    ),
+)
 #: All that a run says.
 RUN = (
     *RECORDED,
@@ -125,12 +218,13 @@ RUN = (
     TRUST,
     FRICTIONS,
     CREEP,
-    Fact("ropes_that_push", "object", "N, s", "by rope: its largest push and when", "where a rope pushes"),
     Fact(
-        "expectations",
-        "array",
+        "ropes_that_push",
+        "map of object",
         "",
-        "what the scene expects, each with what was measured and whether it holds",
-        COMPLETE,
+        "by rope: its largest push",
+        "where a rope pushes",
+        fields=(Fact("push", "number", "N", "largest push"), Fact("time", "number", "s", "time of it")),
     ),
+    EXPECTATIONS,
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import click
 
@@ -14,10 +14,9 @@ from mbproj.cli.main import mbproj as group
 from mbproj.cli.report.thresholds import USERS
 from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
-from mbproj.facts import Fact
-from mbproj.facts.check import CHECK
-from mbproj.facts.info import BUILD, INFO, ROOT
-from mbproj.facts.run import RUN
+from mbproj.facts import ANY_NAME, Fact
+from mbproj.facts.info import ROOT
+from mbproj.facts.reports import REPORTS
 from mbproj.figures.kinds import KINDS
 from mbproj.figures.sweeps import PICTURES
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER
@@ -40,6 +39,8 @@ MEANINGS = {
     ExitCode.INTERRUPTED: "interrupted by Ctrl-C or SIGTERM; what was done is kept",
 }
 
+FACT_HEADINGS = ("key", "kind", "unit", "what it is", "when")
+
 
 def thresholds() -> str:
     """Every threshold, group by group."""
@@ -50,34 +51,37 @@ def thresholds() -> str:
     return table(("name", "value", "unit", "used by", "what it decides", "source"), rows)
 
 
-def run_facts() -> str:
-    """What a run says."""
-    return _facts(RUN)
+def reports() -> str:
+    """What each command prints with --json."""
+    return "\n".join(map(_report, REPORTS))
 
 
-def info_facts() -> str:
-    """What `info` says of a results file."""
-    return _facts(INFO)
+def _report(name: str) -> str:
+    report = REPORTS[name]
+    printed = ", ".join(code(f"mbproj {command}") for command in report.commands)
+    inside = {"object": "", "array of object": "[].", "map of object": f"{ANY_NAME}."}[report.kind]
+    rows = _facts(report.facts, inside, {})
+    return f"## {name}\n\n{report.words} By {printed}.\n\n{table(FACT_HEADINGS, rows)}"
 
 
 def attributes() -> str:
     """What a results file has as attributes from its start."""
-    return _facts(ROOT)
+    return table(FACT_HEADINGS, _facts(ROOT, "", {}))
 
 
-def check_facts() -> str:
-    """What `check` says of a scene."""
-    return _facts(CHECK)
-
-
-def build_facts() -> str:
-    """What `info --build` says."""
-    return _facts(BUILD)
-
-
-def _facts(facts: Sequence[Fact]) -> str:
-    rows = [(code(fact.key), fact.unit, fact.words, fact.when) for fact in facts]
-    return table(("key", "unit", "what it is", "when"), rows)
+def _facts(facts: Sequence[Fact], inside: str, known: dict[tuple[Fact, ...], str]) -> Iterator[tuple[str, ...]]:
+    """Yield a row for each fact and each of its fields. Fields that are `known` by another key are not told again."""
+    for fact in facts:
+        path = inside + fact.key
+        words, same = fact.words, known.get(fact.fields)
+        if same:
+            words = f"{words}; with the keys of {code(same)}"
+        yield code(path), fact.kind, fact.unit, words, fact.when
+        if fact.fields and not same:
+            known[fact.fields] = path
+            *steps, _ = next(each for each in fact.kind.split(" | ") if each.endswith("object")).split(" of ")
+            end = "".join({"array": "[]", "map": f".{ANY_NAME}"}[step] for step in steps)
+            yield from _facts(fact.fields, f"{path}{end}.", known)
 
 
 def modes_file() -> str:

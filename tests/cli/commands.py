@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from threading import Lock
 
+from tests.facts.reports import refuse_what_no_table_says
 from tests.support import ROOT
 
 FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")
@@ -28,8 +29,12 @@ def environment() -> dict[str, str]:
 
 
 def mbproj(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """`mbproj ARGUMENTS` in `folder`."""
-    return _run({"arguments": [str(each) for each in arguments]}, folder)
+    """`mbproj ARGUMENTS` in `folder`. What it prints as JSON is as the tables of facts say."""
+    words = [str(each) for each in arguments]
+    done = _run({"arguments": words}, folder)
+    if "--json" in words and done.stdout.startswith(("{", "[")):
+        refuse_what_no_table_says(words, json.loads(done.stdout))
+    return done
 
 
 def python(program: str, folder: Path) -> subprocess.CompletedProcess[str]:

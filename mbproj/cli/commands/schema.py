@@ -8,7 +8,8 @@ import click
 
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
-from mbproj.facts.schema import REPORTS, report_schema
+from mbproj.facts.reports import REPORTS
+from mbproj.facts.schema import report_schema
 
 EXAMPLES = (
     ("Write the schema to a file that an editor can read.", "mbproj schema -o scene.schema.json"),
@@ -23,7 +24,8 @@ EXAMPLES = (
     type=click.Choice(["scene", *REPORTS]),
     default="scene",
     show_default=True,
-    help="Describe scene files, or what run, info, check or info --build print with --json.",
+    metavar="NAME",
+    help=f"Describe scene files, or what a command prints with --json: {', '.join(REPORTS)}.",
 )
 @option(
     Part.OUTPUT,

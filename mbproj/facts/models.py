@@ -1,0 +1,65 @@
+"""The facts of scenes and models beside their runs: `branches`, `curve`, `import`, `export`."""
+
+from __future__ import annotations
+
+from mbproj.facts import Fact
+
+_SAID = Fact(
+    "said",
+    "array of object",
+    "",
+    "what has no counterpart",
+    fields=(
+        Fact("element", "string", "", "the element"),
+        Fact("place", "string", "", 'file and line; "" where there is none'),
+        Fact("what", "string", "", "what becomes of it"),
+        Fact("same_motion", "string", "", 'whether the motion is the same: "yes", "until then" or "no"'),
+    ),
+)
+#: What `import` says.
+IMPORT = (Fact("scene", "string | null", "", "the scene that was written; null on stdout"), _SAID)
+#: What `export` says of a scene as a model.
+EXPORT = (Fact("files", "array of string", "", "files that were written"), _SAID)
+#: What `branches` says.
+BRANCHES = (
+    Fact("scene", "string", "", "the scene file, as it was named"),
+    Fact(
+        "assemblies",
+        "array of object",
+        "",
+        "the assemblies, that of the start first",
+        fields=(
+            Fact("coordinates", "map of number", "m or rad", "joint coordinates by name"),
+            Fact(
+                "bodies",
+                "map of object",
+                "",
+                "poses by body",
+                fields=(
+                    Fact("position", "array of number", "m", "centre of mass"),
+                    Fact("orientation", "array of number", "1", "Euler parameters, scalar first"),
+                ),
+            ),
+            Fact("found", "integer", "1", "random starts that led there"),
+            Fact("distance_to_singular", "number", "1", "distance to a singular pose"),
+            Fact("singular", "boolean", "", "whether assemblies meet here"),
+            Fact("at_start", "boolean", "", "whether it is that of the start"),
+        ),
+    ),
+    Fact("units", "map of string", "", "units of the joint coordinates by name"),
+    Fact("starts", "integer", "1", "random starts"),
+    Fact("closed", "integer", "1", "starts that led to an assembly"),
+    Fact("missed", "number", "1", "probability that one as rare as the rarest was missed"),
+    Fact("written", "array of string", "", "scenes that were written"),
+    Fact("picture", "string | null", "", "the picture; null without --picture"),
+)
+#: What `curve` says.
+CURVE = (
+    Fact("curve", "string", "", "name of the curve"),
+    Fact("closed", "boolean", "", "whether it is closed"),
+    Fact("length", "number", "m", "its length"),
+    Fact("roller", "number", "m", "radius of the roller on it; 0 for none"),
+    Fact("largest_pressure_angle", "number | null", "rad", "largest pressure angle; null for an open curve"),
+    Fact("largest_roller", "map of number or null", "m", "by side: radius of the largest roller; null for any"),
+    Fact("table", "map of array of number", "", "by heading with its unit: a column of the profile"),
+)

@@ -1,0 +1,69 @@
+"""The reports that commands print with --json, each with its facts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from mbproj.dataclass import dataclass
+from mbproj.facts import Fact
+from mbproj.facts.check import CHECK
+from mbproj.facts.designs import BATCH, DESIGN, SENSITIVITY, SWEEP, TOPOLOGIES, VERIFY
+from mbproj.facts.info import BUILD, INFO
+from mbproj.facts.linear import EQUILIBRIUM, LINEAR, MODES
+from mbproj.facts.loads import ACTUATORS, LARGEST_LOADS
+from mbproj.facts.models import BRANCHES, CURVE, EXPORT, IMPORT
+from mbproj.facts.results import COMPARISON, ENERGY, SOUNDNESS, STEPS, THRESHOLD_ROWS
+from mbproj.facts.run import RUN
+from mbproj.facts.studies import COMPARE, RECOMMEND, STABILITY, THRESHOLD, TRADEOFF
+
+
+@dataclass(frozen=True)
+class JsonReport:
+    """The facts that `commands` print, an option of a command included, and what the report is of, in `words`. It is of
+    the `kind` "object", or else has many objects."""
+
+    words: str
+    facts: tuple[Fact, ...]
+    commands: tuple[str, ...]
+    kind: str = "object"
+
+
+#: The reports by their name, which is that of the command where no option asks for another.
+REPORTS: Mapping[str, JsonReport] = MappingProxyType(
+    {
+        "run": JsonReport(
+            "A run. One that fails or is interrupted has what is said always.", RUN, ("run", "rerun", "continue")
+        ),
+        "check": JsonReport("A scene at its assembled start.", CHECK, ("check",)),
+        "branches": JsonReport("The assemblies of a scene.", BRANCHES, ("branches",)),
+        "curve": JsonReport("A curve of a scene.", CURVE, ("curve",)),
+        "equilibrium": JsonReport("Where a scene rests.", EQUILIBRIUM, ("equilibrium",)),
+        "modes": JsonReport("The modes of small motions.", MODES, ("modes",)),
+        "linearize": JsonReport("A linear model: x' = A x + B u, y = C x + D u.", LINEAR, ("linearize",)),
+        "info": JsonReport("A results file.", INFO, ("info",)),
+        "info-loads": JsonReport("The largest loads of a run.", LARGEST_LOADS, ("info --loads",)),
+        "info-steps": JsonReport("What limits the steps of a run.", STEPS, ("info --steps",)),
+        "info-energy": JsonReport("The energy of a run.", ENERGY, ("info --energy",)),
+        "info-check": JsonReport("A check of a results file or a sweep.", SOUNDNESS, ("info --check",)),
+        "info-thresholds": JsonReport(
+            "Every threshold, by name.", THRESHOLD_ROWS, ("info --thresholds",), "map of object"
+        ),
+        "build": JsonReport("mbproj itself.", BUILD, ("info --build",)),
+        "compare-results": JsonReport("Two results files.", COMPARISON, ("compare-results",)),
+        "loads": JsonReport("The forces of actuators along a motion.", ACTUATORS, ("loads",)),
+        "compare": JsonReport("Methods on a mechanism.", COMPARE, ("compare",)),
+        "tradeoff": JsonReport("Accuracy against cost.", TRADEOFF, ("tradeoff",)),
+        "recommend": JsonReport("The cheapest setting.", RECOMMEND, ("recommend",)),
+        "threshold": JsonReport("Thresholds of the projection.", THRESHOLD, ("threshold",)),
+        "stability": JsonReport("Where methods fail.", STABILITY, ("stability",)),
+        "verify": JsonReport("A verification.", VERIFY, ("verify",)),
+        "sensitivity": JsonReport("A list of sensitivities.", SENSITIVITY, ("sensitivity",), "array of object"),
+        "design": JsonReport("Numbers that were found.", DESIGN, ("fit", "optimise")),
+        "topologies": JsonReport("Mechanisms that were found.", TOPOLOGIES, ("optimise --topologies",)),
+        "sweep": JsonReport("The cases of a sweep.", SWEEP, ("sweep",)),
+        "batch": JsonReport("Many scenes.", BATCH, ("batch",)),
+        "import": JsonReport("A scene that was made of a model.", IMPORT, ("import",)),
+        "export": JsonReport("A model that was made of a scene.", EXPORT, ("export",)),
+    }
+)
