@@ -32,12 +32,11 @@ COORDINATES: Mapping[str, Primitive] = MappingProxyType({"angle": Angle(), "alon
 @final
 @dataclass(frozen=True)
 class Coupling(Primitive):
-    """C = Σ kᵢ sᵢ - f(s₀) of coordinates sᵢ, less the nearest multiple of `period`: one tooth, or one thread; 0: none.
-
-    `coordinates` are names in COORDINATES, or one more, which stands for the `other`; `weights` are the kᵢ. The row and
-    its period are in metres where one of them is a length. The slots are those of the first coordinate, then those of
-    the next. The multiple follows from counted turns of angles. So a turn of an angle s₀ must change f by nothing or by
-    whole periods.
+    """C = Σ kᵢ sᵢ - f(s₀) of coordinates sᵢ, less the nearest multiple of `period`: one tooth, or one thread; 0 for
+    none. `coordinates` are names in COORDINATES, or a further name for the primitive `other`; `weights` are the kᵢ. The
+    row and its period are in metres where one of the coordinates is a length. The slots are those of the first
+    coordinate, then those of the next. The multiple follows from counted turns of angles. So a turn of an angle s₀ must
+    change f by a whole number of periods, or by 0.
     """
 
     coordinates: tuple[str, ...]
@@ -61,7 +60,8 @@ class Coupling(Primitive):
 
     @property
     def rolls(self) -> bool:
-        """Whether it is a roller on a curve. Its lap, which is the period, and its turn have no common measure."""
+        """Whether the row is that of a roller on a curve. The lap, which is the period, and the roller's turn have no
+        common measure."""
         return self.coordinates[0] == "lap"
 
     @property

@@ -17,8 +17,9 @@ class Primitive(ABC):
 
     The arguments are the global points and vectors of k instances at once, `x` of shape (..., k, s, 3), where s is the
     number of `slots`. How x depends on the coordinates is not known here, so full, reduced and planar coordinates share
-    this one definition. Data of a primitive beside x are the fields of its class. Numbers among them are its
-    `parameters`, each in an SI unit, and a joint gives them by these names. Differentiated twice along a motion x(t),
+    this one definition. Data of a primitive beside x are the fields of its class. Fields that are numbers are its
+    `parameters`, each in an SI unit; a joint's parameters have the same names. Differentiated twice along a motion
+    x(t),
 
         C' = rate(x, x') = gradient(x)·x',    C'' = rate(x, x'') + curvature(x, x').
 
@@ -28,7 +29,8 @@ class Primitive(ABC):
     """
 
     rows: ClassVar[int]
-    #: What it follows beside points and vectors: a curve in a plane, two of them, one in space, a rope, or coordinates.
+    #: The things beside points and vectors on which the primitive depends: a plane curve, two of them, a space curve, a
+    #: rope, or coordinates.
     follows: ClassVar[Literal["", "curve", "two curves", "space curve", "rope", "coordinates"]] = ""
     integrable: ClassVar[bool] = True
     parameters: ClassVar[Mapping[str, str]] = MappingProxyType({})

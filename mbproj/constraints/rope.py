@@ -16,8 +16,8 @@ class Span(NamedTuple):
 
     `line` is the vector ℓ between the centres, X and Y are its components in the plane, D2 = X² + Y². λ is the free
     length, h its part in the plane, w the difference of the radii. `a` and `b` are the weights of λ and of the
-    direction θ. `start` is the direction of ℓ at the scene's pose. `runs` (...): at which poses the rope has this part;
-    None: at all."""
+    direction θ. `start` is the direction of ℓ at the scene's pose. `runs` (...): the poses at which the rope has this
+    part; None: all poses."""
 
     first: int
     last: int
@@ -52,13 +52,13 @@ class Span(NamedTuple):
     @property
     def slopes(self) -> tuple[Numbers, Numbers]:
         """∂(b θ)/∂X and ∂(b θ)/∂Y."""
-        if not self.b:  # a line from point to point depends on no plane: D may be 0
+        if not self.b:  # a line between two points does not depend on the plane: D may be 0
             return 0.0 * self.X, 0.0 * self.Y
         out, around = -self.b * self.w / (self.D2 * self.h), self.b / self.D2
         return out * self.X - around * self.Y, out * self.Y + around * self.X
 
     def where(self, term: Numbers) -> Numbers:
-        """The span's `term` (..., more) of a sum: 0 at poses where the rope does not have this span."""
+        """The span's `term` (..., more) of a sum: 0 at poses without this span."""
         if self.runs is None:
             return term
         return np.where(self.runs.reshape(self.runs.shape + (1,) * (term.ndim - self.runs.ndim)), term, 0.0)
@@ -73,7 +73,7 @@ class Rope(Primitive):
     `radii` (k,) are positive where the rope bends left, from x towards y, negative where it bends right, 0 for points.
     A span from radius r1 to r2 has w = r1 - r2, the free length λ = √(ℓ² - w²) and the direction θ = β + asin(w/D). β
     is the angle of the line between its centres. The rope is fixed to a circle at an end, which does not turn relative
-    to x and y. `directions` (k-1,) are the angles β at the scene's pose; each β stays within half a turn of its own.
+    to x and y. `directions` (k-1,) are the angles β at the scene's pose; each β stays within half a turn of this angle.
     `by_length` and `by_angle` (k-1,) are a and b. `wound` is subtracted: the length on the circles of the ends at the
     scene's pose. `lifts` are the circles that the rope may leave; no two are neighbours. Where its wrap there would be
     negative, the rope runs straight past. The length has no kink then, but its curvature jumps. A step ends where a

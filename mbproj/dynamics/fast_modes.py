@@ -1,9 +1,9 @@
 """Rates at which forces and states of elements change a mechanism: the eigenvalues of their linear part at a state.
 
 Laws and bushings depend on coordinates s. Their forces F = -k δs - c δs' make δs'' = W F. An entry of W is the
-acceleration along one coordinate that a unit force along another causes, joints closed: δs'' = -W (k δs + c δs'). k and
+acceleration along one coordinate by a unit force along another, with the joints closed: δs'' = -W (k δs + c δs'). k and
 c are diagonal but for bushings, which couple their six coordinates. Gravity, spin, preloads and the change of W by the
-bodies' motion are left out: a stiff force is faster than those. States have δx' = f_x δx.
+bodies' motion are left out: stiff forces are faster than these effects. States have δx' = f_x δx.
 """
 
 from __future__ import annotations
@@ -98,8 +98,8 @@ def slopes_at(instant: Instant) -> ForceSlopes:
 def speeds_of_free_bodies(system: System, pose: Pose, slopes: ForceSlopes) -> Array:
     """Return, for each coordinate, a bound of its part in |λ|, (F,), 1/s.
 
-    It is √(k w) + c w on bodies that nothing else holds, each with its mass divided among the forces on it (Irons &
-    Treharne 1971)."""
+    It is √(k w) + c w for bodies without joints, each with its mass divided among the forces on it (Irons & Treharne
+    1971)."""
     n = system.bodies
     law, body, force, torque = _pulls(system.forces, pose)
     moves = body < n

@@ -26,8 +26,8 @@ class OffPath(NamedTuple):
 
 
 def drawn_in(system: System, q: Array, v: Array, h: float) -> OffPath | None:
-    """Return the span that has almost vanished where a run cannot go on, at q, v (7n,); None without one. It is very
-    short, or shortens so fast that it would not last for another h s."""
+    """Return the span of a rope that has almost vanished at q, v (7n,), where a run cannot go on; None where no span
+    has. Such a span is very short, or would vanish within h s at its present rate."""
     bound = system.coordinates
     if not any(isinstance(group.primitive, Rope) for group in bound.groups):
         return None

@@ -1,4 +1,4 @@
-"""Whether two curves that touch overlap elsewhere: then they touch where no row knows of it."""
+"""Whether two curves that touch overlap elsewhere, where no row of C prevents it."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def overlapping(system: System, pose: Pose) -> str | None:
 
 
 def _overlap(gap: Gap, x: Array) -> bool:
-    """Whether a place of the second curve is on the wrong side of the first. Two closed curves that are convex, outside
-    of each other, touch at one place alone."""
+    """Whether some point of the second curve is on the wrong side of the first. Two closed convex curves outside each
+    other touch at one point only, and never overlap."""
     first, second = (cast(PlaneCurve, curve) for curve in (gap.curve, gap.other))
     sides = ((gap.side, first), (gap.other_side, second))
     outside = all((side > 0.0) != curve.turns_left for side, curve in sides)

@@ -1,8 +1,8 @@
 """Conserved momenta of a mechanism: those of rigid motions of all bodies that no joint, motion or force resists.
 
-Let u be the velocities of a rigid motion. By Noether's theorem uᵀM q' is constant where u leaves the constraints, the
-potential and every coordinate of a force as they are. Conditions that depend on the pose are tested at some poses that
-the mechanism can take.
+Let u be the velocities of a rigid motion. By Noether's theorem uᵀM q' is constant where u changes no constraint, no
+potential and no coordinate of a force. Conditions that depend on the pose are tested at some poses that the mechanism
+can take.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def _tangent(system: System, q: Array, generator: np.random.Generator) -> Array:
 
 
 def _resistance(system: System, state: State, q: Array, fields: Array) -> Array:
-    """Return the change, (r, k), that each field (k, 7n) at q makes of quantities which it must not change: rows,
+    """Return the rates, (r, k), by each field (k, 7n) at q of the quantities that a symmetry must not change: rows,
     coordinates of forces and contacts, the potential of gravity, and bodies with given forces."""
     pose, columns = pose_of(q), []
     C_q = jacobian(system, pose) / system.row_scale[:, None]

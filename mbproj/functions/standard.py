@@ -49,7 +49,7 @@ def reading(name: str) -> Program:
 
 
 def joined(make: Callable[..., Code], *programs: Program) -> Program:
-    """Return the function that `make` makes of the codes of others; it reads the channels that any of them reads."""
+    """Return the function that `make` makes of the codes of other functions; it reads the channels of all of them."""
     reads = tuple(dict.fromkeys(name for program in programs for name in program.reads))
     at = {name: variable(CHANNELS + index) for index, name in enumerate(reads)}
     codes = [

@@ -1,10 +1,10 @@
 """Switches: instructions of functions whose branch changes with the state (`abs sign min max floor ceil`, tables with
 kinks).
 
-A switch has one argument x: that of its instruction, or the difference of both. Each branch holds in an interval of x.
-A held branch is continued smoothly beyond its interval, so that an integrator keeps its order; where x leaves the
-interval there is an event. A branch is a number: -1 or 1 for the sign of x, the value of `floor` and `ceil`, or the
-first piece of a table between two of its kinks. NaN is free: the branch follows x.
+A switch has one argument x: the argument of its instruction, or the difference of two arguments. Each branch holds in
+an interval of x. A held branch is continued smoothly beyond its interval, so that an integrator keeps its order; where
+x leaves the interval there is an event. A branch is a number: -1 or 1 for the sign of x, the value of `floor` and
+`ceil`, or the first piece of a table between two of its kinks. NaN is free: the branch follows x.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ def argument(programs: ProgramSet, at: int, held: float, given: Sequence[Numbers
 
 
 def lifted(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) -> Numbers:
-    """Return x (...) less the periods that bring it nearest to a branch of a table, or for a free branch into the first
+    """Return x (...) minus whole periods, nearest to a branch of a table; for a free branch it is in the first
     period."""
     period = programs.period[number]
     if not period:

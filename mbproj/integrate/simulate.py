@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 
 class Recorder(Protocol):
-    """Interface of what records the blocks of a run, as `mbproj.results.ResultsWriter`."""
+    """Interface of a recorder of the blocks of a run, as `mbproj.results.ResultsWriter`."""
 
     def write(self, block: Block) -> None:
         """Record T consecutive samples by dataset path."""
@@ -102,9 +102,9 @@ def simulate(
     choice: Choice | None = None,
 ) -> Report:
     """Integrate from `state` over `settings.duration`, and return a report. From a mark that `keep` received before, it
-    goes on to the bits of one run: with the same system, state and settings but for the duration. Without `accounts`
-    the report's energies are NaN. Once each `period` (s), `controller(t, signals)` sets states. `choice` is what
-    `choose` returns here, if it is known already.
+    continues with the bits of one uninterrupted run. System, state and settings must be the same, except for the
+    duration. Without `accounts` the report's energies are NaN. Once each `period` (s), `controller(t, signals)` sets
+    states. `choice`: the result of `choose` for this run, if it is known already.
 
     Raises InputError where the settings do not fit the system or its equations have no unique solution. After all
     samples are recorded it raises SimulationError where it cannot go on, and KeyboardInterrupt after SIGINT or SIGTERM.
@@ -221,8 +221,8 @@ def _swamped(system: System, state: State) -> tuple[str, ...]:
 
 
 def _stiffness(choice: Choice, system: System, settings: Settings) -> StiffnessWatch | None:
-    """Return the watch for modes that are too fast for the steps; None where nothing can make one: without forces along
-    coordinates, states of elements, and Baumgarte's terms."""
+    """Return the watch for modes that are too fast for the steps; None for a system without forces along coordinates,
+    states of elements, and Baumgarte's terms."""
     can_be_fast = system.states.size > 0 or (system.forces.size > 0 and not choice.kinematic)
     if not can_be_fast and settings.projection.gains is None:
         return None
@@ -271,7 +271,7 @@ def _events(
 def _naming(
     formulation: str, system: System, start: Array, reached: Callable[[], tuple[float, Array]]
 ) -> Iterator[None]:
-    """Give the error of a run in this block the motion that has led there, where one is found, and the formulation."""
+    """Add the formulation to an error of a run in this block, and the motion that has caused it, where one is found."""
     try:
         yield
     except SimulationError as error:

@@ -17,7 +17,7 @@ from mbproj.integrate.outside import Exchange, refuse_outside
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
-#: The kernel's blocks hold this many samples and take this many seconds, so that only instants end them.
+#: The most samples and the longest time (s) of the kernel's blocks: so large that only instants end a block.
 MOST, SECONDS = 1_000_000, 1e9
 _NONE: Mapping[str, float] = {}
 

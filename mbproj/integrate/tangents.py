@@ -1,9 +1,9 @@
 """Forward sensitivities along a run: the slopes of the motion by the numbers of a model and by its start.
 
 A *direction* is the effect of one parameter on the model: the slopes of its numbers (masses, points, forces) and of the
-state in which the run begins. It is the difference of two models of one structure, to either side. The kernel follows
-each step of a run with dual numbers and the factors of the run (`mbproj/kernel/src/tangents`). The sizes of the steps
-are constants.
+state in which the run begins. It is the central difference of two models of one structure. The kernel follows each step
+of a run with dual numbers and the factors of the run (`mbproj/kernel/src/tangents`). The sizes of the steps are
+constants.
 """
 
 from __future__ import annotations

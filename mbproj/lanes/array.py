@@ -35,11 +35,11 @@ HOW: dict[str, Callable[..., Any]] = {}
 
 
 class LanesMet(TypeError):
-    """Numbers of several cases stand where one number is needed."""
+    """The error where numbers of several cases stand in place of one number."""
 
 
 class Parted(Exception):
-    """A decision differs between the cases of a block. Lanes with equal `keys` (B,) go together."""
+    """The error where a decision differs between the cases of a block. Lanes with equal `keys` (B,) belong together."""
 
     def __init__(self, keys: Sequence[Any]) -> None:
         super().__init__("cases of a block go different ways")

@@ -12,7 +12,7 @@ from mbproj.lanes.array import Lanes, LanesMet, Parted, agreed
 
 Kind = TypeVar("Kind")
 NOTHING: Mapping[str, Any] = MappingProxyType({})
-#: Returns the part of one lane of a value.
+#: Function that returns the part of one lane of a value.
 Taken = Callable[[int], Any]
 
 

@@ -33,7 +33,8 @@ class Bordered:
         from scipy.sparse.linalg import splu
 
         self.size, self.rows, self.constraints = A.shape[0], rows, G.count
-        # Lengths in the mechanism's own, and A of the order of G, so that pivots compare.
+        # Lengths are in units of the mechanism's length, and A is scaled to the order of G, so that pivots are
+        # comparable.
         lengths = tangent_lengths(system)
         inner = diags(lengths) @ A @ diags(lengths)
         size = max(float(np.abs(inner.diagonal()).max(initial=0.0)), float(np.finfo(float).tiny))
@@ -131,8 +132,8 @@ def tangent_space_of(
 
 
 def along_tangent_space(system: System, G: Rows, rows: Array) -> Array:
-    """Return the parts of rows (k, 6n) along the tangent space of rows G of the joints and motions. They are in
-    coordinates in which only their inner products have a meaning."""
+    """Return the parts of rows (k, 6n) along the tangent space of rows G of the joints and motions. Their coordinates
+    are arbitrary: only the inner products of the parts have a meaning."""
     if system.bodies <= THRESHOLDS.large:
         return np.asarray(rows @ tangent_space(system, G.dense()).N, dtype=float)
     lengths = tangent_lengths(system)
@@ -190,7 +191,8 @@ def is_definite(system: System, A: csr_matrix, G: Rows) -> bool:
 
 @final
 class _Scaled:
-    """A and G with lengths in the mechanism's own, and A of the order of G, so that pivots compare."""
+    """A and G with lengths in units of the mechanism's length, and A scaled to the order of G, so that pivots are
+    comparable."""
 
     def __init__(self, system: System, A: csr_matrix, G: Rows, sizes: Array | None = None) -> None:
         from scipy.sparse import diags

@@ -28,7 +28,7 @@ from mbproj.thresholds import THRESHOLDS
 
 #: The names of potential energy beside the forces: weight, where there is any, and forces that turn with their bodies.
 GRAVITY, PRELOAD = "gravity and preload", "preload"
-#: The name of the rest where functions name channels: it has no potential energy.
+#: The name of the remaining strain energy where functions name channels: their forces have no potential.
 REST = "gravity and what names channels"
 
 
@@ -136,7 +136,7 @@ def modes(reference: LinearReference, count: int | None = None) -> Modes:
     moves.
 
     Raises InputError where a force has a kink there, or nothing holds a motion without mass. Raises it where a large
-    mechanism that moves, or whose elements have states, is too free."""
+    mechanism that moves, or whose elements have states, has too many degrees of freedom."""
     refuse_kinks(reference)
     scale = reference.system.states.scale
     large = reference.system.bodies > THRESHOLDS.large

@@ -67,8 +67,7 @@ class _Pencil:
         return Bordered(self.system, self.K + σ * self.D + σ**2 * self.M, self.G, self.rows)
 
     def shift(self) -> float:
-        """Return a shift of about the slowest mode, by inverse iteration from one that is small beside
-        all."""
+        """Return a shift of about the slowest mode, by inverse iteration from a very small shift."""
         fastest = np.sqrt(np.abs(diagonal(self.K)).max(initial=0.0) / max(diagonal(self.M).max(), 1e-300))
         σ = max(THRESHOLDS.no_motion * float(fastest), THRESHOLDS.half_digits)
         bordered, x = self.factor(σ), self.start

@@ -9,7 +9,8 @@ import numpy as np
 from mbproj.arrays import Array, Flags, Integers
 from mbproj.dataclass import dataclass
 
-#: Joints by number, which of the rows of each, from 0, and the part that its multiplier has.
+#: Terms of a sum of multipliers: the number of the joint, the number of its row from 0, and the factor of the
+#: multiplier.
 Parts: TypeAlias = "tuple[tuple[int, int, float], ...]"
 
 

@@ -68,7 +68,7 @@ class ElementStates:
     """K first-order states of elements, x' = program(t, channels).
 
     `start` (K,): the initial values. `scale` (K,): the magnitude to which the absolute tolerance is relative. `counts`
-    (K,): whether a state goes on changing where all else is at rest.
+    (K,): whether a state changes on while the mechanism is at rest.
     """
 
     start: Array
@@ -83,7 +83,7 @@ class ElementStates:
 
     @property
     def rests(self) -> Array:
-        """1 for each state that an equilibrium brings to rest, 0 for a state that goes on counting, (K,)."""
+        """1 for each state with x' = 0 at an equilibrium, 0 for a state that `counts`, (K,)."""
         return np.where(self.counts, 0.0, 1.0)
 
 
@@ -162,7 +162,7 @@ class Actions:
 
     def instants(self, start: float, end: float, slack: float) -> Mapping[float, tuple[int, ...]]:
         """Return the actions at each time from `start` to `end`; an action within `slack` before `start` is at `start`.
-        Raises InputError where there are too many to be kept."""
+        Raises InputError where there are too many to store."""
         for name, period in zip(self.names, self.period.tolist(), strict=True):
             count = (end - start) / period
             if count > MOST_INSTANTS:

@@ -33,12 +33,12 @@ class Contacts:
     stop with a restitution the number is κ 2k / ((p + 1) m), m the mass that it meets.
 
     Frictions that are `sliding` have the sign of s', or the component of the direction of sliding along their tangent.
-    Frictions that are `stuck` hold this value of s. Frictions that are `bearing` stick because others hold them, and
-    bear this part, -1 to 1, of their static force. Those in a plane that are `starting` to slide, or go `straight` to
-    rest, are slow and keep their direction.
+    Frictions that are `stuck` hold this value of s. Frictions that are `bearing` rest without a row of C, because other
+    rows hold them. They exert this part, -1 to 1, of their static force. Frictions in a plane that are `starting` to
+    slide, or go `straight` to rest, are slow and keep their direction.
 
-    Where rows of touching stops depend on each other, only some are held. `shares` gives for each such stop pairs (held
-    stop, part): its push is the sum of these parts of the pushes that the held stops would have alone. Stops that are
+    Where rows of touching stops depend on each other, only some are held. `shares` gives pairs (held stop, part) for
+    each such stop. Its push is Σ part × push, with the pushes that the held stops would have alone. Stops that are
     `idle` touch and do not push."""
 
     held: tuple[int, ...] = ()
@@ -63,7 +63,7 @@ class Contacts:
 
     @property
     def rows(self) -> int:
-        """The number of rows of C that the contacts hold."""
+        """The number of rows that the contacts add to C."""
         return len(self.held) + len(self.stuck)
 
 
@@ -84,7 +84,7 @@ def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Conta
 def in_contact(system: System, contacts: Contacts) -> System:
     """Return the mechanism with these contacts; the same system where nothing touches.
 
-    Rows follow those of the joints: one for each held stop, then one for each stuck friction, as joints of their own.
+    Rows follow those of the joints: one for each held stop, then one for each stuck friction, each as a separate joint.
     Laws follow those of the scene: one for each pushing stop, then one for each friction that slides or bears a force.
     Each of these laws of frictions has an integral of the energy it loses."""
     stops, frictions, changed = system.stops, system.frictions, system
@@ -144,8 +144,8 @@ class _HeldRow:
     place: Place | None
 
     def bound(self, owner: int) -> Binding:
-        """Return the constraint s - at = 0 as a binding. An angle counts from `at`, so that it is 0 there and needs no
-        turns."""
+        """Return the constraint s - at = 0 as a binding. An angle is measured from `at`, so that it is 0 there and
+        needs no count of turns."""
         (binding,) = bindings(self.coordinates, [self.k])
         if self.coordinates.is_length[self.k]:
             return replace(binding, owner=owner, offset=binding.offset + self.at)

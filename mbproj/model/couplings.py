@@ -1,4 +1,4 @@
-"""Rows that couple coordinates, determined but for whole teeth or threads, and what distances from curves follow."""
+"""Rows that couple coordinates, determined up to whole teeth or threads, and the curves that distances follow."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
 
 class Toothed(NamedTuple):
-    """A gear whose teeth load bearings. Numbers of its joint, of the joints of its two wheels and of their angles; the
-    numbers of teeth; and the pressure angle in rad."""
+    """A gear whose teeth load bearings. `joint`, `joints`, `coordinates`: the numbers of its joint, of the two wheels'
+    joints and of the wheels' angles. `pressure_angle` is in rad."""
 
     joint: int
     joints: tuple[int, int]
@@ -86,7 +86,8 @@ class Couplings:
 
     def rolled(self, raw: Numbers, expected: Array, apart: Numbers) -> npt.NDArray[np.longdouble]:
         """Return the whole laps and turns of rollers on curves, (..., k), in metres. `raw` are the coordinates (...,
-        nc) that follow from the pose. `apart` (..., k): the sums with the `expected` coordinates less the rows."""
+        nc) computed from the pose, without turns. `apart` (..., k): the sums of the `expected` coordinates minus the
+        rows."""
         second = np.where(self.rolls, self.first + 1, self.first)
         roller, weight = self.coordinate[second], self.weight[second]
         turns = np.round((expected[..., roller] - raw[..., roller].real) / (2.0 * np.pi))
@@ -113,7 +114,7 @@ class Followers:
 class FollowedKind(IntEnum):
     """The list in which a distance from a curve stands: the rows of the joints, the laws, or the stops. A stop follows
     its curve while it touches. The kernel's loop handles that itself; for others the stop is then a row or a law. Or a
-    joint coordinate whose sign is a switch: what lies of a rope on a circle that it may leave."""
+    joint coordinate whose sign is a switch: the length of rope that lies on a circle, which the rope may leave."""
 
     ROW = 0
     LAW = 1

@@ -11,7 +11,7 @@ import numpy as np
 from mbproj.arrays import Numbers
 from mbproj.lanes import one_of
 
-# L and E are linear in Λ: which Λ stands at each place of the 3 x 4 matrix, and with which sign (Eq. 13).
+# L and E are linear in Λ: which component of Λ stands at each place of the 3 x 4 matrix, and with which sign (Eq. 13).
 _INDEX = np.array([[1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]])
 _L_SIGN = np.array([[-1.0, 1, 1, -1], [-1, -1, 1, 1], [-1, 1, -1, 1]])
 _E_SIGN = np.array([[-1.0, 1, -1, 1], [-1, 1, 1, -1], [-1, -1, 1, 1]])

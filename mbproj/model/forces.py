@@ -86,8 +86,8 @@ class Laws:
     `apart` (E,): whether a separate integral counts the energy it loses.
 
     For friction in a plane `partner` (E,) is the law along the other tangent, else -1, and `sliding` (E, 2) the
-    direction of sliding along both tangents. Its program, of the speed in the plane, gives a force along the velocity,
-    as long as the velocity has not reversed.
+    direction of sliding along both tangents. Its program is a function of the speed in the plane. The force is along
+    the velocity until the velocity reverses.
     """
 
     coordinates: PrimitiveSet
@@ -118,7 +118,8 @@ class BodyForces:
     """W given forces (N) and torques (N m), each on one body.
 
     `body` (W,), `point` (W, 3) in the body's axes, `is_torque` (W,). `program` (W, 3): the numbers of the components'
-    programs. Where `in_body` (W,), `turn` (W, 3, 3) takes them to the body's axes; else they are in global axes.
+    programs. Where `in_body` (W,) is true, the rotation `turn` (W, 3, 3) takes the components to the body's axes; else
+    they are in global axes.
     """
 
     body: Integers

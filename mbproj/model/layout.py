@@ -2,8 +2,8 @@
 
 A state has positions q and velocities q' in 7 coordinates a body, the whole turns of the joints' coordinates, and the
 states of elements. A run integrates positions, velocities and states. It also integrates the work of forces, and the
-angles that forces or gears follow from stage to stage. The entry of a new block here has it recorded, continued,
-checked for numbers that are not finite, and controlled in its error.
+angles that forces or gears follow from stage to stage. A block that is listed here is recorded, continued, checked for
+numbers that are not finite, and controlled in its error.
 """
 
 from __future__ import annotations

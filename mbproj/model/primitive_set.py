@@ -14,7 +14,7 @@ from mbproj.constraints import Primitive
 from mbproj.dataclass import dataclass
 from mbproj.lanes import numbers, one_of
 
-#: The number of layouts that are kept, those of the sets of a few scenes, and the most primitives of such a set.
+#: The number of layouts in the cache, enough for a few scenes, and the most primitives of a set that is cached.
 LAYOUTS, MOST_KEPT = 64, 1000
 
 
@@ -230,7 +230,7 @@ def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
 
 @lru_cache(LAYOUTS)
 def _kept_layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
-    """Return a layout. All sets that have it share it: nobody may write to it."""
+    """Return a layout from the cache. Sets share it, so that nobody may write to it."""
     layout = _layout(bound)
     arrays = [part for part in vars(layout).values() if isinstance(part, np.ndarray)]
     for array in [*arrays, *[part for group in layout.groups for part in (group.slots, group.rows)]]:

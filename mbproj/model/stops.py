@@ -20,8 +20,8 @@ class Stops:
     `coordinates`: the s as primitives, S rows. `joint_coordinate` (S,): the number of s among the system's coordinates,
     so that an angle counts its turns; -1 for the distance of two points, or of a point from a plane. `side` (S,): 1 for
     a lower bound of s, -1 for an upper one; `bound` (S,) in m or rad. `stiffness` k (S,), in N or N m per m or rad to
-    the power `exponent` p (S,): infinite for a rigid stop. `restitution` (S,): the speed after a free impact by that of
-    approach, NaN where the damping is given. `damping` c (S,) in s/m or s/rad, NaN where the restitution is given.
+    the power `exponent` p (S,): infinite for a rigid stop. `restitution` (S,): the ratio of the speeds after and before
+    a free impact, NaN where the damping is given. `damping` c (S,) in s/m or s/rad, NaN where the restitution is given.
     `resistance` d, `softening` κ (S,) follow from the restitution.
 
     `owners`: "joint 'hinge'" or "force 'bumper'", for messages; `places`: the place of each in the scene. `impact_law`:

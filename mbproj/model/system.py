@@ -104,7 +104,7 @@ class System:
 
     `mass` (n,) in kg, `inertia` (n, 3, 3) in kg m² about the centre of mass in body axes, `gravity` (3,) in m/s².
     `joints`: the constraint rows of all joints; `coordinates`: their free coordinates; `couplings`: rows that couple
-    these; `alignment`: scalar products of vectors that are positive in a right pose, and that assembly must not flip.
+    these; `alignment`: scalar products of vectors, positive in a right pose; assembly must not change their signs.
     `body_carrier` (N,), `body_offset` (N, 3), `body_turn` (N, 4): the seats of the scene's N bodies on their carriers.
     `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and
     its point there. `length`: the size of the mechanism in m, to which absolute tolerances are relative. `body_places`,
@@ -273,7 +273,8 @@ def integrated_layout(system: System) -> Layout:
     """Return the layout of the vector that a run integrates: blocks whose errors are controlled come first.
 
     The quadratures are the work of forces and motions, the energy that dampers lose, and separate losses of laws. All
-    joint coordinates are followed where forces, functions or couplings use angles: each stage then knows the turns."""
+    joint coordinates are integrated where forces, functions or couplings use angles, so that each stage knows the
+    turns."""
     laws = system.forces.laws
     quadratures = 0 if system.forces.is_empty and not system.driven else 2 + int(laws.apart.sum())
     of_angles = ~system.coordinates.is_length[system.channels.index[~system.channels.is_state]]

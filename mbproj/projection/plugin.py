@@ -22,9 +22,9 @@ def register_projection(
 ) -> None:
     """Add a projection method to those that a scene may name.
 
-    `method` is a class derived from `Projection`, made with its `options`, of "alpha" and "gains", as arguments.
-    `summary` is the line that describes it, `equations` its source. Raises InputError where the name is taken or not a
-    valid one, and TypeError where `method` is no such class.
+    `method` is a class derived from `Projection`, made with its `options` as arguments, which are among "alpha" and
+    "gains". `summary` is the line that describes it, `equations` its source. Raises InputError where the name is taken
+    or not a valid one, and TypeError where `method` is no such class.
     """
     if not (isinstance(method, type) and issubclass(method, Method)):
         raise TypeError(f"a projection method is a class derived from mbproj.Projection, found {method!r}")
@@ -40,7 +40,8 @@ def register_projection(
 
 
 def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
-    """Return a factory of the method, whose errors name it. LinAlgError means that a correction does not exist."""
+    """Return a factory of the method; errors of the method name it. LinAlgError means that a correction does not
+    exist."""
 
     def guarded(formula: str) -> Callable[..., Any]:
         def call(self: Any, *given: Array) -> Any:

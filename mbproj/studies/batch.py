@@ -30,7 +30,7 @@ from mbproj.scene.text.source import read_text
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 from mbproj.studies.store import key_of
 
-#: The attribute of a kept file that tells all that its numbers follow from.
+#: The attribute of a kept file that identifies everything on which its numbers depend.
 KEY = "follows_from"
 #: The current folder.
 HERE = Path()
@@ -58,9 +58,9 @@ class Task:
 
 @dataclass(frozen=True)
 class SceneResult:
-    """The result of a scene in a batch. `code` is the exit code that it would have alone, `message` the whole error
-    message. `outcomes` are those of its expectations, in their order. `seconds` is the time by the clock. `output` is
-    the file with its results, `formulation` that of the run; None where there is none."""
+    """The result of a scene in a batch. `code` is the exit code of the scene alone, `message` the whole error message.
+    `outcomes` are those of its expectations, in their order. `seconds` is the time by the clock. `output` is the file
+    with its results, `formulation` that of the run; None where there is none."""
 
     scene: Path
     code: ExitCode
@@ -153,7 +153,7 @@ def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...]
     text = SceneText(read_text(path), str(task.scene), task.scene)
     scene, key = text.scene(), key_of(text.whole) if task.keep else ""
     if task.resume and output.exists():
-        with suppress(InputError), open_results(output) as results:  # what is damaged is run again
+        with suppress(InputError), open_results(output) as results:  # a damaged file is replaced by a new run
             is_of = results.status == "complete" and results.attributes.get(KEY) == key
             if is_of and not check_results(results).faults:
                 return tuple(outcomes(scene.expectations, results)), str(results.attributes["formulation"])

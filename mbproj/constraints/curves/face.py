@@ -15,7 +15,7 @@ from mbproj.dataclass import dataclass
 @dataclass(frozen=True)
 class OnFace(OnCurve):
     """A primitive that depends on where a face with the normal m touches: where the outward normal of the curve points
-    along (a, b) = (u·m, w·m). The face's point p2 has no part in that.
+    along (a, b) = (u·m, w·m). The foot does not depend on the face's point p2.
 
     The foot moves by σ' = ω/κ, with the rate ω = ±t·(a', b')/√(a² + b²) at which m turns in the plane; the sign is κ's.
     """
@@ -53,8 +53,8 @@ class OnFace(OnCurve):
 @final
 @dataclass(frozen=True)
 class Face(OnFace):
-    """C = m·ℓ - (a c0 + b c1) in metres: the distance of the face from the curve, which it touches with its back to
-    m."""
+    """C = m·ℓ - (a c0 + b c1) in metres: the distance of the face from the curve. The normal m points away from the
+    curve."""
 
     def value(self, x: Numbers) -> Numbers:
         c, d = self.contact(x).c, self._place(x)
@@ -77,10 +77,10 @@ class Face(OnFace):
 @dataclass(frozen=True)
 class AlongFace(OnFace):
     """p = t·(c - d) in metres, d = (u·ℓ, w·ℓ): the point of contact on the face, along the curve's direction from p2.
-    Or a function of p and of σ, the arc length of the contact along the curve."""
+    Subclasses may be functions of p and of σ, the arc length of the contact along the curve."""
 
     def _gradient(self, x: Numbers, *, slips: bool) -> Numbers:
-        """Of p, or of σ - p."""
+        """The gradient of p, or of σ - p."""
         at, line, m = self.contact(x), self._line(x), x[..., 2, :]
         apart, sign = _product(at.n, self._apart(x, at)), -1.0 if slips else 1.0
         turned = np.sign(at.κ.real) * (-apart if slips else apart + 1.0 / at.κ) / self._size(x)
@@ -126,7 +126,7 @@ class FacePlace(AlongFace):
 @final
 @dataclass(frozen=True)
 class FaceSlip(AlongFace):
-    """σ - p, by which the face slides along the curve. What was slid in all does not count, as with `SlipOfTwo`."""
+    """σ - p, whose rate is that of sliding of the face along the curve. Its value is 0, as with `SlipOfTwo`."""
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)

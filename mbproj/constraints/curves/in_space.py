@@ -61,7 +61,7 @@ Own = TypeVar("Own", bound="InSpace")
 @dataclass(frozen=True)
 class InSpace(Primitive):
     """A primitive that depends on the foot of d = (x·ℓ, y·ℓ, z·ℓ), ℓ = p2 - p1, on a curve whose axes are x, y and z.
-    `piece`: the one that is held, or FREE."""
+    `piece`: the piece on which the foot is held, or FREE."""
 
     curve: SpaceCurveShape
     piece: int = FREE
@@ -80,8 +80,8 @@ class InSpace(Primitive):
         return self.contact(x).s
 
     def contact(self, x: Numbers) -> SpaceFoot:
-        """Return the foot. The last ones are kept, because both rows, their gradients and their curvatures at one pose
-        use them."""
+        """Return the foot. The last contacts are cached, because both rows, their gradients and their curvatures at one
+        pose use them."""
         line = x[..., 4, :] - x[..., 3, :]
         d = np.stack([dot(x[..., k, :], line) for k in range(3)], axis=-1)
         if d.size > 3 * MOST_KEPT:

@@ -17,7 +17,7 @@ from mbproj.dataclass import dataclass
 FREE = -1
 
 
-#: The number of contacts that are kept, each of few points.
+#: The number of contacts in the cache, each of few points.
 MOST_KEPT = 32
 
 
@@ -82,8 +82,8 @@ Own = TypeVar("Own", bound="OnCurve")
 class OnCurve(Primitive):
     """A primitive that depends on the foot of d = (u·ℓ, w·ℓ), ℓ = p2 - p1, on a curve whose axes are u and w.
 
-    `piece`: the one that is held, or FREE. The foot is the nearest place, so that the row depends on the pose alone,
-    not on the past."""
+    `piece`: the piece on which the foot is held, or FREE. The foot is the nearest place, so that the row depends on the
+    pose alone, not on the past."""
 
     curve: PlaneCurveShape
     piece: int = FREE
@@ -92,7 +92,7 @@ class OnCurve(Primitive):
     rows = 1
     follows = "curve"
     unit: ClassVar[Literal["m", "rad"]] = "m"
-    #: The kind of thing that touches the curve; contacts are kept by kind.
+    #: The kind of thing that touches the curve; contacts are cached by kind.
     meets: ClassVar[str] = "point"
 
     def on_piece(self: Own, piece: int) -> Own:
@@ -108,8 +108,8 @@ class OnCurve(Primitive):
         return np.stack([dot(x[..., 0, :], line), dot(x[..., 1, :], line)], axis=-1)
 
     def contact(self, x: Numbers) -> FootGeometry:
-        """Return the contact. The last ones are kept, because the row, its gradient and its curvature at one pose use
-        them."""
+        """Return the contact. The last contacts are cached, because the row, its gradient and its curvature at one pose
+        use them."""
         d = self._place(x)
         key, seen = (self.meets, self.piece, d.dtype.char, d.shape, d.tobytes()), self.curve.contacts
         if d.size > MOST_KEPT:
@@ -204,8 +204,8 @@ class Lap(OnCurve):
     """The turns of the foot round a curve, in rad: scale (σ - offset θ), with arc length σ and the turn θ of the
     tangent.
 
-    That is `scale` times the path of a point at the distance `offset` to the left of the curve. On a closed curve a lap
-    is 2π, and whole laps are left out, as turns of an angle.
+    This is `scale` times the path of a point at the distance `offset` to the left of the curve. A whole lap of a closed
+    curve is 2π; the value is known up to whole laps, as an angle up to turns.
 
     A roller of radius r, whose centre moves along that path on the side ±1, turns by φ: without slip (lap/scale) ± r φ
     is constant.

@@ -84,7 +84,7 @@ class TwoCurves(Primitive):
         return self.feet(x).s
 
     def feet(self, x: Numbers) -> Feet:
-        """Return the feet. The last ones are kept, because the row, its gradient and its curvature at one pose use
+        """Return the feet. The last feet are cached, because the row, its gradient and its curvature at one pose use
         them."""
         line = x[..., 4, :] - x[..., 3, :]
         d = np.stack([dot(x[..., 0, :], line), dot(x[..., 1, :], line)], axis=-1)
@@ -169,11 +169,11 @@ class Gap(TwoCurves):
 
 @dataclass(frozen=True)
 class PlaceOfTwo(TwoCurves):
-    """The arc length σ of the foot on one of the curves from its beginning, in metres; or a function of both."""
+    """A function of the arc lengths σ1 and σ2 of the feet on both curves from their beginnings, in metres."""
 
     @abstractmethod
     def _own(self, first: Numbers, second: Numbers) -> Numbers:
-        """What it is of σ1 and σ2, or of how these change."""
+        """Return the function, which is linear, of σ1 and σ2 or of their derivatives."""
 
     def value(self, x: Numbers) -> Numbers:
         at, curves = self.feet(x), (self.curve, self.other)
@@ -217,8 +217,8 @@ class PlaceOnSecond(PlaceOfTwo):
 @final
 @dataclass(frozen=True)
 class SlipOfTwo(PlaceOfTwo):
-    """σ1 - ε σ2, by which the second slides along the first where they touch. What was slid in all does not count: on
-    closed curves it is no function of the pose. So the value is 0, but for the part by which it changes."""
+    """σ1 - ε σ2, whose rate is that of sliding of the second curve along the first. The distance slid is no function of
+    the pose on closed curves. So the value is 0, with the imaginary part of a complex step alone."""
 
     def _own(self, first: Numbers, second: Numbers) -> Numbers:
         return first - self.ε * second

@@ -1,8 +1,8 @@
 """Adjusts joints whose numbers are rounded, so that an over-constrained loop closes and can move.
 
-A linkage whose rows depend on each other moves only where its numbers are exact. With rounded numbers some rows almost
-depend on each other, and nothing moves. The change δ of all joints' frames is the shortest one for which all poses of a
-sample are closed while C_q keeps its smaller rank:
+A linkage whose rows depend on each other moves only where its numbers are exact. With rounded numbers some rows depend
+on each other only nearly, and the linkage is locked. The change δ of all joints' frames is the shortest one for which
+all poses of a sample are closed while C_q keeps its smaller rank:
 
     minimise |δ|   where   Nₖᵀ (C(qₖ) + D δ) = 0   at each pose qₖ
 
@@ -31,14 +31,15 @@ from mbproj.thresholds import THRESHOLDS
 
 #: The number of poses of the sample, and of further poses that must then be closed as well.
 POSES, HELD_OUT = 7, 3
-#: The step of central differences whose two errors are alike; what frames change is known to this part.
+#: The step of central differences at which truncation and round-off have about the same size.
 DIFFERENCE = EPSILON ** (1.0 / 3.0)
 #: The number of joints that a note names.
 MOST_NAMED = 4
 
 
 def adjusted(system: System, q: Array, most: float) -> System:
-    """Return the system with joints moved so that its loops close; the same system where they do already, or cannot.
+    """Return the system with joints moved so that its loops close. Return the same system where they close already, or
+    where no adjustment closes them.
 
     Raises InputError where a point would move by more than `most` in m."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
@@ -86,7 +87,7 @@ def rounded_up(size: float) -> str:
 
 
 def needed(system: System, q: Array) -> float:
-    """Return how far a joint's points must move for the loops to close, in m; 0 where they do already, or cannot."""
+    """Return how far a joint's points must move for the loops to close, in m; 0 where they close already, or cannot."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
         return 0.0
     closed = _Adjusting(system.at_positions).found(q)
@@ -94,7 +95,7 @@ def needed(system: System, q: Array) -> float:
 
 
 def _changes(system: System, shift: Array, tilt: Array) -> Iterator[Adjustment]:
-    """The adjustment of each joint that moves: the larger of those of its two bodies."""
+    """The adjustment of each joint that moves: the larger one of its two frames."""
     for at, name in enumerate(system.names.joints):
         own = slice(2 * at, 2 * at + 2)
         change = Adjustment(
@@ -172,8 +173,8 @@ class _Adjusting:
         return gradient.reshape(bound.size, -1)
 
     def found(self, q: Array) -> tuple[Array, Array] | None:
-        """Return the shift in m and the tilt in rad of each frame, (frames, 3); None where none is needed, or none
-        helps."""
+        """Return the shift in m and the tilt in rad of each frame, (frames, 3); None where no adjustment is needed, or
+        none closes the loops."""
         delta = self._zero()
         _, s, _ = self.factor(q, delta)
         rank = int(np.count_nonzero(s > THRESHOLDS.rounded * s[0]))
@@ -183,7 +184,7 @@ class _Adjusting:
         start = self._closed(q, delta, rank)
         poses = [start, *(self._away(start, delta, rank, rng) for _ in range(POSES - 1))]
         if max(float(np.abs(self.rows(pose, delta)).max()) for pose in poses) > THRESHOLDS.rounded:
-            return None  # rows that almost depend on each other here do not elsewhere: the pose is singular
+            return None  # the rows are independent elsewhere: the pose is only near a singular one
         for _ in range(THRESHOLDS.most_passes):
             delta, poses, step = self._step(poses, delta, rank)
             if step < THRESHOLDS.rounding:

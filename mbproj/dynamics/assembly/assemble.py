@@ -114,7 +114,7 @@ def coordinates(system: System, q: Array, v: Array) -> tuple[Array, Array]:
 
 def turns_of(system: System, q: Array, counted: Array) -> Array:
     """Return whole turns (T, nc) at poses q (T, 7n), where `counted` (T, nc) are the coordinates with turns. At half a
-    turn round-off decides on which side of ±π an angle lies. So the turns fit the angle computed here."""
+    turn round-off decides on which side of ±π an angle lies. So the turns belong to the angle as computed here."""
     return np.rint((counted - coordinate_values(system, pose_of(q))) / (2.0 * np.pi)) * is_angle(system)
 
 
@@ -158,7 +158,7 @@ def _close(system: System, q: Array, start: Conditions, drive: Drive) -> Array:
 
 def nearest(system: System, q: Array, start: Conditions, drive: Drive, close_enough: float) -> tuple[Array, Array]:
     """Return the pose that Gauss-Newton with the shortest weighted step reaches, and the violation left there, in rad
-    and parts of the length. The iteration ends at `close_enough`."""
+    and parts of the length. The iteration ends at the violation `close_enough`."""
 
     def residual(pose: Pose) -> Array:
         return scaled_residual(system, pose, start, drive)
@@ -251,7 +251,7 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
     """Return the velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
     if not wanted.any() and not guess.v.any():
-        return guess.v  # at rest, and asked to stay so
+        return guess.v  # the guess is at rest, and no row or condition asks for a velocity
 
     def off(v: Array) -> Array:
         twist = twist_of(pose, v)
@@ -262,7 +262,7 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
         return np.concatenate([rows, speeds - guess.speed.value])
 
     given, Λ = guess.v.reshape(-1, 7), q.reshape(-1, 7)[:, 3:]
-    turning = given[:, 3:] - np.sum(Λ * given[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| stays at this pose
+    turning = given[:, 3:] - np.sum(Λ * given[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| does not change
     v: Array = np.concatenate([given[:, :3], turning], axis=1).ravel()
     if system.bodies > THRESHOLDS.large and np.abs(off(v)).max(initial=0.0) <= _close_enough(system):
         return v

@@ -1,7 +1,7 @@
 """All assemblies of a mechanism: the poses that meet its joints, its motions at a time, and coordinates that are held.
 
-The search starts from many random poses. How often each assembly was found tells how likely another one was missed. Let
-the rarest be found n times: an assembly that attracts as many starts is missed with the probability e^-n (Poisson).
+The search starts from many random poses. The counts of finds give the probability that an assembly was missed. Let the
+rarest be found n times: an assembly that attracts as many starts is missed with the probability e^-n (Poisson).
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ SEED, AT_ONCE = 44, 200
 @dataclass(frozen=True, eq=False)
 class Assembly:
     """A pose that closes: coordinates q (7n,), joint coordinates (nc,) in m and rad, and the number of starts that led
-    here. `distance` is that from a singular pose: the smallest singular value of C_q in lengths of the mechanism and
-    rad."""
+    here. `distance`: the distance from a singular pose, which is the smallest singular value of C_q in lengths of the
+    mechanism and rad."""
 
     q: Array
     coordinates: Array
@@ -54,7 +54,7 @@ class Assemblies:
 
     @property
     def missed(self) -> float:
-        """The probability that a further assembly, as hard to find as the rarest of these, was missed."""
+        """The probability that an assembly was missed which is as hard to find as the rarest of these."""
         rarest = min((each.hits for each in self.found), default=0)
         return float(np.exp(-rarest))
 
@@ -68,8 +68,8 @@ def freedom_left(system: System, state: State, held: Conditions) -> int:
 def assemblies(system: System, state: State, held: Conditions, starts: int | None = None) -> Assemblies:
     """Return the assemblies with motions at the time of `state` and `held` coordinates, which leave no freedom.
 
-    Without a number of `starts` the search ends when each assembly was found often, and none was new in half of the
-    starts."""
+    Without a number of `starts` the search ends when each assembly was found often, and the second half of the starts
+    found no new one."""
     rng, drive = np.random.default_rng(SEED), drive_at(system, state.t)
     draw = _Draw(system, state)
     poses, last_new, done, closed = [_polished(system, state.q, held, drive)], 0, 0, 0
@@ -97,7 +97,7 @@ def assemblies(system: System, state: State, held: Conditions, starts: int | Non
 
 
 class _Draw:
-    """Random initial poses: in the plane where the joints keep all bodies in one, else anywhere."""
+    """Random initial poses: in the plane of a planar mechanism, else in space."""
 
     def __init__(self, system: System, state: State) -> None:
         self.system, self.plane = system, planar_reduction(system, state.q)

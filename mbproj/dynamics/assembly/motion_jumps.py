@@ -1,4 +1,4 @@
-"""Refuses motions that jump: bodies with mass cannot follow a jump of position, and one of velocity takes an
+"""Refuses motions that jump: bodies with mass cannot follow a jump of position, and a jump of velocity takes an
 impulse."""
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The freedom that the joints leave at a pose, and the rows N of the gaps of stops in its coordinates x.
+"""The free motions that the joints leave at a pose, in coordinates x, and the rows N of the stops' gaps by x.
 
 In x the kinetic energy is ½|x|²: u = u₀ + T R⁻¹ x, with G T = 0 and TᵀM T = RᵀR."""
 

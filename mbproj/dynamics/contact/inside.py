@@ -27,7 +27,7 @@ def stop_sizes(system: System) -> Array:
 
 def nearest_inside(system: System, state: State) -> tuple[Array, Array]:
     """Return a pose q at which the joints close and no stop is passed, searched from the pose of a state, and its gaps
-    (S,). A gap below 0 belongs to a stop that is passed even so."""
+    (S,). A gap below 0 belongs to a stop that could not be respected."""
     system = system.at_positions
     stops, drive, none = system.stops, drive_at(system, state.t), NO_CONDITIONS
     assert stops is not None

@@ -58,7 +58,7 @@ def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) 
     rate, damping = rates(bushings, deflection, pose, twist), viscous(bushings, deflection)
     moving = 1j * COMPLEX_STEP * twist.velocity[bushings.body], 1j * COMPLEX_STEP * twist.rate[bushings.body]
     g_dot = at.seen(*moving)[1].imag / COMPLEX_STEP
-    steps = 1j * COMPLEX_STEP * np.eye(12).reshape(12, 1, 2, 6)  # of one body after the other
+    steps = 1j * COMPLEX_STEP * np.eye(12).reshape(12, 1, 2, 6)  # of the first body, then of the second
     turns = 0.5 * (np.swapaxes(matrix_L(at.orientation), -1, -2) @ steps[..., 3:, None])[..., 0]
     moved, bent = at.seen(steps[..., :3], turns)  # bent (12, B, 6, 12)
     own = force[forces.laws.size :].reshape(count, len(COORDINATES))

@@ -35,8 +35,8 @@ from mbproj.model.system import System
 class MotionAtTime:
     """A mechanism at one time: t in s, coordinates q (7n,), u = (r', ω) and u' (6n,), and states of elements x (K,).
 
-    `expected` (nc,) are the joints' coordinates, each angle to less than half a turn: angles in forces take their turns
-    from them."""
+    `expected` (nc,) are the joints' coordinates, with angles known to within half a turn: they give the turns of angles
+    in forces."""
 
     t: float
     q: Array

@@ -1,6 +1,7 @@
 """The tangent space of the constraints at a pose: a null space matrix N of G, and its derivatives along a motion.
 
-Lengths are in units of the mechanism's own. Rows may depend on each other: N spans the motions that all of them allow.
+Lengths are in units of the mechanism's length. Rows may depend on each other: N spans the motions that all of them
+allow.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class TangentSpace:
     def along(self, G_dot: Array, G_ddot: Array) -> tuple[Array, Array]:
         """Return N' and N'' where N changes as little as possible: G N' = -G' N and G N'' = -G'' N - 2 G' N'.
 
-        N' is normal to N at all times, so that NᵀN'' = -N'ᵀN'; lengths are in units of the mechanism's own."""
+        N' is normal to N at all times, so that NᵀN'' = -N'ᵀN'; lengths are in units of the mechanism's length."""
         N_dot = -self.pseudoinverse @ (G_dot @ self.N)
         scaled = N_dot / self.lengths[:, None]
         normal = -self.pseudoinverse @ (G_ddot @ self.N + 2.0 * G_dot @ N_dot)
@@ -47,8 +48,8 @@ class TangentSpace:
 def tangent_space(system: System, G: Array, scale: Array | None = None, lengths: Array | None = None) -> TangentSpace:
     """Return the tangent space by dense matrices, of the rows G (m, 6n) of the joints and then the motions.
 
-    With `scale` (m,), the rows may be others, measured against it. With `lengths` (6n,), these units replace the
-    mechanism's lengths."""
+    `scale` (m,) replaces the scales of the system's rows, for other rows. `lengths` (6n,) replace the system's units of
+    tangent coordinates."""
     lengths = tangent_lengths(system) if lengths is None else lengths
     scale = system.row_scale[system.bodies :] if scale is None else scale
     rows = G * lengths / scale[:, None]

@@ -2,7 +2,7 @@
 
 R is the rotation from frame 1 to frame 2, φ its rotation vector, and A the orientation of the frame that half of R
 leads to. The coordinates are x = Aᵀ d, with d from origin to origin, and φ, whose components are the same in all three
-frames. Both bodies have the same part in it. With angular velocities in the axes of the midway frame,
+frames. This frame treats both bodies alike. With angular velocities in the axes of the midway frame,
 
     φ' = H (ω2 - ω1),    H = n nᵀ + (θ/2) / sin(θ/2) (1 - n nᵀ),    θ = |φ|, n = φ / θ
     x' = Aᵀ d' + x × ω,  ω = ½ (ω1 + ω2) - ½ tan(θ/4) n × (ω2 - ω1) of the midway frame.
@@ -67,7 +67,7 @@ def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> De
     carried, lead = _across(x), _across(sines / (1.0 + cosine)[..., None])
     gradient = np.zeros((*cosine.shape, 2, 6, 6), dtype=cosine.dtype, like=x)
     for side, sign in enumerate((-1.0, 1.0)):
-        share = 0.5 * (np.eye(3) - sign * lead)  # the part of this body's ω in that of the midway frame
+        share = 0.5 * (np.eye(3) - sign * lead)  # the contribution of this body's ω to that of the midway frame
         gradient[..., side, :3, :3] = sign * to_midway
         gradient[..., side, :3, 3:] = carried @ share @ to_midway - sign * to_midway @ _across(arm[..., side, :])
         gradient[..., side, 3:, 3:] = sign * H @ to_midway

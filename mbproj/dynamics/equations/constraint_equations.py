@@ -27,8 +27,8 @@ from mbproj.model.system import System
 def constraint(system: System, pose: Pose, drive: Drive = NO_DRIVE) -> Numbers:
     """Return C of Eqs. 2-4, (..., m): norm rows ΛᵀΛ - 1, then the joints' rows and the motions', in m or rad.
 
-    A system with motions needs `drive`, the values that these prescribe: `drive_at(system, t)`. It may name the teeth
-    in mesh; else gears and screws close to the nearest ones.
+    A system with motions needs `drive`, the values that these prescribe: `drive_at(system, t)`. The drive may contain
+    the teeth in mesh; else gears and screws close to the nearest teeth.
     """
     orientation = pose.orientation[..., :-1, :]
     norms = np.sum(orientation * orientation, axis=-1) - 1.0

@@ -56,8 +56,8 @@ def force_fails(instant: Instant, index: int, value: float = 0.0, rate: float = 
 def program_fails(
     instant: Instant, index: int, where: str, variables: Sequence[Series], programs: ProgramSet | None = None
 ) -> SimulationError:
-    """Return the error for program `index`, of `programs` or else of the system, without a finite value for these
-    variables."""
+    """Return the error for program `index` without a finite value for these variables. The program is one of
+    `programs`, by default the system's."""
     programs = programs or instant.system.programs
     cause = f"'{programs.texts[index]}' fails: {cause_of(instant, programs, index, variables)}"
     hint = "correct the expression, or end the run before that time"
@@ -67,7 +67,7 @@ def program_fails(
 def cause_of(instant: Instant, programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:
     """Return the cause of a value that is not finite, in words: "sqrt(-0.25) is not finite, with pin.angle = 0.3".
 
-    Where a signal in the program has no finite value, the words are on that signal, the first in the order of
+    Where signals in the program have no finite value, the words are about the first such signal in the order of
     evaluation."""
     signals, names = instant.system.signals, instant.system.names.signals
     wrong = [at for at in _within(signals, programs, index) if not np.isfinite(run(signals, at, variables)[0])]

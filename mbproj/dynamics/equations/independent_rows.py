@@ -12,10 +12,10 @@ from mbproj.dataclass import dataclass
 class HeldRows:
     """Independent rows `C_q` (r, 7n): combinations of all rows by `weights` (m, r), or all rows themselves for None.
 
-    Near a singular pose some combinations are not held. `left_out` (m, k) are their weights and `weak` (k, 7n) the rows
-    of C_q that they make. `unseen` (m, k): for each of them the violation that the held rows do not see. `nearness`:
-    the distance from dependence, as a part of the largest of the run; 1 where it was not measured. `shares` (m, r): the
-    part of the multiplier of a held row that each row bears, where that differs from `weights`."""
+    Near a singular pose some combinations are not held. `left_out` (m, k) are the weights of these combinations and
+    `weak` (k, 7n) their rows of C_q. `unseen` (m, k): for each of them a violation that the held rows cannot detect.
+    `nearness`: the distance from dependence divided by the largest one in the run; 1 where it was not measured.
+    `shares` (m, r): the part of the multiplier of a held row that each row bears, where that differs from `weights`."""
 
     C_q: Array
     weights: Array | None = None
@@ -50,5 +50,5 @@ class HeldRows:
         return rows - self.unseen @ (self.left_out.T @ rows)
 
     def open(self, rows: Array) -> float:
-        """Return the largest violation of the combinations left out, in the mechanism's own lengths."""
+        """Return the largest violation of the combinations left out, in units of the mechanism's length."""
         return 0.0 if self.left_out is None else float(np.abs(self.left_out.T @ rows).max(initial=0.0))

@@ -39,8 +39,8 @@ def no_states() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """A system at times t (...), in poses and with twists (...). `expected` (..., nc): the joints' coordinates, each to
-    less than half a turn, from which angles take their turns. `x` (..., K): the states of elements."""
+    """A system at times t (...), in poses and with twists (...). `expected` (..., nc): the joints' coordinates to
+    within half a turn, which give the whole turns of angles. `x` (..., K): the states of elements."""
 
     system: System
     pose: Pose

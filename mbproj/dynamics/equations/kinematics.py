@@ -40,7 +40,8 @@ class Pose:
         return {}
 
     def places(self, bound: PrimitiveSet) -> Numbers:
-        """Return the global points and vectors of a set, (..., S, 3). They are kept, because C, C' and C'' use them."""
+        """Return the global points and vectors of a set, (..., S, 3). They are cached, because C, C' and C'' use
+        them."""
         if bound not in self._places:
             self._places[bound] = attached(self, *slots_of(bound))
         return self._places[bound]

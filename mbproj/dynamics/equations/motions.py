@@ -21,7 +21,7 @@ class Drive:
     """The values of the coordinates that the k motions drive, in m and rad, their rates and accelerations, (..., k).
 
     C_t is -`rate` and C_tt is -`acceleration` in the motions' rows, and 0 in the others. `teeth`: those in mesh, where
-    turns are counted; without, gears and screws close to the nearest ones."""
+    turns are counted; without them, gears and screws close to the nearest teeth."""
 
     value: Numbers
     rate: Numbers

@@ -36,7 +36,7 @@ def with_flywheels(
 ) -> tuple[Array, Array, Array, Array]:
     """Return the terms of Eq. 14 with each reflected inertia as a coordinate of its own, held by a row g v - s' = 0.
 
-    The motion is the same. But an inertia added to M would take digits from bodies that are light beside it."""
+    The motion is the same. But a large inertia added to M would cost much lighter bodies digits."""
     rows, count = reflected.rows, len(reflected.inertia)
     n, m = len(M), len(C_q)
     whole, held = np.zeros((n + count, n + count)), np.zeros((m + count, n + count))

@@ -2,7 +2,8 @@
 
 A row is computed from coordinates that are stored to ε of their size, so it is known to ε times the largest coordinate
 in it. The solution of the projection's equations adds ε times their condition number times the violation before the
-last pass. That is less: this violation is itself near round-off for positions, and refined where pivots are small.
+last pass. This second part is smaller: for positions the violation is itself near round-off, and where pivots are small
+the solution is refined.
 """
 
 from __future__ import annotations
@@ -17,7 +18,8 @@ from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 EPSILON = float(np.finfo(float).eps)
-#: Motions of less inertia, beside the largest, are reported: ε of the forces of others moves them by `no_motion`.
+#: Motions whose inertia is below this part of the largest are reported: round-off of forces on other bodies changes
+#: them by `no_motion`, relatively.
 HARDLY_ANY = EPSILON / THRESHOLDS.no_motion
 
 

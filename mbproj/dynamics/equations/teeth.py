@@ -1,4 +1,5 @@
-"""Teeth and threads: a pose determines the row of a gear or screw up to whole ones; counted turns determine these."""
+"""Teeth and threads: a pose determines the row of a gear or screw up to a whole number of them; counted turns give
+it."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Teeth:
-    """The teeth in mesh at a state. `expected` (..., nc): the joints' coordinates there with turns, each angle to less
-    than half a turn. `start` (k,): the sums at the start of the k gears and screws (`sums_at_start`)."""
+    """The teeth in mesh at a state. `expected` (..., nc): the joints' coordinates with turns, angles to within half a
+    turn. `start` (k,): `sums_at_start` of the k gears and screws."""
 
     start: Array
     expected: Array
@@ -30,7 +31,7 @@ def sums_at_start(system: System, pose: Pose, coordinate: Array) -> Array:
     counted = couplings.sums(coordinate) - rows
     if couplings.rolls.any():
         value = system.coordinates.value(attached(pose, *slots_of(system.coordinates)))
-        # 0, where it has rolled since the pose
+        # 0 where the roller closes with laps and turns counted from the initial pose
         rolled = (_rolled(system, value, coordinate, rows) + rows).astype(float)
         open_by = THRESHOLDS.open_limit * system.row_scale[system.bodies + couplings.row]
         counted[couplings.rolls] = np.where(np.abs(rolled) <= open_by, 0.0, rolled)[couplings.rolls]
@@ -38,8 +39,7 @@ def sums_at_start(system: System, pose: Pose, coordinate: Array) -> Array:
 
 
 def _rolled(system: System, value: Numbers, expected: Array, rows: Numbers) -> npt.NDArray[np.longdouble]:
-    """Return the laps and turns (..., k) of rollers on curves; `value` are the coordinates that follow from the
-    pose."""
+    """Return the laps and turns (..., k) of rollers on curves; `value` are the coordinates computed from the pose."""
     couplings = system.couplings
     apart = couplings.sums(near(system, value, expected)) - system.joints.offset[couplings.row] - rows
     return couplings.rolled(value, expected, apart)
@@ -48,7 +48,7 @@ def _rolled(system: System, value: Numbers, expected: Array, rows: Numbers) -> n
 def to_the_tooth(system: System, pose: Pose, teeth: Teeth, rows: Numbers) -> Numbers:
     """Return the joints' rows (..., m), with gears and screws moved from the nearest tooth to the one in mesh."""
     couplings = system.couplings
-    # Whole teeth alone are taken of it, which a complex step does not move.
+    # The real part: this value only decides on whole teeth, which a complex step does not change.
     value = system.coordinates.value(attached(pose, *slots_of(system.coordinates))).real
     counted = couplings.sums(near(system, value, teeth.expected)) - teeth.start
     values = rows.copy()

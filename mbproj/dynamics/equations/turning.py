@@ -1,8 +1,9 @@
 """Whole turns of the joints' angles, counted from step to step.
 
 A pose determines an angle up to whole turns. The rates of a step predict the change of the angle. The prediction uses
-the trapezoidal rule, or the stages of the step where the pose there is not known. A driven angle follows its motion,
-however many turns that is. Where the pose differs too much from the prediction, the step is too coarse to count turns.
+the trapezoidal rule, or the stages of the step where the pose at its end is not known. A driven angle follows its
+motion, however many turns that is. Where the pose differs too much from the prediction, the step is too coarse to count
+turns.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ class Turning:
         return driven_to(system, first + last, drive.value)
 
     def far(self, system: System, t: float) -> UncertainTurn | None:
-        """Return the joint coordinate that turns most until t, where that is more than half a turn; else None."""
+        """Return the joint coordinate that turns most until t; None where it turns by half a turn or less."""
         turned = np.where(system.coordinates.is_length, 0.0, np.abs((t - self.t) * self.speed))
         if turned.max(initial=0.0) <= HALF_TURN:
             return None
@@ -95,5 +96,6 @@ def driven_to(system: System, coordinate: Array, value: Array) -> Array:
 
 def turns_of(system: System, counted: Array, coordinate: Array) -> Integers:
     """Return the whole turns (..., nc) between coordinates with and without them."""
-    off = np.where(system.coordinates.is_length, 0.0, counted - coordinate)  # a length may be none: no rope is there
+    # A length may be NaN, where a rope's circles overlap.
+    off = np.where(system.coordinates.is_length, 0.0, counted - coordinate)
     return np.round(off / (2.0 * np.pi)).astype(np.intp)

@@ -41,8 +41,8 @@ def settled_loads(bearings: Bearings, base: Supports, responses: Supports) -> Ar
 
 
 def _refuse_jammed(bearings: Bearings, base: Supports, responses: Supports) -> None:
-    """Raises Jammed unless the loads have a unique solution. The load of a bearing that only pushes may shrink by any
-    amount: only its growth counts."""
+    """Raises Jammed unless the loads have a unique solution. The load of a one-sided bearing may shrink by any amount:
+    only its growth counts."""
     largest = (load(bearings, responses) - bearings.preload).T
     pushing = np.maximum(slopes(bearings, base, responses), 0.0)
     growth = np.where(bearings.is_push[:, None], pushing, largest)

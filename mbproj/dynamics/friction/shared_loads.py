@@ -30,7 +30,7 @@ def refuse_shared_loads(system: System, state: State) -> None:
 
 @lru_cache(maxsize=64)
 def _problems(system: System, bearings: Bearings, q: bytes) -> tuple[Problem, ...]:
-    """The problems at a pose q and at poses nearby. They are cached: studies run a mechanism many times from one
+    """The problems at a pose q and at poses nearby. The result is cached: studies run a mechanism many times from one
     start."""
     start = np.frombuffer(q)
     near = nearby(system, start).poses if system.bodies <= THRESHOLDS.few_bodies else ()

@@ -39,8 +39,8 @@ class ContactsSeen:
         raise KeyError(path)
 
     def pushes(self, stops: Stops) -> Numbers:
-        """Return the push of each stop, (T, S): that of the run, or, for a state at rest, of compliant stops by their
-        gaps."""
+        """Return the push of each stop, (T, S), from the run. For a state at rest it follows from the gaps of compliant
+        stops."""
         if self.samples.press is not None:
             return self.samples.press()
         gap = self["stops/gap"]
@@ -48,7 +48,7 @@ class ContactsSeen:
 
     @cached_property
     def rubs(self) -> tuple[Array, Array]:
-        """The force and the state of each dry friction, (T, K): those of the run, or 0 for a state at rest."""
+        """The force and the state of each dry friction, (T, K), from the run; 0 for a state at rest."""
         if self.samples.rub is not None:
             return self.samples.rub()
         none = np.zeros((len(self.samples.t), len(self.system.names.frictions)))

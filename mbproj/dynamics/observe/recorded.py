@@ -63,11 +63,11 @@ class Observer:
 
 @final
 class Observation(Mapping[str, npt.NDArray[Any]]):
-    """All recorded quantities at T samples, by the path of the dataset. Overflow, in a run that is lost, is recorded as
-    it is.
+    """All recorded quantities at T samples, by the path of the dataset. Overflow at the end of a diverged run is
+    recorded as it is.
 
-    Internally, time is the axis that is innermost in memory. Sums over other axes are then taken in one order for
-    blocks of any length, and quickly. NumPy has no such axis for a single sample, which is therefore taken twice."""
+    Internally, time is the innermost axis in memory. Then NumPy sums over other axes in the same order for blocks of
+    any length, and quickly. An axis of length 1 has no such order, so a single sample is computed as two equal ones."""
 
     def __init__(self, observer: Observer, samples: Samples) -> None:
         self.observer, self.system, self.samples = observer, observer.system, samples

@@ -13,8 +13,8 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.model.layout import Layout
 
-#: The number of samples of a block times the bodies, within the bounds that follow. The cost of observing a block is
-#: then small beside its samples, and so is its memory (some MB).
+#: The number of samples of a block times that of bodies, and the bounds of the number of samples. The fixed cost of
+#: observing a block is then small beside that of its samples, and its memory is some MB.
 BODY_SAMPLES, FEWEST, MOST = 10_000, 20, 1024
 #: The bytes of a block's arrays that the process keeps for the next block.
 KEPT_BYTES = 2**23
@@ -29,8 +29,8 @@ def block_samples(bodies: int) -> int:
 def keep_freed_memory() -> None:
     """Make glibc keep freed memory for the arrays of the next block.
 
-    It returns arrays of more than 128 kB to the system when they are freed. New arrays then get new pages, which takes
-    half of the time of a block. After it has freed KEPT_BYTES at a time, it keeps as many."""
+    By default it returns arrays of more than 128 kB to the system when they are freed. New arrays then need new pages,
+    which takes half of the time of a block. After one release of KEPT_BYTES, glibc keeps up to that size."""
     np.empty(KEPT_BYTES, dtype=np.uint8)
 
 
@@ -39,8 +39,8 @@ class Sample:
     """A state with its acceleration q'' (7n,), multipliers λ of the joints' rows and then the motions', step size in s,
     and counters.
 
-    `work` (2 + K,) since the start, in J: the work of forces and motions, the energy that dampers and friction have
-    dissipated, and the part of each dry friction in it."""
+    `work` (2 + K,) since the start, in J: the work of forces and motions, the energy dissipated by dampers and
+    friction, and the part of it by each of K dry frictions."""
 
     state: State
     acceleration: Array
@@ -55,10 +55,10 @@ class Samples:
     """T consecutive samples: the fields of `Sample` with a leading axis of length T. y (T, N) has the `layout` of a
     state.
 
-    `carried` (T, m) are the multipliers from the run. `solved` computes from the samples the multipliers to be
-    recorded; it can cost more than all else, and is called on first use. `press`: the push of each stop, (T, S), where
-    there are stops. `rub`: the force of each dry friction and the sign of its sliding, 0 while it sticks, (T, K) each,
-    where there are some."""
+    `carried` (T, m) are the multipliers from the run. `solved` computes the multipliers to be recorded from the
+    samples, on first use, because it can cost more than all else. `press`: the push of each stop, (T, S), where there
+    are stops. `rub`: the force of each dry friction and the sign of its sliding, 0 while it sticks, (T, K) each, where
+    there are some."""
 
     t: Array
     y: Array
@@ -143,5 +143,5 @@ def join(blocks: Sequence[Samples]) -> Samples:
 
 
 def _side_by_side(blocks: Sequence[tuple[Array, Array]]) -> tuple[Array, Array]:
-    """Return the forces and the states of frictions, block after block."""
+    """Return the forces and the states of frictions of all blocks, joined in time."""
     return np.concatenate([force for force, _ in blocks]), np.concatenate([state for _, state in blocks])

@@ -23,7 +23,8 @@ from mbproj.model.system import System
 
 class Portion(NamedTuple):
     """The forces whose sum is the tension of a portion: the numbers of a `row` of the joints, of the `motion` of the
-    whole rope, or of a `stop`; -1 for none. To that of a row comes this `part` of a `friction` on a sheave."""
+    whole rope, or of a `stop`; -1 for none. This `part` of the force of a `friction` on a sheave is added to the
+    multiplier of the row."""
 
     row: int = -1
     motion: int = -1
@@ -41,7 +42,7 @@ def portions(system: System) -> tuple[Portion, ...]:
         rows = np.flatnonzero(system.joints.owner == names.joints.index(rope))
         length = names.coordinates.index(f"{rope}.length")
         driven = np.flatnonzero(system.motions.joint_coordinate == length)
-        if len(driven):  # the motion acts on the whole rope; each portion but the last has a row beside it
+        if len(driven):  # the motion acts on the whole rope, and each portion but the last also has a row
             row = int(rows[int(number) - 1]) if int(number) <= len(rows) else -1
             listed.append(Portion(row=row, motion=int(driven[0])))
         elif len(rows):
@@ -53,8 +54,8 @@ def portions(system: System) -> tuple[Portion, ...]:
 
 
 def _taut_portion(system: System, rope: str, rows: Integers, number: int) -> Portion:
-    """Portion `number` of a rope that is taut, counted from 1. Each row has one portion. Where it rubs on a sheave it
-    has two, and half of the friction is on either side of the sheave."""
+    """Return portion `number`, from 1, of a taut rope. A row has one portion, or two where the rope rubs on a sheave,
+    with half of the friction on either side."""
     rubs = {b: k for k, b in enumerate([] if system.frictions is None else system.frictions.bearing.tolist()) if b >= 0}
     parts = [] if system.bearings is None else system.bearings.parts
     owner = system.names.joints.index(rope)
@@ -68,7 +69,8 @@ def _taut_portion(system: System, rope: str, rows: Integers, number: int) -> Por
 
 
 def _ends(system: System, length: int) -> Flags:
-    """Whether each stop is an upper limit of this length; where it has none, whether it is a lower limit."""
+    """Whether each stop is an upper limit of this length; for a length without upper limits, whether it is a lower
+    limit."""
     stops = system.stops
     assert stops is not None
     limits = stops.joint_coordinate == length
@@ -90,8 +92,8 @@ def on_paths(system: System, pose: Pose, samples: Samples, pushes: Callable[[], 
 
 
 def contact_point(primitive: Primitive, x: Numbers, offset: float) -> Numbers:
-    """Return the point at which a coordinate with these points and vectors (..., s, 3) touches its curve, (..., 3). For
-    a plane curve the point is as deep as the point of the second body."""
+    """Return the point at which a coordinate with these points and vectors (..., s, 3) touches its curve, (..., 3).
+    Along the normal of a plane curve its position is that of the second body's point."""
     if isinstance(primitive, InSpace):
         line = primitive.contact(x).line
         return np.asarray(x[..., 4, :] - (line[..., None] * x[..., :3, :]).sum(axis=-2))

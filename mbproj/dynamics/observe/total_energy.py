@@ -61,8 +61,8 @@ class EnergyAtStart:
         return sums_at_start(self._system, at.pose, at.expected)
 
     def drive(self, t: Numbers, coordinate: Numbers) -> Drive:
-        """Return what motions prescribe at the times t (T,), with the teeth in mesh at the joints' coordinates (T,
-        nc)."""
+        """Return the values that motions prescribe at times t (T,), with the teeth in mesh at the joints' coordinates
+        (T, nc)."""
         if not self._system.couplings.size:
             return drive_at(self._system, t)
         from mbproj.dynamics.equations.teeth import Teeth
@@ -115,7 +115,7 @@ def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
 
 
 def account(instant: Instant, at_start: tuple[Numbers, Numbers], work: Array) -> tuple[Numbers, Numbers]:
-    """Return W and D since the start, (T,), with the `work` (T, 2 + ...) of all forces. Energy that elements store and
-    lose, beyond the work of their forces, comes from outside."""
+    """Return W and D since the start, (T,), with the `work` (T, 2 + ...) of all forces. Elements may store and lose
+    more energy than their forces take from the mechanism; this energy counts as work W from outside."""
     kept, lost = (now - then for now, then in zip(of_elements(instant), at_start, strict=True))
     return work[:, 0] + kept + lost, work[:, 1] + lost

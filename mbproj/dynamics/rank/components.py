@@ -3,7 +3,7 @@
 
 Forces that balance each other go round loops, and no loop leaves its component. Where two components share only one
 body, the force of either on it must vanish by itself: rows of C do not change when all bodies move as one. So rows
-depend on each other only within components, those of a tree are single joints, and the rank is found component by
+depend on each other only within components, and the rank is the sum over components. In a tree each joint is a
 component.
 """
 
@@ -33,8 +33,8 @@ class Component:
     is_loop: bool = True
 
     def by_level(self, system: System) -> Integers:
-        """Return the numbers of its rows, (k,), with those at velocity level last. In this order a row at position
-        level depends on others at this level alone; leaving it out opens no joint."""
+        """Return the numbers of the component's rows, (k,), with rows at velocity level last. A dependent row at
+        position level then depends on rows at position level alone, so that leaving it out opens no joint."""
         return np.argsort(system.is_velocity[system.bodies :][self.rows], kind="stable")
 
 

@@ -22,7 +22,8 @@ class Conditioning:
 
     `distance`: the smallest singular value of a loop's rows in (δr / length, δθ), of unit length: the smallest change
     of the rows that makes them dependent (Eckart and Young 1936). None without a loop, as the rows of a tree are
-    independent at every pose. `owner`: the owner of the rows that change most in it, as "joint 'A'"."""
+    independent at every pose. `owner`: the owner, as "joint 'A'", of the rows that this smallest change concerns
+    most."""
 
     as_written: float | None
     scaled: float | None
@@ -70,8 +71,8 @@ def _has_joints(system: System, component: Component) -> bool:
 
 
 def _condition(rows: Array) -> float:
-    """Return the condition number of independent rows (m, 7n). For many rows it is the root of that of their products,
-    whose eigenvalues come from Lanczos' method."""
+    """Return the condition number of independent rows (m, 7n). For many rows it is the root of the condition number of
+    C_q C_qᵀ, whose eigenvalues come from Lanczos' method."""
     if len(rows) <= 7 * THRESHOLDS.large:
         values = np.linalg.svd(rows, compute_uv=False)
         return float(values[0] / values[-1])

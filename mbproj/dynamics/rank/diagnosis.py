@@ -23,7 +23,7 @@ MOST_SETS, MOST_JOINTS = 3, 6
 
 def problems_of(system: System, redundancy: Redundancy, *, runs: bool) -> list[Problem]:
     """Return the problems of dependent sets, for which a mechanism cannot run. Where its equations can be solved
-    (`runs`), return those of sets whose rows contradict each other.
+    (`runs`), only sets whose rows contradict each other are problems.
 
     Rows of joints that depend on each other along the whole motion, without contradiction, are no problem. A set that
     was not examined counts as such.

@@ -1,4 +1,4 @@
-"""Motions that move no mass, null(M) ∩ null(C_q), which Eq. 20 rules out, or hardly any; in words."""
+"""Motions without kinetic energy, null(M) ∩ null(C_q), which Eq. 20 rules out, or with hardly any; in words."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ class MasslessMotion:
 
 @dataclass(frozen=True, eq=False)
 class LightMotion:
-    """A motion (6n,) of (δr / length, δθ), of size 1, that the joints allow. `inertia`: the inertia that it moves, as a
-    part of the largest in a motion of one body."""
+    """A motion (6n,) of (δr / length, δθ), of size 1, that the joints allow. `inertia`: the inertia of this motion
+    divided by the largest one of a single body."""
 
     inertia: float
     motion: Array
@@ -66,7 +66,7 @@ def least_inertia(system: System, pose: Pose) -> LightMotion | None:
 
 
 def massless_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
-    """Return as many motions as null(M) ∩ null(C_q) has directions, each of few parts; none where Eq. 20 holds.
+    """Return a basis of null(M) ∩ null(C_q), each motion with few nonzeros; none where Eq. 20 holds.
 
     M enters by its null space alone, so ratios of masses do not matter.
     """
@@ -89,7 +89,7 @@ def swamped_motions(system: System, pose: Pose) -> tuple[MasslessMotion, ...]:
 
 def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) -> tuple[MasslessMotion, ...]:
     """Return combinations of `weightless` directions (n, 6, 6) of each body that no row resists. A reflected inertia
-    resists where it is above the part `below` of the largest of a body."""
+    counts as a resistance where it exceeds `below` times the largest inertia of a body."""
     light = np.flatnonzero(weightless.any(axis=(1, 2)))
     if not len(light):
         return ()
@@ -118,8 +118,8 @@ def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Pro
 
 
 def _weightless(system: System, below: float) -> Array:
-    """Return directions (n, 6, 6) of (δr, δθ in body axes) of each body without kinetic energy, or with no more than
-    the part `below` of the largest. Other directions are 0."""
+    """Return directions (n, 6, 6) of (δr, δθ in body axes) of each body without kinetic energy, or with at most `below`
+    times the largest one. Other directions are 0."""
     projections = np.zeros((system.bodies, 6, 6))
     heaviest, widest = system.mass.max(initial=0.0), np.abs(system.inertia).max(initial=0.0)
     for body in range(system.bodies):

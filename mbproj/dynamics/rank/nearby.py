@@ -1,4 +1,5 @@
-"""Poses that the joints can reach from one pose: a property that holds at these too holds along the motion.
+"""Poses that the joints can reach from one pose: a property that holds at all of them is taken to hold along the
+motion.
 
 Here are also the directions in which a mechanism can leave a pose, to second order. Where rows depend on each other,
 not each velocity v with C_q v = 0 belongs to a motion: accelerations exist only where the right-hand sides agree,
@@ -42,11 +43,11 @@ class Nearby:
 
 
 def nearby(system: System, q: Array) -> Nearby:
-    """Return poses that the joints reach from q (7n,); motions do not hold them, as these go on in time."""
+    """Return poses that the joints reach from q (7n,); motions are ignored, because they change with time."""
     free = replace(system, motions=NO_MOTIONS)
     pose = pose_of(q)
     motions = _motions(free, pose)
-    # Drawn among all motions, because the basis of the allowed ones that the decomposition gives depends on round-off.
+    # Trials are drawn in all coordinates, because the basis of the allowed motions depends on round-off.
     trials = np.random.default_rng(SEED).normal(size=(TRIALS, 6 * system.bodies)) @ motions.T
     directions = branch_directions(free, pose, motions, trials)[:DIRECTIONS]
     return Nearby(
@@ -56,7 +57,7 @@ def nearby(system: System, q: Array) -> Nearby:
 
 def _motions(system: System, pose: Pose) -> Array:
     """Return an orthonormal basis (f, 6n) of the motions of (δr / length, δθ) that the joints allow. For many bodies it
-    spans random motions without the part that rows resist. Their number is large enough that some are dependent."""
+    is a basis of the allowed parts of random motions, more of them than there are degrees of freedom."""
     if system.bodies <= THRESHOLDS.large:
         _, values, vectors = np.linalg.svd(_joint_rows(system, pose), full_matrices=True)
         return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
@@ -71,7 +72,7 @@ def _motions(system: System, pose: Pose) -> Array:
 
 
 def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
-    """The poses along a direction (6n,), each some steps further, until one does not close."""
+    """Yield poses along a direction (6n,), each some steps further, until one does not close."""
     reached = q
     for step in (THRESHOLDS.short_way, 5.0 * THRESHOLDS.short_way):
         motion = _allowed(scaled_rows(system, pose_of(reached), NO_CONDITIONS), direction)
@@ -154,7 +155,8 @@ def _root(forms: Array, trial: Array) -> Array | None:
         values = slope @ z
         if np.abs(values).max(initial=0.0) < THRESHOLDS.rounding:
             break
-        across = slope - np.outer(values, z)  # the forms are homogeneous: a shorter z is no better
+        # only changes across z count: the forms are homogeneous, and a shorter z is no root
+        across = slope - np.outer(values, z)
         z = z - np.linalg.lstsq(2.0 * across, values, rcond=THRESHOLDS.dependent)[0]
         z = z / np.linalg.norm(z)
     return z if np.abs(forms @ z @ z).max(initial=0.0) < THRESHOLDS.dependent else None

@@ -2,8 +2,8 @@
 along the whole motion or at one pose only, and with a contradiction or without.
 
 A set is a circuit: leave one row out, and the others are independent. The basis is the earliest rows that are
-independent at the start, and further rows that are independent at poses nearby. A row outside the basis depends on it
-permanently; a further row does so at the start only. So no set mixes the two.
+independent at the start, and further rows that are independent at poses nearby. A row outside the basis depends on the
+earlier rows permanently. A further row depends on them at the start only. So a set is either permanent or not.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ class DependentSet:
     `rows` are counted without the norm rows; the one that depends on the others comes first. `held` describes each.
     `weights` are their coefficients in Σ weight · row = 0 of C_q at the start, 1 for the first.
 
-    `permanent`: whether they depend on each other along the motion, or only at this pose; None where that was not
-    examined. `residual`: the contradictions of the velocities and the accelerations that they require at the start, in
-    the unit per s and per s²; 0 where these are round-off."""
+    `permanent`: whether they depend on each other along the motion, or only at this pose; None where the permanence was
+    not examined. `residual`: the contradictions of the velocities and the accelerations that they require at the start,
+    in the unit per s and per s²; 0 where these are round-off."""
 
     rows: tuple[int, ...]
     unit: str

@@ -22,7 +22,7 @@ TINY = float(np.finfo(float).tiny)
 
 @dataclass(frozen=True, eq=False)
 class RightHandSides:
-    """-C_t and γ of Eqs. 5 and 7 for the rows but the norm rows, (k,) each, in units of the length or rad.
+    """-C_t and γ of Eqs. 5 and 7 for all rows but the norm rows, (k,) each, in units of the length or rad.
 
     `quadratic` is γ without -C_tt: it is quadratic in the bodies' velocities `moving`, (r' / length, ω), (n, 6).
     `speed` is the expected size of velocities, per s. `doubt` is the relative error of the velocities."""
@@ -36,7 +36,7 @@ class RightHandSides:
 
     def within(self, component: Component, rows: Array) -> RightHandSides:
         """Return the right-hand sides with the `doubt` of a component: the part of its velocities that its `rows` do
-        not allow. For a component at rest this is all of its velocity, which is round-off."""
+        not allow. The velocity of a component at rest is round-off, so that its doubt may be 1."""
         moving, unit = self.moving[component.bodies].ravel(), unit_rows(rows)
         length = np.maximum(np.linalg.norm(rows, axis=1), THRESHOLDS.dependent)
         left = unit @ moving - self.velocity[component.rows] / length
@@ -44,8 +44,8 @@ class RightHandSides:
         return replace(self, doubt=float(wrong / max(np.abs(moving).max(), TINY)))
 
     def disagreement(self, rows: Integers, weights: Array) -> tuple[float, float]:
-        """Return Σ weight · side of rows whose weighted sum is 0 in C_q, for velocity and acceleration; round-off
-        counts as 0."""
+        """Return Σ weight × right-hand side of rows with Σ weight × row = 0 in C_q, for velocity and acceleration;
+        round-off counts as 0."""
         largest = float(np.abs(weights).max())
         quadratic = float(np.abs(weights * self.quadratic[rows]).sum()) + largest * self.speed**2
         return (
@@ -78,7 +78,7 @@ def right_hand_sides(system: System, state: State) -> RightHandSides:
 
 
 def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive) -> Array:
-    """Return γ of the rows but the norm rows, (k,), for accelerations in (r'', ω'). The part of Λ'' that keeps |Λ|,
+    """Return γ of all rows but the norm rows, (k,), for accelerations in (r'', ω'). The part of Λ'' that keeps |Λ|,
     which the norm rows require, is -|Λ'|² Λ."""
     kept = np.zeros((system.bodies, 7))
     kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]

@@ -1,13 +1,14 @@
-"""The policy for which rows the next step holds, and whether a pose is near a singular one, from the poses passed.
+"""The policy that chooses, from the poses passed, which rows the next step holds. It also judges whether a pose is near
+a singular one.
 
 The loop owns one policy. Within a step its `rows` do not change; it only records how near the poses of the step are to
 singular ones (`see`). Between steps `after` sets the rows of the next step. `save` and `restore` carry the policy from
 one run to the next.
 
 This is the reference. The kernel's policy of the same name decides by pivots of S: squares of distances in the metric
-of the masses. It leaves out single rows; this one leaves out combinations. Near a singular pose either errs by the
-distance σ of what it leaves out, and so they may differ by that. The kernel chooses the rows it
-holds, and may choose others where a step fails with them; combinations need no choice.
+of the masses. It leaves out single rows; this one leaves out combinations. Near a singular pose both err by the
+distance σ of the rows or combinations left out, so that they may differ by σ. The kernel chooses single rows, and
+chooses others where a step fails. Combinations leave no such choice.
 """
 
 from __future__ import annotations

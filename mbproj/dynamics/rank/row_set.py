@@ -41,7 +41,7 @@ class RowSet:
 
     @classmethod
     def regular(cls, system: System, redundant: int = 0) -> RowSet:
-        """Return the set of all independent rows, without a look at singular poses."""
+        """Return the set that holds all independent rows and does not look for singular poses."""
         largest = np.full(system.constraints if not redundant else 1, THRESHOLDS.dependent)
         return cls(system, redundant, False, largest, np.zeros(system.constraints))
 
@@ -101,7 +101,8 @@ class RowSet:
         largest: float,
         is_blind: Callable[[float, Array], bool],
     ) -> HeldRows:
-        """Return combinations by singular values. Near a singular pose those that are blind are left out."""
+        """Return combinations by singular values. Near a singular pose the combinations for which `is_blind` holds are
+        left out."""
         if self.redundant and self.system.rolls:
             return self._by_level(C_q, rows, factors)
         U, sigma, _ = np.linalg.svd(rows)
@@ -143,13 +144,13 @@ class RowSet:
 
     def _smallest(self, weights: Array, idle: Array) -> Array:
         """Return combinations (m, r) with the smallest λ of joints and motions, forces times the mechanism's length.
-        The part along `idle` (m, d), which acts on no body, is subtracted."""
+        The part along `idle` (m, d), which exerts no force on any body, is subtracted."""
         n = self.system.bodies
         weighed, own = (self.system.row_scale[n:, None] * part[n:] for part in (weights, idle))
         return np.asarray(weights - idle @ np.linalg.lstsq(own, weighed, rcond=None)[0])
 
     def _scaled(self, C_q: Array) -> tuple[Array, Array]:
-        """Return rows of unit length, lengths in the mechanism's own, and the factors that scale them."""
+        """Return rows of unit length, in units of the mechanism's length, and the factors that scale them."""
         rows = C_q * lengths(self.system)
         length = np.linalg.norm(rows, axis=1)
         counts = length > THRESHOLDS.dependent * self.system.row_scale

@@ -46,13 +46,13 @@ def row_distances(rows: Array) -> Array:
 
 
 def _distances_by_elimination(rows: Array) -> Array:
-    """Return the distances of dependent rows. The diagonal of R would spread the defect to rows that are
-    independent."""
+    """Return the distances where rows are dependent. The diagonal of R would spread the defect over independent rows,
+    too."""
     basis, size = np.zeros((min(rows.shape), rows.shape[1])), 0
     distances = np.zeros(len(rows))
     for index, row in enumerate(rows):
         rest = row
-        for _ in range(2):  # twice is enough (Kahan)
+        for _ in range(2):  # two passes are enough (Kahan)
             rest = rest - (basis[:size] @ rest) @ basis[:size]
         distances[index] = np.linalg.norm(rest)
         if distances[index] > THRESHOLDS.dependent:
@@ -82,8 +82,8 @@ def shares(rows: Array, basis: Integers, dependent: Integers) -> Array:
 
 
 def self_stresses(system: System, pose: Pose) -> Array:
-    """Return a basis of the multipliers λ (d, k) of joints and motions without a force on any body, Gᵀλ = 0. There is
-    one for each redundant row; torques are of the order of 1, and forces of 1 / length."""
+    """Return a basis of the multipliers λ (d, k) of joints and motions without a force on any body, Gᵀλ = 0. The basis
+    has one vector for each redundant row, with torques of the order of 1 and forces of the order of 1 / length."""
     components = [component for component in loops_of(system) if len(component.bodies) <= THRESHOLDS.large]
     scale = system.row_scale[system.bodies :]
     stresses = [np.zeros((0, len(scale)))]

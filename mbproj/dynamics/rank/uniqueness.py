@@ -16,7 +16,8 @@ Marks = npt.NDArray[np.bool_]
 
 def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
     """Return whether each component of the joints' reaction forces and torques is not unique at this pose, (nj, 3)
-    each, global axes. Multipliers λ with Gᵀλ = 0 change such a component; there is none without redundant rows.
+    each, global axes. Multipliers λ with Gᵀλ = 0 change such a component. Without redundant rows every component is
+    unique.
 
     Components of more than `large` bodies are taken to have no redundant rows.
     """

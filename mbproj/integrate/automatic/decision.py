@@ -19,13 +19,13 @@ from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.registry import WHERE_SMOOTH, WHERE_STIFF
 from mbproj.thresholds import THRESHOLDS
 
-#: Makes the steps of a method from a mark on, with their own tally, until its `Pauses` end them.
+#: Function that makes the steps of a method from a mark on, with a separate tally, until the `Pauses` end them.
 March = Callable[[str, Mark, Tally, Pauses], Iterator[Samples | None]]
 
 
 def handed_over(standing: Standing) -> Mark:
-    """Return the mark from which another method continues: it starts without this method's own data and without an
-    error of the step before."""
+    """Return the mark from which the other method continues, without data of this method and without an error of the
+    last step."""
     return {**standing.mark, "anew": True, "previous_error": THRESHOLDS.least_error_before, "rejected": False}
 
 
@@ -40,9 +40,9 @@ class LookResult(NamedTuple):
 def decide(
     plan: Plan, standing: Standing, modes: Callable[[Standing], FastModes], march: March, leg: Leg
 ) -> LookResult:
-    """Return whether the other method is faster from here on in a leg; the plan records the look."""
+    """Decide whether the other method makes the steps from here on in a leg; the plan records the look."""
     t, evaluations = standing.mark["t"], standing.evaluations
-    sampled = int((t - plan.since.time) / leg.interval)  # samples cost the same by any method
+    sampled = int((t - plan.since.time) / leg.interval)  # samples cost the same with any method
     own = _speed((plan.since.time, plan.since.evaluations), (t, evaluations - sampled))
     result = LookResult()
     if plan.is_due(own, standing.attempts, evaluations):
@@ -69,7 +69,7 @@ def _fastest(standing: Standing, modes: FastModes) -> tuple[str, float]:
 
 def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, end: float) -> tuple[bool, bool]:
     """Return whether a trial of the other method is faster than this one, at the speed `own`. Return also whether the
-    run's end has cut the trial short. A trial goes on while it becomes faster, and may halt at an event before."""
+    run's end has cut the trial short. A trial goes on while its speed grows, and may end before at an event."""
     tally, reached = Tally(), [(standing.mark["t"], standing.evaluations)]
     dearer = 1.0 / THRESHOLDS.implicit_cost if plan.is_stiff else THRESHOLDS.implicit_cost
     enough, shaped = THRESHOLDS.quicker * dearer * own, False

@@ -23,9 +23,9 @@ from mbproj.model.contacts import Contacts, in_contact
 from mbproj.model.system import System
 from mbproj.scene.records import Settings
 
-#: Returns the fast modes where a run stands, with the contacts there.
+#: Function that returns the fast modes where a run stands, with the contacts there.
 Modes = Callable[[Standing], FastModes]
-#: Yields samples by a method, from a mark on, until a pause ends them.
+#: Function that yields samples by a method, from a mark on, until a pause ends them.
 By = Callable[[str, Marks, Tally, Pauses | None], Iterator[Samples | None]]
 
 
@@ -33,9 +33,9 @@ By = Callable[[str, Marks, Tally, Pauses | None], Iterator[Samples | None]]
 class _Part:
     """Scratch for the part of a run that one method makes.
 
-    `marks` are its marks, and `plan` belongs to the newest of them. `before` is the mark that holds until there is one.
-    `left` is the mark from which another method continues. `final` is the mark that holds once the run's end has
-    influenced the plan."""
+    `marks` are its marks, and `plan` belongs to the newest of them. `before` is the mark to use until `marks` has one.
+    `left` is the mark from which another method continues. `final` is the mark to use once the run's end has influenced
+    the plan."""
 
     marks: Marks
     plan: dict[str, Any]

@@ -49,8 +49,8 @@ class Plan:
     """Scratch of a run.
 
     `due`: the number of attempted steps at the next look. `trial`: the number at which a trial is due at the latest.
-    `best`: the highest speed since the last trial, in s for an evaluation. `failed`: the number of failed trials in a
-    row. `trials` and `tried`: the number of all trials, and of their evaluations."""
+    `best`: the highest speed since the last trial, in simulated s per evaluation. `failed`: the number of failed trials
+    in a row. `trials` and `tried`: the number of all trials, and of their evaluations."""
 
     method: str = WHERE_SMOOTH
     due: int = THRESHOLDS.look_steps
@@ -68,8 +68,8 @@ class Plan:
         return self.method == WHERE_STIFF
 
     def is_due(self, speed: float, attempts: int, evaluations: int) -> bool:
-        """Whether a run at this speed, in s for an evaluation, should try the other method. That is so where it has
-        slowed down or the last trial is long ago, and trials have not taken too much of the work."""
+        """Whether a run at this speed, in simulated s per evaluation, should try the other method. It should where it
+        has slowed down or the last trial is long ago, unless trials have taken too much of the work."""
         self.best = max(self.best, speed)
         affordable = self.trials < 2 or self.tried < THRESHOLDS.trial_part * evaluations
         return affordable and (attempts >= self.trial or speed < THRESHOLDS.slowed * self.best)
@@ -80,7 +80,7 @@ class Plan:
         self.switches.append(switch)
 
     def begin(self, speed: float, attempts: int) -> None:
-        """Record the end of a trial, with the run's speed before it in s for an evaluation."""
+        """Record the end of a trial. `speed`: the run's speed before it, in simulated s per evaluation."""
         self.failed += 1
         self.best = 0.0 if self.failed == 0 else speed
         self.trial = attempts + THRESHOLDS.look_steps * 2 ** min(self.failed, THRESHOLDS.longest_wait)

@@ -57,8 +57,8 @@ class LawSwitches:
         return np.array([values[at] for at in self.at])
 
     def _feet(self, instant: Instant, held: Array) -> dict[int, float]:
-        """Return the parameter of the foot of each distance from a curve; NaN for a stop, which follows no curve by
-        itself."""
+        """Return the parameter of the foot of each distance from a curve; NaN for stops, which follow curves only as
+        rows or laws."""
         system = self.system
         values = dict.fromkeys(_following(system, FollowedKind.STOP), np.nan)
         if signs := _following(system, FollowedKind.COORDINATE):
@@ -151,6 +151,6 @@ def on_branches(system: System, held: Array) -> System:
 
 
 def _following(system: System, kind: FollowedKind) -> dict[int, tuple[int, int]]:
-    """Return the number of each distance from a curve among the rows, the laws or the stops, by program. With it comes
-    the number of the curve, of two, that has the foot."""
+    """Return the number of each distance from a curve among the rows, the laws or the stops, by program. The second
+    number tells which of two curves has the foot."""
     return {program: (at, second) for program, (own, at, second) in system.following.items() if own is kind}

@@ -1,4 +1,4 @@
-"""What a run is asked for: when its steps end, and what is recorded; and the same in the kernel's classes."""
+"""The leg of a run: the times of breaks, steps and samples; and their form in the kernel's classes."""
 
 from __future__ import annotations
 
@@ -37,8 +37,9 @@ class Leg:
 
     @classmethod
     def whole(cls, system: System, settings: Settings, start: float, asks: float | None = None) -> Leg:
-        """Return that of a run with these settings; with a period `asks` it waits at its start, then once in each."""
-        assert settings.duration is not None  # settings_to_run has seen to it
+        """Return the leg of a run with these settings. With a period `asks` in s the run waits at its start, and once
+        in each period."""
+        assert settings.duration is not None  # settings_to_run requires it
         duration, interval = settings.duration, output_interval(settings)
         breaks = breaks_of(system, start, settings, asks)
         if settings.step is None:
@@ -48,12 +49,12 @@ class Leg:
 
     @property
     def without_samples(self) -> Leg:
-        """The same with error control, and samples only at its start and end."""
+        """This leg with error control, and with samples only at its start and end."""
         return replace(self, times=SampleTimes(self.start, self.end, self.start, self.duration))
 
     @property
     def end(self) -> float:
-        """The time at which it ends."""
+        """The time at which the leg ends, in s."""
         return self.start + self.duration
 
 

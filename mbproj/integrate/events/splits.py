@@ -1,7 +1,8 @@
-"""Splits of fixed steps: a short move or pulse between two events is narrower than some steps, or than one.
+"""Splits of fixed steps: a short move or pulse between two events may be narrower than a few steps, or than one.
 
 A method evaluates a function of time at its stages. Over such a stretch the quadrature Σ b_i f(c_i) by the given steps
-may be wrong. Then the stretch is divided into equal parts, as many as the quadrature needs. The grid of steps stays.
+may be wrong. Then the stretch is divided into as many equal parts as the quadrature needs. The grid of steps does not
+change.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def _of_system(
     for stretch in stretches(system, start, end, interval, THRESHOLDS.split_parts * step):
         grain = float(np.spacing(max(abs(stretch.low), abs(stretch.high))))
         most = int((stretch.high - stretch.low) / (2.0 * THRESHOLDS.round_off_grains * grain))
-        if most < 1:  # the two are one event
+        if most < 1:  # both ends are one event
             continue
         needed, resolved = _parts_needed(stretch, step, method, THRESHOLDS.closed_grains * grain)
         if needed > 1:
@@ -107,8 +108,9 @@ def _parts_by_motion(stretch: Stretch, aside: float) -> int:
 
 
 def _resolve(count: int, finer: int, stretch: Stretch, method: Method, aside: float) -> bool:
-    """Whether `count` steps integrate the functions as steps do that are `finer` times finer. They are compared step by
-    step, as a step of the grid may end between them. True also where a function has no value: the run stops there."""
+    """Whether `count` steps integrate the functions as accurately as steps that are `finer` times shorter. They are
+    compared step by step, as a step of the grid may end between them. True also where a function has no value: the run
+    stops there."""
     with np.errstate(all="ignore"):
         for part in stretch.parts:
             coarse, _ = _moments(part, stretch, count, method, aside)

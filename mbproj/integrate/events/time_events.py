@@ -23,7 +23,7 @@ from mbproj.thresholds import THRESHOLDS
 OF_FORCES, OF_MOTIONS = 1, 3
 #: The kind of events with direction 1 where contacts begin to share a force arbitrarily, and -1 where that ends.
 SHARED = "shared"
-#: The kind of events at stops where the motion begins to depend on how they share.
+#: The kind of events at stops where the motion begins to depend on how they share a force.
 DECIDES = "share decides"
 
 
@@ -145,7 +145,8 @@ def _of_function(
 
 
 def _goes_on(part: ProgramSet, t: float, beside: float, start: float, end: float) -> bool:
-    """Whether a function has values beside t: where it ends, a run stops and names it."""
+    """Whether a function has finite values at both sides of t. Without them the run stops there, with an error that
+    names the function."""
     from mbproj.functions.series import run, time_series
 
     times = np.clip([t - beside, t + beside], start, end)

@@ -92,16 +92,16 @@ class Balance:
         return np.asarray(v + change)
 
     def inside_step(self, formulation: FullFormulation, t: float, y: Array, projected: ProjectedState) -> Array:
-        """Return a closed state y inside the step with corrected velocities, although its extension has a larger error.
-        Nothing is counted."""
+        """Return a closed state y inside the step with corrected velocities. The limit for corrections does not apply,
+        because the extension has a larger error; nothing is counted."""
         if self.refused or self.before is None or not projected.velocity_iterations or projected.failures:
             return y
         v = formulation.parts(y)[1] + self._change(formulation, t, y)[0]
         return formulation.layout.changed(y, {"velocities": v})
 
     def _change(self, formulation: FullFormulation, t: float, y: Array) -> tuple[Array, float | None, float, bool]:
-        """Return the change of v (7n,), its energy in J, its part of v, and whether it is larger than a step's error.
-        The energy is None where the system is singular."""
+        """Return the change of v (7n,), its energy in J, its size divided by that of v, and whether it is larger than a
+        step's error. The energy is None where the energy row is singular."""
         q, v, expected = formulation.parts(y)
         now, by_step = self._speed(formulation, q, v), self._changed(formulation, y)
         if not now > THRESHOLDS.row_rests * by_step:
@@ -112,7 +112,7 @@ class Balance:
         held = formulation.policy.rows.to_move(instant.pose, formulation.drive(t, expected))
         M, fields = mass_matrix(self.system, instant.pose), self.fields @ rigid_fields(q)
         tolerated = max(THRESHOLDS.half_digits, THRESHOLDS.row_tolerated * (formulation.settings.tolerance or 0.0))
-        error = tolerated * float(np.abs(y[formulation.layout["quadratures"]][:2]).sum())  # of the balance
+        error = tolerated * float(np.abs(y[formulation.layout["quadratures"]][:2]).sum())  # error of the energy
         change, is_regular = corrected(self.method, M, held.C_q, v, missing, fields, self.kept.momenta, grain, error)
         part = self._speed(formulation, q, change) / now
         scale = self._speed(formulation, q, formulation.layout.scale[formulation.layout["velocities"]])
@@ -120,7 +120,7 @@ class Balance:
         return change, (missing or 0.0) if is_regular else None, part, part > limit
 
     def _changed(self, formulation: FullFormulation, y: Array) -> float:
-        """Return the change of the velocities by the step, in the bodies' axes, as a speed."""
+        """Return √(ΔvᵀM Δv) for the change Δv of the velocities in the step, with ω in the bodies' axes."""
         assert self.before is not None
         change, system = np.zeros((2, self.system.bodies, 3)), self.system
         for sign, at in ((1.0, y), (-1.0, self.before)):
@@ -135,7 +135,8 @@ class Balance:
         return float(np.sqrt(max(float(v @ mass_matrix(formulation.bodies, pose_of(q)) @ v), 0.0)))
 
     def _energy(self, formulation: FullFormulation, instant: Instant, y: Array) -> tuple[float, float]:
-        """Return E = T + V - W, with V of what conserves energy and W of what does work, and its round-off, in J."""
+        """Return T + V - W + D and its round-off, in J. V is stored by gravity and forces, and W and D are the work and
+        the losses in y."""
         system, work = self.system, y[formulation.layout["quadratures"]]
         kinetic = kinetic_energy(system, instant.pose, instant.twist)
         weight = -system.mass * (instant.pose.position[:-1] @ system.gravity)

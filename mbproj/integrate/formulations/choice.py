@@ -31,8 +31,8 @@ class Choice:
     """The chosen formulation by name, the reason for it, and its degrees of freedom.
 
     `compiled` runs it in the kernel's loop; None for explicit steps of the full formulation, in NumPy. `redundant`: the
-    number of rows that are left out because they follow from the others. `kinematic`: whether nothing of the motion is
-    integrated."""
+    number of rows that are left out because they follow from the others. `kinematic`: whether joints and motions alone
+    determine the motion, so that it is not integrated."""
 
     name: str
     why: str
@@ -82,7 +82,7 @@ def _is_kinematic(degrees_of_freedom: int, settings: Settings) -> bool:
 
 
 def _undecided(system: System, state: State, choice: Choice) -> int:
-    """Return the degrees of freedom of poses, joints and motions held: with rolling more than those of velocities."""
+    """Return the degrees of freedom of poses with joints and motions: with rolling more than those of velocities."""
     if not system.rolls:
         return choice.degrees_of_freedom
     from mbproj.dynamics.rank.mobility import mobility
@@ -174,7 +174,8 @@ def _full(system: System, state: State, settings: Settings, why: str, kernel: An
 
 
 def _needs(system: System, settings: Settings) -> str | None:
-    """Return what of a run is made in the kernel's loop alone; None for what NumPy's loop makes, too."""
+    """Return the feature of a run, in words, that only the kernel's loop supports; None where NumPy's loop supports
+    all."""
     if system.has_contacts:
         return "stops and dry friction"
     from mbproj.integrate.events.law_switches import switches_of

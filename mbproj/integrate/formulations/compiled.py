@@ -41,8 +41,8 @@ class Compiled(ABC):
         self.settled = ProjectionSettings()
 
     def hold(self, rows: Any) -> None:
-        """Set the rows that the model holds at most poses. Where they are of several cases, each has its own model."""
-        if not isinstance(self.core, ModuleType):  # the kernel of several cases
+        """Set the rows that the model holds at most poses. Rows of several cases make a model for each case."""
+        if not isinstance(self.core, ModuleType):  # the kernel runs several cases
             from mbproj.lanes import Each
 
             is_first = isinstance(rows, Each) and not isinstance(self.model, Each)
@@ -52,7 +52,8 @@ class Compiled(ABC):
 
     @abstractmethod
     def with_system(self, system: System, whole: System | None = None) -> Compiled:
-        """Return the same for a system with other forces; for `whole` where what slides or gives way is not a force."""
+        """Return these coordinates for a system with other forces. `whole` is the mechanism without laws of frictions
+        and stops."""
 
     @property
     @abstractmethod
@@ -201,7 +202,8 @@ class Compiled(ABC):
         return self.layout.joined({"bodies": bodies} | state.layout.shared(state.y, self.layout))
 
     def _keep(self, run: Any, state: State, settings: Settings) -> None:
-        """Add rows for conserved quantities to the run, where they are asked for and something is free to move."""
+        """Add rows for conserved quantities to the run, where the settings ask for them and the mechanism has a degree
+        of freedom."""
         projection, free = settings.projection, self.degrees_of_freedom > 0
         if not (free and PROJECTIONS[projection.method].corrects and (projection.energy or projection.momentum)):
             return
@@ -233,7 +235,7 @@ class Compiled(ABC):
         return taken
 
     def failure(self, run: Any, settings: Settings) -> SimulationError | None:
-        """Return the error of a run with these settings that ended before its time; None where it did not."""
+        """Return the error of a run with these settings that ended too early; None for a run that reached its end."""
         outcome, status, t = run.outcome, self.core.Status, float(run.outcome.time)
         if outcome.status in (status.running, status.finished):
             return None

@@ -113,7 +113,7 @@ class FullFormulation:
         return self._derivative(t, y)[0]
 
     def watched_derivative(self, t: float, y: Array) -> Array:
-        """Return y' at a stage of a step. The policy records how near the pose is to a singular one."""
+        """Return y' at a stage of a step. The policy records the pose's distance from a singular one."""
         slope, nearness = self._derivative(t, y)
         self.policy.see(nearness)
         return slope
@@ -146,7 +146,7 @@ class FullFormulation:
         self, t: float, y: Array, expected: Array | None = None, instant: Instant | None = None
     ) -> Accelerations:
         """Return the accelerations with the rows of the current step. Equal input gives equal bits. `expected` (nc,):
-        the joints' coordinates, each angle to less than half a turn, in place of those that are followed. Raises
+        the joints' coordinates, angles to within half a turn, in place of those that are followed. Raises
         SimulationError where the equations have no unique solution, or an expression no value."""
         terms = self.terms(t, y, instant or self.instant(t, y, expected))
         try:
@@ -261,19 +261,19 @@ class FullFormulation:
         ):
             raise other_branch(t, part)
         if part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way and not self.system.driven:
-            raise LostStep(t, part)  # driven coordinates are led by their motions
+            raise LostStep(t, part)  # driven coordinates cannot lose their motions
         if projected.left_open > THRESHOLDS.least_violation or (
             projected.failures and self.policy.nearest < THRESHOLDS.near_singular
         ):
             raise branches_near(t)
 
     def change(self, v: Array, to: Array) -> float:
-        """Return the difference of two velocities as a part of the first; lengths in the mechanism's own."""
+        """Return the difference of two velocities divided by the first, with lengths in units of the mechanism's."""
         size = np.linalg.norm(in_lengths(self.system, v))
         return float(np.linalg.norm(in_lengths(self.system, to - v)) / max(size, np.finfo(float).tiny))
 
     def arrive(self, q: Array) -> float:
-        """Record an accepted pose; return how near the step came to a singular one."""
+        """Record an accepted pose; return the smallest distance in the step from a singular one."""
         return self.policy.after(jacobian(self.system, pose_of(q)))
 
     def check_regular(self, t: float, q: Array) -> None:

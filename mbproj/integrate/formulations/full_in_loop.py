@@ -1,5 +1,5 @@
-"""The full formulation in the kernel's loop, which makes the steps, in reduced coordinates, finds the events, and says
-which contacts hold and what slides. Accelerations and projections are made here, in NumPy."""
+"""The full formulation in the kernel's loop. The kernel makes the steps in reduced coordinates, finds events, and
+decides which contacts are closed or slide. Accelerations and projections are computed here, in NumPy."""
 
 from __future__ import annotations
 
@@ -27,8 +27,9 @@ from mbproj.thresholds import THRESHOLDS
 
 
 class Asked(NamedTuple):
-    """A state y of the kernel's at t. Functions of time are seen from `first` to `last`, and the kernel's programs are
-    on these branches, if any are held. `rows` of contacts hold these coordinates, by their numbers, at these values."""
+    """A state of the kernel, y at t, for which it calls NumPy. Functions of time are evaluated within `first` to
+    `last`. `branches`: those of the kernel's programs, None where none are held. `rows`: pairs of a closed contact's
+    number (stops, then frictions) and the value of its coordinate."""
 
     t: float
     y: Array
@@ -41,14 +42,14 @@ class Asked(NamedTuple):
     def of(
         cls, t: float, y: Array, first: float, last: float, branches: Array | None, rows: list[tuple[int, float]]
     ) -> Asked:
-        """Return what the kernel asks about."""
+        """Return the state from the kernel's arguments."""
         return cls(t, y, first, last, branches, tuple(rows))
 
 
 @final
 class FullInLoop(Reduced):
-    """A system in the kernel's loop, as the full formulation has it. `whole`: the mechanism for NumPy, in which what
-    slides is no law. `redundant`: the number of rows that follow from the others."""
+    """A system in the kernel's loop with the equations of the full formulation. `whole`: the mechanism for NumPy,
+    without laws of sliding frictions. `redundant`: the number of rows that follow from the others."""
 
     name = "full"
 
@@ -63,31 +64,32 @@ class FullInLoop(Reduced):
         return copy
 
     def multipliers(self, samples: Any, forces: Array | None = None) -> Array:
-        """Return λ of all rows, (T, m): those of the run."""
+        """Return λ of all rows, (T, m), as the run computed them."""
         carried: Array = samples.carried
         return carried
 
     def projection(self, settings: ProjectionSettings) -> Any:
-        """Return the settings by which the kernel solves for contacts: whether rows are stabilised."""
+        """Return the settings of the projection with which the kernel solves for contacts. They only tell whether rows
+        are stabilised."""
         stabilises = PROJECTIONS[settings.method].correction in ("none", "baumgarte")
         return super().projection(settings if stabilises else replace(settings, method="gopm"))
 
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
-        """Return the kernel's run from a state, which asks NumPy."""
+        """Return the kernel's run from a state; it calls NumPy for accelerations and projections."""
         march = super().run(state, settings, leg)
         self._answers = _Answers(self, state, settings)
         march.follow_formulation(self._answers)
         return march
 
     def failure(self, run: Any, settings: Settings) -> SimulationError | None:
-        """Return the error of a run that ended before its time: NumPy's, where it had no answer."""
+        """Return the error of a run that ended too early: that of NumPy, where NumPy had no result."""
         of_kernel = super().failure(run, settings)
         own = None if self._answers is None else self._answers.take_failure()
         return of_kernel if of_kernel is None or own is None else own
 
 
 class _Answers:
-    """Scratch of a run: the formulation with the rows of contacts that hold, and its row policy."""
+    """Scratch of a run: the formulation with the rows of the closed contacts, and its row policy."""
 
     def __init__(self, compiled: FullInLoop, state: State, settings: Settings) -> None:
         self._compiled, self._state, self._settings = compiled, state, settings
@@ -97,12 +99,12 @@ class _Answers:
         self._saved: dict[str, Any] = {}
         self._arrived = False
         self._before: tuple[dict[str, Any], dict[str, Any] | None] = {}, None
-        #: Why there was no answer in the step at hand.
+        #: The error for which the current step has no result.
         self.failure: SimulationError | None = None
 
     def accelerate(self, asked: Sequence[Any], sliding: Array, watched: bool) -> tuple[Array, Array] | None:
-        """Return (r'', ω') of the bodies, (n, 6), and λ of the joints' and motions' rows, with forces along the
-        coordinates of stops and frictions, (S + K,). None where they are not unique."""
+        """Return (r'', ω') of the bodies, (n, 6), and λ of the joints' and motions' rows. `sliding` (S + K,): forces
+        along the coordinates of stops and frictions. None where the result is not unique."""
         at = Asked.of(*asked)
         with may_overflow():
             try:
@@ -130,8 +132,8 @@ class _Answers:
         return np.ascontiguousarray(np.hstack([a[:, :3], spin_up])), np.ascontiguousarray(multipliers)
 
     def project(self, step: int, asked: Sequence[Any]) -> tuple[Array, list[int]] | None:
-        """Return the bodies' state after step number `step`, or, for 0, between two steps, moved to the constraints,
-        and counts. None where that is not possible."""
+        """Return the projected state of the bodies after step number `step`, and the counters. `step` is 0 for a state
+        between two steps. None where the projection fails."""
         at = Asked.of(*asked)
         with may_overflow():
             try:
@@ -145,40 +147,40 @@ class _Answers:
             return space_state(done.q, done.v).ravel(), counts
 
     def _fails(self, failure: SimulationError) -> None:
-        """Keep why there is no answer, without the frames of the run that it would keep alive."""
+        """Store the error without its traceback and causes, which would keep frames of the run alive."""
         self.failure = failure.with_traceback(None)
         failure.__cause__ = failure.__context__ = None
 
     def take_failure(self) -> SimulationError | None:
-        """Return why there was no answer, if so. It is not kept: when it is raised it knows the run's frames."""
+        """Return the stored error, if any, and delete it: once raised, it would keep frames of the run alive."""
         failure, self.failure = self.failure, None
         return failure
 
     def begin_step(self) -> None:
-        """A step is tried from the last end."""
+        """Begin an attempt of a step from the last accepted state."""
         self.failure = None
         if self._rows is not None:
             self._full.policy.begin()
 
     def enter_end(self) -> None:
-        """A step comes to its end."""
+        """Save the row policy before a step is accepted, for `take_back`."""
         self._before = self._saved, None if self._rows is None else dict(vars(self._full.policy))
 
     def arrive(self, y: Array) -> None:
-        """The step is closed at y."""
+        """Accept the step at its projected end y."""
         self._full.arrive(self._full.parts(self._own(y))[0])
         self._arrived = True
 
     def take_back(self) -> None:
-        """The step whose end was entered is made again."""
+        """Restore the row policy of before the step's end: the step is repeated."""
         self._saved, policy = self._before
-        if policy is None:  # the stages of a stiff step after a mark have not asked
+        if policy is None:  # an implicit step after a mark has not called NumPy in its stages
             self._rows = None
         else:
             vars(self._full.policy).update(policy)
 
     def save(self) -> list[float]:
-        """Return what the next step depends on beside y."""
+        """Return the row policy as numbers: beside y, the next step depends on it."""
         if self._rows is None:
             return []
         saved = self._full.policy.save()
@@ -187,7 +189,7 @@ class _Answers:
         return [*head, *saved["largest"], *saved["multipliers"]]
 
     def resume(self, saved: list[float]) -> bool:
-        """Go on from what was saved. Return whether it is of such a formulation."""
+        """Continue from the numbers of `save`. Return True, because the kernel asks whether they fit."""
         if not saved:
             return True
         redundant, watching, before, count = saved[:4]
@@ -211,7 +213,7 @@ class _Answers:
         return self._full
 
     def _hold(self, at: Asked) -> None:
-        """These rows of contacts hold from here on."""
+        """Make the formulation with the rows of these closed contacts."""
         stops = len(self._compiled.whole.names.stops)
         held = tuple(sorted(k for k, _ in at.rows if k < stops))
         stuck = {k - stops: value for k, value in sorted(at.rows) if k >= stops}
@@ -225,8 +227,8 @@ class _Answers:
             self._full.arrive(self._full.parts(self._own(at.y))[0])
 
     def _own(self, y: Array) -> Array:
-        """Return NumPy's y of the kernel's, whose orientations mean the same at any length: here it is 1, where both
-        formulations agree to round-off."""
+        """Return NumPy's y for the kernel's. Euler parameters are scaled to unit length, where both formulations agree
+        to round-off."""
         layout, own = self._compiled.layout, self._full.layout
         bodies = self._compiled.bodies_of(y).copy()
         bodies[:, 3:7] /= np.linalg.norm(bodies[:, 3:7], axis=1, keepdims=True)
@@ -247,7 +249,7 @@ class _Answers:
         return along_all
 
     def _branches(self, kernels: Array) -> Array:
-        """Return the branches of NumPy's programs, of those of the kernel's."""
+        """Return the branches of NumPy's programs from those of the kernel's programs."""
         own, theirs = self._full.system, self._compiled.system
         starts = dict(zip(_names(theirs), theirs.programs.start.tolist(), strict=False))
         branches = np.full(len(own.programs.op), np.nan)
@@ -258,7 +260,7 @@ class _Answers:
 
 
 def _names(system: System) -> list[tuple[Any, ...]]:
-    """Return what each of a system's programs belongs to."""
+    """Return a key for each of a system's programs: the kind of its owner, and the owner's number."""
     own = (system.forces.programs.size, system.states.size, system.couplings.programs.size)
     before = [(what, k) for what, count in enumerate(own) for k in range(count)]
     followed = [tuple(each) for each in system.following.values()]

@@ -12,7 +12,7 @@ from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.sampling import output_interval
 from mbproj.thresholds import THRESHOLDS
 
-#: The settings of the scene that a kinematic run does not use, in words.
+#: Words for the settings of the scene that a kinematic run does not use.
 UNUSED = "each sample is closed by Newton's method; the scene's integrator, step, tolerance and projection are not used"
 
 

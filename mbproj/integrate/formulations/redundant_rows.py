@@ -68,8 +68,8 @@ def _left_out(compiled: Compiled, state: State, y: Array) -> list[int] | None:
 
 
 def _usual(compiled: Compiled, state: State, y: Array, count: int, first: list[int]) -> Any:
-    """Return the rows to leave out so that the others are well conditioned at most poses of a walk, with the usual
-    pivots. None where these are held already. The walk begins at `state`, which is the kernel's `y`.
+    """Return the rows to leave out, and the usual pivots, such that the other rows are well conditioned at most poses
+    of a walk. None where the model needs no change. The walk begins at `state`, which is the kernel's `y`.
 
     The walk of a large mechanism is short and does not show which poses are rare. Then the rows `first` are left out,
     and the least pivots over the walk are the usual ones."""
@@ -77,7 +77,7 @@ def _usual(compiled: Compiled, state: State, y: Array, count: int, first: list[i
     at_start, even_there = equations.pivots(y, state.t, first)
     if count == 0 and numbers(at_start).min(initial=np.inf) >= THRESHOLDS.near_branch:
         return None
-    if even_there > 0.0:  # small where lengths differ: beside 1, rows would seem dependent at every pose
+    if even_there > 0.0:  # small where lengths differ: compared with 1, rows would seem dependent at every pose
         compiled.hold(compiled.core.UsualRows(count, [], [], even_there))
         equations = compiled.equations()
     length = 1 + THRESHOLDS.walked_bodies // compiled.system.bodies
@@ -91,7 +91,7 @@ def _usual(compiled: Compiled, state: State, y: Array, count: int, first: list[i
     even = numbers([[each[1] for each in of_rows] for of_rows in of_choices])
     worst = np.quantile(even, THRESHOLDS.seldom, axis=1)
     best = int(np.argmax(worst >= THRESHOLDS.serve_alike * worst.max()))
-    # A walk may enter a branch on which every pose is singular: these tell nothing.
+    # A walk may enter a branch on which every pose is singular: such poses are left out.
     regular = [each for each in of_choices[best] if each[1] > 0.0]
     pivots = numbers([each[0] for each in regular])
     if not regular or (count == 0 and np.median(pivots.min(axis=1)) >= THRESHOLDS.near_branch):
@@ -105,7 +105,8 @@ def _walk(
     compiled: Compiled, equations: Any, state: State, length: int, left_out: list[int] | None = None
 ) -> Iterator[tuple[Array, float]]:
     """The poses of a walk of this length with closed joints, as states and times. It roughly keeps its direction from
-    the start, and turns back where it ends. The rows `left_out` are not held; without them, the worst of each pose."""
+    the start, and turns back where it ends. The rows `left_out` are not held. Without this argument the kernel leaves
+    out the worst rows of each pose."""
     system, rng = compiled.system, np.random.default_rng(0)
     weights = np.tile(numbers([system.length] * 3 + [1.0] * 4), system.bodies)
     t, q, v, rate, seconds = state.t, state.q, state.v, 1.0, 0.0

@@ -30,7 +30,7 @@ RETURN_SECONDS = 0.1
 
 
 class Outside(Protocol):
-    """Interface of what acts on a run from Python, once each `period`."""
+    """Interface of an action on a run from Python, once each `period`."""
 
     @property
     def period(self) -> float:
@@ -41,7 +41,7 @@ class Outside(Protocol):
 
 
 class Halted(Exception):
-    """Raised where a trial of a method halts before it meets a stop, at t in s. `shaped`: whether the run's end has
+    """Raised where a trial of a method ends at t in s, before a contact event. `shaped`: whether the run's end has
     influenced the step to there."""
 
     def __init__(self, t: float, *, shaped: bool) -> None:
@@ -50,8 +50,8 @@ class Halted(Exception):
 
 
 class LoopContacts(Protocol):
-    """Interface of contacts whose events the kernel's loop handles. `compiled`: the equations with all that slides or
-    gives way; `halts`: whether the run ends before it meets anything."""
+    """Interface of contacts whose events the kernel's loop handles. `compiled`: the equations with laws for all
+    frictions and compliant stops. `halts`: whether the run ends before its first contact event."""
 
     compiled: Compiled
     halts: bool
@@ -63,7 +63,7 @@ class LoopContacts(Protocol):
         """Return the events since the last call."""
 
     def failure(self, run: Any) -> SimulationError | None:
-        """Return the error of a run that has ended where nothing can be decided; None where it has not."""
+        """Return the error of a run that ended because the kernel could not decide on contacts; None for other ends."""
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
         """Return a block of samples with the forces of contacts."""
@@ -150,8 +150,8 @@ def _take_events(system: System, run: Any, tally: Tally, of_stops: list[Event]) 
 
 
 def _in_order(known: list[Event], of_stops: list[Event]) -> list[Event]:
-    """Return events in the order in which they became known: that a bounce will come to rest is recorded with its
-    impact."""
+    """Return events in the order in which they became known. The end of bouncing is known, and recorded, with an impact
+    before."""
     recorded, t = [(event.time, event) for event in known], 0.0
     for event in of_stops:
         t = t if event.kind == "rest" else event.time
@@ -177,8 +177,9 @@ def _resume(run: Any, tally: Tally, mark: Mark) -> None:
 
 
 def _as_one_run(mark: Mark) -> Mark:
-    """Return a mark as the kernel has it. With stops an older mbproj marked a part of a run, which is the whole where
-    nothing was counted before. Raises ValueError where it is not, or is of another law of stops."""
+    """Return a mark in the kernel's present form. With stops, older versions of mbproj marked a part of a run. It is
+    taken as a whole run where nothing was counted before. Raises ValueError for other parts, and for another law of
+    stops."""
     part = mark.get("stops")
     if part is None:
         return mark
@@ -196,8 +197,8 @@ def _mark(run: Any, tally: Tally) -> Mark:
 
 
 def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
-    """Return the events up to a mark. Events of contacts, of stops and frictions alike and of joints that share their
-    loads, are counted: the time at which a bounce will have come to rest is known before."""
+    """Return the events up to a mark. Events of stops, frictions and shared loads are selected by number, not by time,
+    because the end of bouncing is recorded before it is reached."""
     left, events = mark.get("contacts", {"events": 0})["events"], list[Event]()
     for event in met:
         of_contact = event.kind == SHARED or event.name.startswith(("stop '", "friction '"))
@@ -208,7 +209,7 @@ def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
 
 
 def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
-    """Return where a run stands that has returned between two steps."""
+    """Return the standing of a run that has returned between two steps."""
     mark = run.here()
     from mbproj.integrate.loop.pauses import Standing
 
@@ -223,7 +224,7 @@ def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
 
 
 def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
-    """Return a block in the coordinates of all formulations; for a run that is lost it may overflow."""
+    """Return a block in the coordinates of all formulations; a diverged run may overflow."""
     with may_overflow():
         return compiled.samples(block, counters)
 

@@ -98,8 +98,8 @@ class ErrorControl:
                 (point, h), control = self.go_on(point), self.forgetful
 
     def shortest(self, t: float) -> float:
-        """Return the shortest step from t that is tried. A kinematic step far shorter than the interval of samples is
-        at a turning point, to which ever shorter steps lead: the kernel follows these to the end."""
+        """Return the shortest step from t that is tried. Kinematic steps become ever shorter towards a turning point.
+        They end here at a small part of the interval of samples; the kernel follows them further."""
         if self.run.exact.settings.kinematic is True:
             return max(THRESHOLDS.fewest_grains * self.run.grain(t), THRESHOLDS.turning_step * self.run.interval)
         return THRESHOLDS.fewest_grains * self.run.grain(t)
@@ -110,7 +110,7 @@ class ErrorControl:
         return StepSizeController(self.run.stepper.error_order)
 
     def go_on(self, point: Point) -> tuple[Point, float]:
-        """Return the point as it is evaluated after a break, and a new step size."""
+        """Return the point evaluated from the right side of a break, and a new step size."""
         point = self.run.cross_break(point)
         return point, self.first_step(self.run.inside, point, self.way_left(point.t))
 
@@ -133,7 +133,7 @@ class ErrorControl:
             f, order, point.t, point.y, point.slope(formulation), self.tolerance, self.scale, longest
         )
         self.run.shaped = self.run.shaped or (limited and self.run.is_before_end)
-        return max(h, THRESHOLDS.fewest_grains * self.run.grain(point.t))  # round-off of y may ask for a shorter one
+        return max(h, THRESHOLDS.fewest_grains * self.run.grain(point.t))  # round-off of y may require a shorter one
 
     def attempt(self, point: Point, h: float, t: float) -> _Tried:
         """Return a step from a point over h to t, or the error that its equations have no solution. A step that is too
@@ -159,7 +159,7 @@ class ErrorControl:
 
     def in_between(self, before: Point, after: Point, step: Step, times: Sequence[float]) -> Iterator[Sample]:
         """Yield samples inside a step: values of the extension, projected. The integration goes on from values that are
-        not."""
+        not projected."""
         self.run.tally.count_evaluations(self.run.stepper.extend_cost + len(times))
         formulation, system, stepper = self.run.inside, self.run.inside.system, self.run.stepper
         extension = stepper.extend(Slopes(formulation), step)

@@ -1,6 +1,6 @@
 """The steps of one run, which other runs follow. A run that follows them is a smooth function of its numbers, to
-round-off. With its own steps it would be smooth to its tolerance alone, because error control chooses others (Bock
-1981)."""
+round-off. With steps of its own it would be smooth only to its tolerance, because error control changes steps with the
+numbers (Bock 1981)."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from mbproj.scene.records import Settings
 
 @dataclass
 class FollowedSteps:
-    """The ends of the steps of a run with error control, in s, and its breaks. Without ends a run records its own here;
-    with them it follows. `left`: whether a run could not follow, because its breaks or its end differ."""
+    """The ends of the steps of a run with error control, in s, and its breaks. A run follows these ends; where there
+    are none, it records the ends of its own steps here. `left`: whether a run could not follow, because its breaks or
+    its end differ."""
 
     ends: tuple[float, ...] = ()
     breaks: tuple[float, ...] = ()

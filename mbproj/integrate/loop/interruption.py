@@ -29,7 +29,7 @@ _deadline: ContextVar[float | None] = ContextVar("deadline", default=None)
 
 @contextmanager
 def time_limit(seconds: float | None) -> Iterator[None]:
-    """Limit the runs in the block to so many s together, after which they raise TimeIsUp; None sets no limit."""
+    """Limit the total time of the runs in the block, in s, after which they raise TimeIsUp; None sets no limit."""
     token = _deadline.set(None if seconds is None else monotonic() + seconds)
     try:
         yield
@@ -99,8 +99,8 @@ def _signals(asked: Interruption) -> Iterator[None]:
 def in_blocks(
     run: Iterator[Samples | None], asked: Interruption, pause: Callable[[], None], most: int
 ) -> Iterator[Samples]:
-    """Yield the samples in blocks of about `most`; where the run fails or is interrupted, first those that it had made.
-    `pause` is called where time has passed without a sample."""
+    """Yield the samples in blocks of about `most`; where the run fails or is interrupted, first the samples made so
+    far. `pause` is called where time has passed without a sample."""
     pending: list[Samples] = []
     opened = perf_counter()
     try:

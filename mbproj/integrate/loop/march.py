@@ -19,7 +19,7 @@ from mbproj.integrate.reporting.tally import Tally
 
 
 def march(formulation: FullFormulation, state: State, tally: Tally, marks: Marks | None = None) -> Iterator[Sample]:
-    """Yield samples from the start, or from a mark on. Raises SimulationError where the run cannot go on."""
+    """Yield samples from the start, or from a mark on. Raises SimulationError where the run cannot continue."""
     marks, leg = marks or Marks(), Leg.whole(formulation.system, formulation.settings, state.t)
     run = Run(formulation, leg, tally, marks)
     steps = ErrorControl(run) if leg.step is None else FixedSteps(run)

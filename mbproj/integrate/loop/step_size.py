@@ -60,7 +60,7 @@ class StepSizeController:
 def _bend(
     f: RightHandSide, t: float, y: Array, slope: Array, h: float, norm: Callable[[Array], float]
 ) -> tuple[float, float]:
-    """Return h, or a smaller one where f overflows, and the norm of f' along f by a difference over it."""
+    """Return h, reduced where f overflows, and the norm of the derivative of f along f, by a difference over this h."""
     while True:
         try:
             with may_overflow():

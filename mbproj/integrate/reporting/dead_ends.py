@@ -3,8 +3,8 @@
 Lock-up: its motions drive the mechanism to where it cannot go. Examples are a rod too short for the turn of its crank,
 or a slider pulled further than its links reach. Only a motion leads there: a free mechanism turns back before.
 
-Lost mass: its motion loses all its mass, as a crank and a rod without mass at their dead centre, where their slider
-stands. Its speed then grows beyond all bounds.
+Lost mass: its motion loses all inertia, as for a massless crank and rod at their dead centre, where the slider stands.
+Its speed then grows beyond all bounds.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from mbproj.integrate.reporting.failures import locked
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
-#: The mechanism is led beyond the point where the run stopped, while motions change by these amounts in rad and parts
-#: of its length.
+#: Changes of motions in rad and parts of the mechanism's length, by which it is moved beyond the point where the run
+#: stopped.
 FURTHER = (1e-3, 1e-2, 1e-1)
 
 
@@ -35,8 +35,8 @@ def explained(
 ) -> SimulationError:
     """Return an error that names the motion which has led to the `error` of a run; the error itself where none has.
 
-    A motion without mass moves mass at the `start` (7n,), and hardly any near the last sample. `reached` returns that
-    sample's time and q (7n,)."""
+    The mechanism has lost mass where a motion has inertia at the `start` (7n,), and hardly any near the last sample.
+    `reached` returns that sample's time and q (7n,)."""
     if system.bodies > THRESHOLDS.large:
         return error
     error_explained = _lock_up(system, *reached(), error.time) if system.driven else None

@@ -103,8 +103,8 @@ def left_open(
 
 
 def locked(t: float, motion: str, at: str) -> SimulationError:
-    """Return the error of a motion that drives the mechanism beyond where it can go; it has reached about `at`,
-    "A.angle = 0.3 rad"."""
+    """Return the error of a motion that drives the mechanism beyond where it can go; `at`, as "A.angle = 0.3 rad", is
+    about where it is."""
     cause = f"it drives the mechanism to where its joints cannot stay closed: beyond about {at} there is no pose for it"
     hint = "end the motion or turn back before, or change the lengths"
     return SimulationError(t, cause, where=f"motion '{motion}'", hint=hint)
@@ -114,8 +114,8 @@ class TurnsUntold(SimulationError):
     """The error of a step too long to count the turns of a joint's angle `where` ("A.angle"). The teeth of gears and
     the threads of screws are then unknown, too.
 
-    The step turns it by `turned` rad, and the pose differs by `off` rad from that (0: it does not close). A step of
-    `step` (s) would be short enough."""
+    The rates turn it by `turned` rad in the step, and the pose differs from this by `off` rad (0: no pose closes). A
+    step of `step` (s) would be short enough."""
 
     def __init__(self, t: float, where: str, turned: float, off: float, step: float, *, teeth: bool) -> None:
         self.step = step
@@ -133,7 +133,7 @@ def _rounded_down(value: float) -> float:
 
 
 def unsolved_stage(t: float, system: System, body: int, force: int, *, is_near: bool) -> SimulationError:
-    """Return the error of Newton's method that has not solved an implicit step. The cause is a force, by its number
+    """Return the error of an implicit step that Newton's method has not solved. The cause is a force, by its number
     among the coordinates of forces, or for -1 a body. `is_near`: whether a singular pose is near."""
     cause = f"{UNSOLVED}: branches of the motion cross near here (a singular position)" if is_near else UNSOLVED
     return SimulationError(t, cause, where=unsolved_owner(system, body, force), hint=LOOSER)
@@ -195,7 +195,7 @@ def off_rope(t: float, system: System, coordinate: int, circle: int, span: int) 
 
 
 def overlap(t: float, joint: str) -> SimulationError:
-    """The two curves of a joint overlap, away from where they touch."""
+    """Return the error of a joint whose two curves overlap away from their point of contact."""
     cause = "its curves overlap away from where they touch: another pair of places has met, as a next tooth does"
     hint = "end the run before; give the parts of the outlines that touch, as one flank of a tooth each"
     return SimulationError(t, cause, where=f"joint '{joint}'", hint=hint)

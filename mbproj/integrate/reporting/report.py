@@ -63,7 +63,7 @@ class Report:
     `phases` are seconds by phase in a sample of the steps; empty where not measured. `stiffness` says which force was
     too stiff for the step, and what to do. `events` is the number of times at which steps ended at an event. `crowded`
     names functions with so many kinks that some are ignored, `unresolved` short moves that fixed steps do not resolve.
-    `passed` lists edges of laws that fixed steps passed over, and `halved` what these were halved for.
+    `passed` lists edges of laws that fixed steps passed over, and `halved` the causes for which steps were halved.
     `decided_by_shares` lists stops on whose arbitrary shares of a load the motion depends. `methods` lists the methods
     of `integrator: auto`. `round_off` is that of positions, in lengths of the mechanism or rad. `shared` lists stops
     and frictions that shared a force arbitrarily, and since when. `kinematic`: whether nothing was integrated. These
@@ -131,10 +131,10 @@ class Report:
 
     @property
     def hidden(self) -> float:
-        """The energy that the energy row has added, over the amount that needs no note.
+        """The energy that the energy row has added, divided by the largest amount that needs no note.
 
         With one degree of freedom the energy alone determines the speed, and the sum is harmless: the mean over the
-        steps counts. With more the sum is the drift that the run would have had."""
+        steps counts. With more degrees of freedom the sum is the drift that the run would have without the row."""
         if not self.rows.steps or not self.exchanged > 0.0:
             return 0.0
         exchanged = self.exchanged + abs(self.energy.dissipation)
@@ -144,7 +144,7 @@ class Report:
 
     @property
     def doubt(self) -> float:
-        """The energy error over the amount that needs no note on a wrong motion: at most 1 without a note."""
+        """The energy error divided by the largest amount that needs no note on a wrong motion."""
         drift = self.drift_of_exchanged / THRESHOLDS.suspicious_drift if self.drifts else 0.0
         return max(drift, self.hidden, 1.0 + self.rows.refused if self.rows.refused else 0.0)
 

@@ -55,10 +55,10 @@ class Halved:
 class RowsKept:
     """Counts of the rows for the energy balance and momenta; all 0 where none is asked for.
 
-    `steps`, `rest`, `refused`: the numbers of steps that were closed, left alone near rest, or refused. `given`: the
-    energy in J that the rows added, signed; `furthest`: its largest absolute value so far; `moved`: the sum of absolute
-    values. `largest`: their largest change of the velocities, as a part of these. `momenta`: the number of momenta
-    conserved."""
+    `steps`, `rest`, `refused`: the numbers of steps whose correction was made, left out near rest, or refused. `given`:
+    the energy in J that the rows added, signed; `furthest`: its largest absolute value so far; `moved`: the sum of
+    absolute values. `largest`: their largest change of the velocities, divided by the velocities. `momenta`: the number
+    of momenta conserved."""
 
     steps: int = 0
     rest: int = 0
@@ -92,8 +92,9 @@ class Tally:
     """Counters since the start, and the peaks of |C|, of |C'|, and of |C| over the joints' rows alone.
 
     `phases`: the seconds of each phase in a sample of the steps, where measured. `met`: the state events at which steps
-    ended. `passed`, `halved`: what fixed steps passed over, or were halved for. `rows`: the counts of the rows for
-    energy and momenta. `reached`: the time in s of a run that has returned without samples."""
+    ended. `passed`, `halved`: the switches that fixed steps passed over, and the causes for which they were halved.
+    `rows`: the counts of the rows for energy and momenta. `reached`: the time in s of a run that has returned without
+    samples."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -124,7 +125,7 @@ class Tally:
             setattr(self, name, value)
 
     def reject_accepted(self) -> None:
-        """Count a step as rejected that was counted as accepted."""
+        """Count the last accepted step as rejected."""
         self.steps -= 1
         self.rejected_steps += 1
 

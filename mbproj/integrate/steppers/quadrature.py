@@ -1,7 +1,8 @@
 """The quadrature of a kinematic run: quantities along the motion are integrated over a step from seven values.
 
-The nodes are those of Kronrod's extension of Lobatto's rule of four (Gander & Gautschi 2000): order 10, and the rule of
-four, of order 6, for its error. Stages, extension and predictions are integrals of the polynomials through the values.
+The nodes are those of Kronrod's extension, of order 10, of Lobatto's rule with four points (Gander & Gautschi 2000).
+That rule, of order 6, gives the error estimate. Stages, extension and predictions are integrals of the polynomials
+through the values.
 """
 
 from __future__ import annotations

@@ -65,7 +65,8 @@ class StiffnessWatch:
         return FastModes(self._choice, self._system)
 
     def take(self, samples: Samples, chosen: Flags | None = None) -> None:
-        """Keep some of the samples of a block, or of its `chosen` ones, evenly spread, and the very first for good."""
+        """Keep some of the samples of a block, or of its `chosen` ones, evenly spread, and the first sample of the
+        run."""
         choice = np.arange(len(samples.t)) if chosen is None else np.flatnonzero(chosen)
         for at in choice[_spread(len(choice), OF_A_BLOCK)] if len(choice) else choice:
             state = samples.state(at)
@@ -92,8 +93,8 @@ class StiffnessWatch:
     def _led_off(self, error: TurnsUntold | LostStep) -> Stiffness | None:
         """Return the mode that has led a step astray, or makes turns too fast to count; None without one.
 
-        The latter counts where a step short enough for the forces would still be too long for the turns: errors grow to
-        whole turns in a few steps."""
+        A mode is the cause of uncertain turns only if it is unstable even with a step short enough to count turns.
+        Errors then grow to whole turns in a few steps."""
         if not self._kept or self._settings.step is None:
             return None
         stiffness = self._at(self._kept[-1], gains=True)
@@ -116,8 +117,8 @@ class StiffnessWatch:
         return "" if stiffness is None else holds(stiffness)
 
     def _damped(self) -> Stiffness | None:
-        """Return the slowest vibration, at most of the samples, that the implicit steps damp and the mechanism itself
-        hardly does; None without one."""
+        """Return the slowest vibration that the implicit steps damp and the mechanism itself hardly damps, at most of
+        the samples; None without one."""
         inner = self._kept[1:-1] or self._kept
         damped = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
         return damped[-1] if damped and len(damped) >= THRESHOLDS.named * len(inner) else None
@@ -137,8 +138,8 @@ class StiffnessWatch:
 
     def _spoilt(self, end: float, *, gains: bool) -> Stiffness | None:
         """Return the mode by which errors have grown beyond bounds, with a fixed step, until some time; None without
-        one. It is as it was when that began. Baumgarte's gains count on request, because rows closed to the last bit
-        are not affected."""
+        one. The result is the mode when the growth began. Baumgarte's gains count on request, because rows closed to
+        the last bit are not affected."""
         if not self._kept or self._settings.step is None:
             return None
         logarithm, first = 0.0, None

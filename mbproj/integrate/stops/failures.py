@@ -1,4 +1,4 @@
-"""Why a run ends at a stop or a dry friction: each with the time, whose it is, and what to try."""
+"""Errors of runs that end at a stop or a dry friction, each with the time, the owner, and a remedy."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mbproj.registry import IMPACT_LAWS
 
 
 def named(system: System, which: Sequence[int] | Integers) -> str:
-    """The stops by name: "stop 'A'", "stops 'A', 'B'"."""
+    """Return the names of stops: "stop 'A'", "stops 'A', 'B'"."""
     names = ", ".join(f"'{system.names.stops[int(k)]}'" for k in which)
     return f"stop{'s' * (len(which) > 1)} {names}"
 
@@ -22,8 +22,8 @@ def named(system: System, which: Sequence[int] | Integers) -> str:
 def undecided(
     t: float, system: System, why: str, which: Sequence[int], energy: float, laws: Sequence[int]
 ) -> SimulationError:
-    """What the kernel could not decide, and `why`: whose it is, the energy that an impact would create, and the other
-    `laws` of impact that would create none."""
+    """Return the error of contacts that the kernel could not decide, for the cause `why`. `which`: their numbers.
+    `energy`: that in J which an impact would create. `laws`: the numbers of the impact laws that would create none."""
     if why == "driven into":
         return driven_into(t, system, which)
     if why == "creates energy":
@@ -40,7 +40,7 @@ def undecided(
 
 
 def driven_into(t: float, system: System, which: Sequence[int] | Integers) -> SimulationError:
-    """Nothing that the joints allow opens the gaps."""
+    """Return the error of rigid stops whose gaps no motion that the joints allow can open."""
     cause = "a rigid stop is driven into: no motion that the joints allow can turn back there"
     hint = "end the motion before the stop, drive with a force, or make the stop compliant with 'stiffness'"
     return SimulationError(t, cause, where=named(system, which), hint=hint)
@@ -49,8 +49,8 @@ def driven_into(t: float, system: System, which: Sequence[int] | Integers) -> Si
 def creates_energy(
     t: float, system: System, which: Sequence[int] | Integers, energy: float, law: str, helps: Sequence[str]
 ) -> SimulationError:
-    """A law with unequal restitutions of stops that are struck together, or with friction; `helps`: what other laws
-    create none here."""
+    """Return the error of an impact law that would create energy in J, by unequal restitutions or by friction. `helps`:
+    the laws that would create none."""
     assert system.stops is not None
     unequal = len({float(system.stops.restitution[int(k)]) for k in which}) > 1
     where = "unequal restitutions meet" if unequal else "friction turns an impact round"
@@ -62,14 +62,14 @@ def creates_energy(
 
 
 def struck_together(t: float, system: System, which: Sequence[int] | Integers) -> SimulationError:
-    """The energetic law has no answer for several."""
+    """Return the error of the energetic law, which has no solution for several stops at once."""
     cause = "the energetic law is that of one stop, and several take part in this impact"
     hint = "use 'impact_law: poisson' in 'simulation', which has an answer for several"
     return SimulationError(t, cause, where=named(system, which), hint=hint)
 
 
 def finds_no_balance(t: float, system: System, frictions: Integers) -> SimulationError:
-    """Dry frictions that can neither hold nor slide, or slide in two ways."""
+    """Return the error of dry frictions that can neither stick nor slide, or can slide in two ways."""
     names, owners = ", ".join(f"'{system.names.frictions[int(k)]}'" for k in frictions), system.frictions
     joints: list[int] = (
         [] if owners is None or system.bearings is None else system.bearings.joint[owners.bearing[frictions]].tolist()
@@ -79,7 +79,8 @@ def finds_no_balance(t: float, system: System, frictions: Integers) -> Simulatio
 
 
 def never_ends(t: float, system: System, which: Sequence[int]) -> SimulationError:
-    """More happens at one time than stops and frictions can explain; `which` counts stops, then frictions."""
+    """Return the error of contacts that close and open again and again at one time. `which`: their numbers, stops
+    first, then frictions."""
     stops = len(system.names.stops)
     own = [named(system, [k]) if k < stops else f"friction '{system.names.frictions[k - stops]}'" for k in which]
     cause = "it is met and released again and again at one time"

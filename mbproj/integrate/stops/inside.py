@@ -1,5 +1,5 @@
-"""Stops and dry friction in the kernel's loop, which finds when they are met and decides what happens there: what it
-has to know, what it records, and what its results say of contacts."""
+"""Stops and dry friction in the kernel's loop: their data for the kernel, their events, and their forces in samples.
+The kernel finds the times of contact events and decides which contacts are closed."""
 
 from __future__ import annotations
 
@@ -27,25 +27,25 @@ from mbproj.model.system import System
 from mbproj.registry import IMPACT_LAWS
 from mbproj.thresholds import THRESHOLDS
 
-#: What frictions and stops are marked as.
+#: The sets of `Contacts` that a saved state may contain.
 MARKED = ("idle", "straight", "starting")
 
 
 def _joints(system: System, compiled: Compiled) -> list[int]:
-    """The system's number of each joint of the kernel."""
+    """Return the system's number of each joint of the kernel."""
     return [*takewhile(lambda joint: joint < len(system.names.joints), map(compiled.joint, count()))]
 
 
 def _named(system: System, compiled: Compiled) -> list[str]:
-    """What shares a load, by the kernel's numbers: stops, frictions, joints."""
+    """Return the names of all stops, frictions and joints, which may share a load, in the kernel's order."""
     joints = [system.names.joints[joint] for joint in _joints(system, compiled)]
     parts = {"stop": system.names.stops, "friction": system.names.frictions, "joint": joints}
     return [f"{what} '{name}'" for what, names in parts.items() for name in names]
 
 
 def _stop_laws(system: System) -> list[tuple[float, ...]]:
-    """Of each stop its side, restitution, slack and size; of one that gives way its law, and what its damping goes
-    by."""
+    """Return the kernel's data of each stop: side, restitution, slack and size. For compliant stops: the number of the
+    law (-1: rigid), the damping c, and the factor `Stops.gives_by`."""
     stops = system.stops
     if stops is None:
         return []
@@ -59,8 +59,9 @@ def _stop_laws(system: System) -> list[tuple[float, ...]]:
 
 
 def _friction_laws(system: System) -> list[tuple[float, ...]]:
-    """Of each friction the number of its law while all slide, its bearing, static and sliding force, Stribeck speed and
-    size. Of one at a stop that stop, and its partner; then the function by which it holds, or -1."""
+    """Return the kernel's data of each friction. The first six are the number of its law where all slide, its bearing,
+    static and sliding force, Stribeck speed and size. Its stop, its partner and the program of its static bound follow,
+    each -1 for none."""
     frictions = system.frictions
     if frictions is None:
         return []
@@ -74,7 +75,8 @@ def _friction_laws(system: System) -> list[tuple[float, ...]]:
 
 
 def _all_push(system: System) -> dict[int, float]:
-    """All stops that give way as laws, whose damping by a restitution is that at r = 1: the kernel scales the rate."""
+    """Return the damping of each compliant stop, by its number. For a stop with a restitution it is r = 1, and the
+    kernel scales the rate."""
     stops = system.stops
     if stops is None:
         return {}
@@ -83,12 +85,13 @@ def _all_push(system: System) -> dict[int, float]:
 
 
 def _as_laws(system: System) -> Contacts:
-    """All frictions and stops that give way as laws: the kernel takes the part of each that counts."""
+    """Return contacts in which all frictions slide and all compliant stops push: the kernel scales each of these
+    laws."""
     return Contacts(pushing=_all_push(system), sliding=dict.fromkeys(range(len(system.names.frictions)), 1.0))
 
 
 def contacts_of(system: System, state: Mapping[str, Any]) -> Contacts:
-    """Return the contacts that the kernel has saved."""
+    """Return the contacts from the kernel's saved state."""
     held = tuple(sorted(state["held"]))
     contacts = Contacts(
         held,
@@ -103,8 +106,8 @@ def contacts_of(system: System, state: Mapping[str, Any]) -> Contacts:
 
 
 class Inside:
-    """Scratch of a run from `start` with these samples: what the kernel has to know of its contacts. Whether the run
-    `halts` before it meets anything."""
+    """Scratch of a run from `start`: its contacts in the kernel's loop. `interval`: the time between samples in s.
+    `halts`: whether the run ends before its first contact event."""
 
     def __init__(self, choice: Choice, system: System, start: State, interval: float, *, halts: bool = False) -> None:
         assert choice.compiled is not None
@@ -114,7 +117,7 @@ class Inside:
         self._fastest = max(speed_of(system, start), THRESHOLDS.slow_motion / interval)
 
     def begin(self, run: Any) -> None:
-        """Tell the kernel's run, before its first step."""
+        """Give the contacts to the kernel's run, before its first step."""
         stops, frictions = self.system.stops, self.system.frictions
         law = "newton" if stops is None else stops.impact_law
         state: dict[str, Any] = {"push": 0.0, "fastest": self._fastest, "met_at": -np.inf, "met_often": 0}
@@ -128,17 +131,18 @@ class Inside:
             run.halt_at_contacts()
 
     def take(self, run: Any) -> list[Event]:
-        """What was recorded since the last call."""
+        """Return the events since the last call."""
         return [Event(t, self._name(k, what[0]), *what) for t, k, *what in run.take_contact_events()]
 
     def failure(self, run: Any) -> SimulationError | None:
-        """The error of a run that has ended where nothing can be decided; None where it has not."""
+        """Return the error of a run that ended because the kernel could not decide on contacts; None for other ends."""
         if run.outcome.status != self.compiled.core.Status.undecided:
             return None
         return undecided(float(run.outcome.time), self.system, *run.undecided)
 
     def _name(self, number: int, what: str) -> str:
-        """What an event calls a stop, a friction or a joint: of both tangents at a stop the force that it is."""
+        """Return the name of a stop, a friction or a joint for events. Both frictions at a stop have the name of its
+        force."""
         frictions, k = self.system.frictions, number - len(self.system.names.stops)
         if what != SHARED and frictions is not None and 0 <= k < frictions.size and frictions.stop[k] >= 0:
             name = frictions.owners[k].split("'")[1]
@@ -146,8 +150,8 @@ class Inside:
         return _named(self.system, self.compiled)[number]
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
-        """A block of samples with what contacts do: how hard stops push and frictions hold is known. What stops that
-        give way have stored is not lost."""
+        """Return a block of samples with the forces of stops and frictions. Energy stored in compliant stops is not
+        counted as dissipated."""
         stops, pushes, alone = len(self.system.names.stops), np.asarray(block["pushes"]), self._alone
         side = np.ones(0) if self.system.stops is None else self.system.stops.side
         forces = np.ascontiguousarray(pushes * np.append(side, np.ones(pushes.shape[1] - stops)))

@@ -1,5 +1,5 @@
-"""What dry frictions do from a state on, before anything runs: which stick, which slide, and what those that stick
-bear. The kernel decides it, as where a run begins."""
+"""Dry frictions at an initial state: which of them stick, which slide, and their forces. The kernel decides, as at the
+start of a run."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass(frozen=True, eq=False)
 class Resting:
-    """The contacts of a state; of each friction the `force` along its coordinate, and the largest, `most`, that it can
-    have at rest, (K,) each, in N or N m."""
+    """The contacts of a state; the `force` of each friction along its coordinate, and its largest force at rest,
+    `most`, (K,) each, in N or N m."""
 
     contacts: Contacts
     force: Array
@@ -33,9 +33,9 @@ class Resting:
 
 
 class RubsAtStart(TypedDict):
-    """The rate of what a friction resists in m/s or rad/s, and the `unit` of that without the s; whether the friction
-    sticks, or else the `direction` in which it slides, 1 or -1; its force in N or torque in N m, and the largest that
-    it has at rest. In the plane of a stop rate and force are sizes, and the direction is 0 while nothing touches."""
+    """A dry friction at the start. `rate`: that of its coordinate in `unit`/s, m/s or rad/s. `direction`: that of
+    sliding, 1 or -1, and 0 while it sticks or its stop is open. `force` and `static`: its force and its largest force
+    at rest, in N or N m. At a stop `rate` and `force` are magnitudes in its plane."""
 
     rate: float
     unit: str
@@ -46,9 +46,9 @@ class RubsAtStart(TypedDict):
 
 
 def resting(system: System, state: State) -> Resting:
-    """What sticks at a state at which a run begins. Raises SimulationError where neither sticking nor sliding fulfils
-    Coulomb's law, and where a stop is driven into; InputError without a kernel."""
-    frictions, short = system.frictions, THRESHOLDS.same_written  # the start of a run counts, not what motions do later
+    """Return the contacts and the frictions' forces at an initial state. Raises SimulationError where neither sticking
+    nor sliding fulfils Coulomb's law, and where a stop is driven into; InputError without a kernel."""
+    frictions, short = system.frictions, THRESHOLDS.same_written  # a run so short that motions have no effect
     settings = Settings(duration=short, step=short, output_step=short)
     assert frictions is not None
     choice = choose(system, state, settings)
@@ -69,13 +69,13 @@ def resting(system: System, state: State) -> Resting:
 
 
 def frictions_at_start(system: System, state: State) -> dict[str, RubsAtStart]:
-    """The dry frictions that can stick, by name, those at stops by that of the stop. Raises SimulationError as
+    """Return the dry frictions that can stick, by name; those at a stop have the stop's name. Raises SimulationError as
     `resting` does."""
     return {} if system.frictions is None else rubs_of(system, state, resting(system, state))
 
 
 def rubs_of(system: System, state: State, rests: Resting) -> dict[str, RubsAtStart]:
-    """The same of what was `rests` at the state."""
+    """Return the result of `frictions_at_start` from the contacts `rests` at the state."""
     frictions = system.frictions
     if frictions is None:
         return {}

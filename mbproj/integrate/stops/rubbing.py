@@ -14,21 +14,21 @@ from mbproj.thresholds import THRESHOLDS
 
 
 def friction_sizes(system: System) -> Array:
-    """What the coordinates of frictions are measured against, (K,): the mechanism's length in m, and 1 rad."""
+    """Return the scales of the frictions' coordinates, (K,): the mechanism's length in m, or 1 rad."""
     assert system.frictions is not None
     return np.where(system.frictions.coordinates.is_length, system.length, 1.0)
 
 
 def friction_rates(system: System, state: State) -> Array:
-    """s' of the frictions, (K,)."""
+    """Return s' of the frictions, (K,)."""
     assert system.frictions is not None
     pose = pose_of(state.q)
     return np.asarray(set_velocity(system.frictions.coordinates, pose, twist_of(pose, state.v)))
 
 
 def at_rest(system: System, state: State) -> Flags:
-    """Which frictions do not slide, (K,): those that are no faster than round-off beside the whole motion. The two of a
-    plane rest together."""
+    """Return whether each friction is at rest, (K,): no faster than round-off of the mechanism's motion. Both frictions
+    of a plane rest together."""
     frictions = system.frictions
     assert frictions is not None
     rate = friction_rates(system, state)

@@ -1,5 +1,5 @@
-"""Joints that bear a share of a load which stops and frictions share at will, for runs in the plane: a share may press
-joints out of it."""
+"""Joints that bear part of a load which stops and frictions share arbitrarily, for planar runs. Such a part may load
+joints out of the plane."""
 
 from __future__ import annotations
 
@@ -19,7 +19,8 @@ from mbproj.thresholds import THRESHOLDS
 def loaded_joints(
     system: System, compiled: Compiled, joints: Sequence[int]
 ) -> Callable[[float, Array, Array], list[int]]:
-    """Return the function of (t, y, forces) that gives those of these `joints`, by their places, that bear some forces.
+    """Return a function of (t, y, forces). It returns the places, within `joints`, of the joints that bear any of the
+    forces.
 
     y is the kernel's, and `forces` (S + K, k) act along the coordinates of stops and frictions."""
 

@@ -16,7 +16,7 @@ from mbproj.model.system import System
 from mbproj.registry import EQUILIBRIUM
 from mbproj.thresholds import THRESHOLDS
 
-#: What is beyond the bound, by the side of a stop.
+#: Words for a coordinate beyond the bound of a stop, by the stop's side.
 BEYOND = {1.0: "below the least", -1.0: "above the most"}
 
 
@@ -30,7 +30,7 @@ class AtStart(TypedDict):
 
 
 def gaps_at_start(system: System, state: State) -> dict[str, AtStart]:
-    """The stops by name."""
+    """Return the gaps of stops at the start, by the stops' names."""
     if system.stops is None:
         return {}
     pose = pose_of(state.q)
@@ -48,8 +48,8 @@ def gaps_at_start(system: System, state: State) -> dict[str, AtStart]:
 
 
 def refuse_penetration(system: System, state: State, start: str = "scene") -> None:
-    """Raises InputError where the state is beyond a stop, or touches a rigid one and moves into it. Where a run is to
-    `start` from its equilibrium, it may lie on compliant stops, pressed in."""
+    """Raises InputError where the state is beyond a stop, or touches a rigid one and moves into it. A run that is to
+    `start` from its equilibrium may compress compliant stops."""
     if system.stops is None:
         return
     pose = pose_of(state.q)
@@ -64,7 +64,8 @@ def refuse_penetration(system: System, state: State, start: str = "scene") -> No
 
 
 def _beyond(system: System, state: State, gap: Array, beyond: Integers) -> list[Problem]:
-    """What to say of stops that the start is beyond: how to begin inside them, or that they exclude each other."""
+    """Return the problems of stops that the start is beyond. They say how to begin inside, or that the stops exclude
+    each other."""
     assert system.stops is not None
     places = system.stops.places
     _, left = nearest_inside(system, state)

@@ -1,4 +1,4 @@
-"""The motion of a whole mechanism, and what its stops keep."""
+"""The largest speed of a mechanism, and the energy stored in its stops."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from mbproj.model.system import System
 
 
 def stored(system: System, pose: Pose, turns: Integers) -> Array:
-    """What compliant stops keep at poses, (...,), in J."""
+    """Return the energy stored in compliant stops at poses (...), (...), in J."""
     if system.stops is None:
         return np.zeros(pose.position.shape[:-2])
     return np.asarray(stored_energy(system.stops, gaps(system.stops, pose, turns)))
 
 
 def speed_of(system: System, state: State) -> float:
-    """How fast the fastest part of a mechanism moves, in its lengths and rad per s."""
+    """Return the speed of the fastest body of a mechanism, in the mechanism's lengths and rad per s."""
     pose = pose_of(state.q)
     twist = twist_of(pose, state.v)
     return float(np.abs(twist.velocity).max() / system.length + np.abs(body_rates(pose, twist)).max())

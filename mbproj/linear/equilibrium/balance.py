@@ -61,8 +61,8 @@ class EquilibriumProblem:
     """A problem of equilibrium: a system at time `t`, whose motions are held at `drive`.
 
     Joint coordinates that are `held` are additional rows. `x` (K,) are the states of elements, `turning` the steady
-    turn. `reach` (m) is the extent of the mechanism, by which shifts are scaled. In units of the links of a long chain
-    they would be so large that each step had to be small."""
+    turn. `reach` (m) is the extent of the mechanism, by which shifts are scaled. In units of the link lengths of a long
+    chain, shifts would be so large that each step had to be small."""
 
     system: System
     t: float

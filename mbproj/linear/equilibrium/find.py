@@ -1,4 +1,4 @@
-"""The equilibrium of a mechanism to which it comes from its start, its stability, and further equilibria."""
+"""The equilibrium that a mechanism reaches from its start, its stability, and further equilibria."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ class Equilibrium(Tabled):
     """A pose at which forces balance. `stable` is None where modes do not decide. `unstable`: the motion along which it
     falls, or why that is not known. `neutral`: directions without stiffness. `drive` (h,): the torques that hold
     steadily turning coordinates, N m. `steps`: the number of Newton steps. `whole`: the mechanism without the rows of
-    sticking dry `frictions`, by name. `friction_force` (K,): the force of each friction. `family`: with rolling, by how
-    many dimensions poses of rest exceed velocities."""
+    sticking dry `frictions`, by name. `friction_force` (K,): the force of each friction. `family`: with rolling, the
+    number of freedoms that poses have beyond velocities."""
 
     reference: LinearReference
     acceleration: Array
@@ -103,7 +103,7 @@ def equilibrium(
     """Return the equilibrium from an assembled start, with motions held at time t, or a steady turn. Dry friction holds
     its coordinates at their initial values. Raises NoEquilibrium where nothing balances the forces. Raises InputError
     where a motion is not constant then, or dry friction would have to bear more than it can. Raises it also where a
-    large mechanism that turns or has states is too free."""
+    large mechanism that turns or has states has too many degrees of freedom."""
     refuse_large_rolling(system)
     if turning is not None:
         refuse_rolling(system, "a steady turn does not know")

@@ -44,7 +44,7 @@ def _slips(system: System, reference: LinearReference, state: State, name: str) 
     round-off."""
     frictions, names = system.frictions, system.names.frictions
     said = f"dry friction '{name}' does not hold where the other forces balance"
-    if frictions is None or name not in names:  # that of a stop
+    if frictions is None or name not in names:  # a friction at a stop
         return Problem(said, hint=HINT)
     k, unit = names.index(name), system.names.friction_units[names.index(name)]
     if name in reference.held:

@@ -1,7 +1,7 @@
 """Equilibria of large mechanisms, by sparse matrices: Levenberg-Marquardt steps on the tangent space.
 
 σ limits the step of K + σ W, W the metric of the tangent space. The step leads downhill where K + σ W is definite on
-the tangent space. σ grows until that is so, and vanishes on the way, so that the last steps are Newton's.
+the tangent space. σ grows until that is so. It vanishes near the equilibrium, so that the last steps are Newton's.
 """
 
 from __future__ import annotations
@@ -79,7 +79,8 @@ class LargeBalance:
 
     @property
     def is_held(self) -> bool:
-        """Whether nothing can move: not known for large mechanisms, whose residual is round-off in that case."""
+        """Whether nothing can move. This is not known for large mechanisms; a locked one has a residual of
+        round-off."""
         return False
 
     def stiffness(self) -> csr_matrix:

@@ -1,8 +1,8 @@
 """The search for an equilibrium: Newton's method on the tangent space, within a radius in which its model holds.
 
-It minimises the energy: not as a function, which forces of a scene need not have, but as the work that they do between
-two poses. So the path leads downhill, past equilibria that are not stable, unless it begins there. Where that does not
-end, because forces without an energy act, the residual itself is minimised.
+It minimises the energy, measured by the work of the forces between two poses, because forces of a scene need not have a
+potential. So the path leads downhill, past unstable equilibria, unless it begins at one. Where the path does not end,
+because forces without a potential act, the residual is minimised.
 
 For steps within a radius see Conn, Gould and Toint 2000, ch. 7.
 """
@@ -51,7 +51,7 @@ class Solved:
 @final
 @dataclass(frozen=True)
 class Fall:
-    """The length of a path, in lengths or rad, along which the unbalanced force has stayed as at its beginning."""
+    """The length of a path, in lengths of the mechanism or rad, along which the unbalanced force has hardly changed."""
 
     left: float = 0.0
     length: float = 0.0
@@ -147,7 +147,7 @@ def goes_down(here: AnyBalance, there: AnyBalance, gain: float) -> bool:
 
 
 def is_far(there: AnyBalance, start: AnyBalance) -> bool:
-    """Return whether a body is many lengths away from where it was."""
+    """Return whether a body has moved by many lengths of the mechanism."""
     shift = there.motion.pose.position - start.motion.pose.position
     return bool(np.abs(shift).max() > THRESHOLDS.far_away * start.problem.reach)
 
@@ -175,7 +175,7 @@ def by_residual(here: AnySteps) -> tuple[AnySteps, int]:
 
 
 def of_limited_length(step: Array, freedom: int) -> Array:
-    """Return the step, shortened where bodies would move by more than a step may. Their part comes first."""
+    """Return the step, shortened where bodies would move too far. The part of the bodies comes first in a step."""
     most = THRESHOLDS.largest_radius
     return step * (most / max(float(np.linalg.norm(step[:freedom])), most))
 
@@ -215,7 +215,7 @@ def falls_for_ever(balance: AnyBalance) -> NoEquilibrium:
 
 def downhill(residual: Array, K: Array, sizes: Array, radius: float, floor: float) -> tuple[Array, float]:
     """Return the step within the radius with the largest work of the model rᵀη - ½ ηᵀKη, and that work. Directions
-    without stiffness, whose force is no more than `floor`, do not move."""
+    without stiffness and with a force of at most `floor` do not move."""
     κ, V = np.linalg.eigh(0.5 * (K + K.T))
     r = V.T @ residual
     size = np.einsum("ik,ij,jk->k", np.abs(V), sizes, np.abs(V), optimize=True)

@@ -1,8 +1,9 @@
 """Equilibria of mechanisms whose elements have states: x' = 0 beside the balance of forces.
 
 First the states come to rest while the bodies stay. Where states depend on the pose and push bodies, Newton's steps
-then lead all to rest at once. Where that equilibrium is not nearby, bodies go downhill with constant states. Where one
-then moves the other, damped steps reduce the residuals of both. States that count, as heat does, go on changing.
+then bring both to rest together. Where that equilibrium is not nearby, bodies go downhill with constant states. Where
+states then move bodies, or bodies states, damped steps reduce both residuals. States that count, as heat does, change
+at equilibrium, too.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ class BalanceWithStates:
 
     @property
     def residual(self) -> Array:
-        """The residuals of both, (f + K,)."""
+        """The residuals of the bodies and of the states, (f + K,)."""
         return np.concatenate([self.at.residual / self.torque, self.rates / self.speed])
 
     @cached_property
@@ -77,8 +78,8 @@ class BalanceWithStates:
 
     @property
     def relative(self) -> float:
-        """The larger of both residuals, relative to the current forces or to those at the beginning: at rest no force
-        may act."""
+        """The larger of both residuals, relative to the current forces or to those at the beginning, because no force
+        may act at rest."""
         forces = 0.0 if self.at.is_held else float(np.linalg.norm(self.at.residual)) / max(self.at.largest, self.torque)
         return max(forces, float(self.drift.max(initial=0.0)))
 
@@ -138,8 +139,9 @@ def solve_with_states(problem: EquilibriumProblem, q: Array, expected: Array) ->
 
 
 def _at_once(at: EquilibriumBalance) -> Solved | None:
-    """Return the equilibrium by steps that move all, if it is nearby and the bodies are stable while states follow
-    them. Return None where it is not, or no state that pushes depends on the pose."""
+    """Return the equilibrium by steps that move bodies and states together. Return None where it is not nearby, or
+    where no state that pushes depends on the pose. Return None, too, where the bodies are unstable while the states
+    follow them."""
     states, start = at.linear[0].states, BalanceWithStates.of(at)
     go_by_pose = at.problem.system.states.rests[:, None] * states.by_displacement.dense()
     if not (states.push.value.any() and go_by_pose.any()) or _followed(start) is None:
@@ -153,7 +155,7 @@ def _at_once(at: EquilibriumBalance) -> Solved | None:
 
 
 def _followed(balance: BalanceWithStates) -> Array | None:
-    """Return K of the bodies with states at their rest, (f, f); None where some states have no rest nearby."""
+    """Return K (f, f) of the bodies while all states stay at rest; None where some states have no rest nearby."""
     K, f = balance.stiffness[0], balance.space.freedom
     rests = f + np.flatnonzero(balance.at.problem.system.states.rests)
     own = K[np.ix_(rests, rests)]
@@ -164,8 +166,9 @@ def _followed(balance: BalanceWithStates) -> Array | None:
 
 
 def at_rest(problem: EquilibriumProblem, q: Array, expected: Array) -> Array:
-    """Return the states (K,) at rest, reached from those of the problem while the bodies stay; those of the problem
-    where they do not come to rest. Implicit steps lead there, and grow as the rates fall (Kelley and Keyes 1998)."""
+    """Return the states (K,) at rest, reached from those of the problem while the bodies stay. Where they do not come
+    to rest, return those of the problem. Implicit steps lead there, and grow as the rates fall (Kelley and Keyes
+    1998)."""
     scale, x, damping = problem.system.states.scale, problem.x, np.inf
 
     def there() -> Instant:
@@ -199,7 +202,7 @@ def drifts(balance: BalanceWithStates) -> NoEquilibrium:
     """Return the error, in words, of a state that nothing brings to rest."""
     system, f = balance.at.problem.system, balance.space.freedom
     U, σ, _ = np.linalg.svd(balance.stiffness[0][f:, f:])
-    held = U[:, σ <= THRESHOLDS.rounding * σ.max(initial=0.0)]  # the sums of states that no state changes
+    held = U[:, σ <= THRESHOLDS.rounding * σ.max(initial=0.0)]  # combinations of rates that no state changes
     rates = balance.rates / balance.speed
     k = int(np.argmax(np.abs(held @ (held.T @ rates)) if held.size else balance.drift))
     rate = float(balance.rates[k] * system.states.scale[k])

@@ -20,8 +20,8 @@ from mbproj.model.system import System
 
 @dataclass(frozen=True, eq=False)
 class Inputs:
-    """p inputs with names and units. `force` (6n, p): the forces on the bodies by a unit of each, turns in body axes.
-    `motion` (p,): the number of the motion that each accelerates, -1 for forces."""
+    """p inputs with names and units. `force` (6n, p): the forces on the bodies by a unit of each input, torques in body
+    axes. `motion` (p,): the number of the motion that each accelerates, -1 for forces."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]

@@ -81,8 +81,9 @@ class LinearModel(Tabled):
 
 
 def linear_model(reference: LinearReference, inputs: Sequence[str], outputs: Sequence[str]) -> LinearModel:
-    """Return the model at a reference where the tangent space does not turn. Raises InputError for unknown names, where
-    the mechanism moves or is too free, and where motions without mass are damped, or held by nothing."""
+    """Return the model at a reference where the tangent space does not turn. Raises InputError for unknown names, and
+    where the mechanism moves or has too many degrees of freedom. Raises it also where motions without mass are damped
+    or have no stiffness."""
     refuse_kinks(reference)
     with placed_at(Place("--inputs")):
         u = inputs_named(reference, inputs)
@@ -203,8 +204,8 @@ def _without_mass(
     """Eliminate motions without mass. Return N, the directions that move mass, B, and the displacements by states and
     inputs.
 
-    N and B contain the motions without mass as these follow. Such motions respond at once to the states of elements,
-    which exert `push` (6n, K), and to the inputs, (6n, p)."""
+    N and B include the motions without mass, which follow the others. Such motions respond at once to the states of
+    elements, which exert `push` (6n, K), and to the inputs, (6n, p)."""
     U, light = heavy_and_light(here.reduced)
     if not light.size:
         return N, N, B_w, np.zeros_like(push), np.zeros_like(force)
@@ -218,8 +219,8 @@ def _without_mass(
 
 
 def _refuse_rates_of_inputs(y: Outputs, to_body: Array | csr_matrix, at_once: Array) -> None:
-    """Raise InputError where an output is the rate of a displacement that follows inputs at once: it would be their
-    rate."""
+    """Raise InputError where an output is the rate of a displacement that follows inputs at once: it needs rates of
+    inputs."""
     rate = np.abs(y.of_rate @ to_body @ at_once)
     largest = np.abs(y.of_rate) @ np.abs(to_body @ at_once)
     problems = [

@@ -73,7 +73,7 @@ def _curve(where: str, coupled: Coupled, of_angle: bool) -> Curve:
 
 def _looked_at(of_angle: bool) -> Iterator[tuple[float, float]]:
     """The intervals in which a function is searched for edges: more than one turn of an angle, in rad. For a length, in
-    m, each power of ten is an interval of its own, because what is large hides what is small."""
+    m, each power of ten is an interval of its own: samples of a long interval miss short features."""
     if of_angle:
         return iter([(-4.0, 4.0)])
     far = 10.0 ** np.arange(-THRESHOLDS.edge_decades, THRESHOLDS.edge_decades + 1)
@@ -85,7 +85,7 @@ def common_measure(sizes: Sequence[float]) -> float | None:
     is no such number."""
     if not sizes:
         return 0.0
-    from fractions import Fraction  # with decimal it takes 3 ms, which a run without couplings does not need
+    from fractions import Fraction  # imported late: with decimal it takes 3 ms, and only couplings need it
 
     largest = max(sizes)
     parts = [Fraction(size / largest).limit_denominator(THRESHOLDS.largest_ratio) for size in sizes]
@@ -152,8 +152,8 @@ def rolling(joint: Joint) -> Coupling:
 
 
 def _lap(joint: Joint) -> Lap:
-    """Return the lap of a roller's centre: how far it has gone round a closed curve; on an open curve a quarter turn is
-    at its end."""
+    """Return the lap of a roller's centre: its way round a closed curve; on an open curve the end is at a quarter
+    turn."""
     track: Track = joint.parameters["curve"]
     offset = track.distance(joint.parameters.get("side"), joint.parameters["roller"])
     length = track.line.length - offset * track.line.turn

@@ -15,7 +15,7 @@ from mbproj.thresholds import THRESHOLDS
 
 #: A body's pose: its centre of mass (3,) and its rotation matrix (3, 3).
 Pose = tuple[Array, Array]
-#: The points and vectors that a joint binds, in their order along an axis of an array.
+#: The points and vectors that a joint binds, in the order of arrays (..., 8, 3).
 SYMBOLS = ("p1", "x1", "y1", "z1", "p2", "x2", "y2", "z2")
 _NO_AXIS = Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), local=False)
 

@@ -25,8 +25,8 @@ from mbproj.scene.records import Joint, JointForce, Scene
 
 @dataclass(frozen=True, eq=False)
 class _Dry:
-    """A dry friction: its force and coordinate, the `whole` name of that, what results and messages call it, the number
-    of its bearing (-1: none), and its place in the scene."""
+    """A dry friction: its force, its coordinate and the `whole` name "joint.coordinate". `name` stands in results,
+    `owner` in messages. `bearing`: the number of its bearing, -1 for none. `place`: its place in the scene."""
 
     force: str
     coordinate: str
@@ -93,8 +93,8 @@ def compile_friction(
 
 @dataclass(frozen=True, eq=False)
 class _Load:
-    """A row of `Bearings`; with a `row` of the joint it is the multiplier of that. Without an axis all of its force
-    counts."""
+    """A row of `Bearings`. With a `row` of the joint the load is the multiplier of this row. Without an axis the whole
+    force counts."""
 
     joint: int
     radial: float

@@ -32,7 +32,7 @@ def coordinates_of(owner: int, joint: Joint, symbols: Symbols) -> dict[str, Bind
 
 
 def slips_of(joints: Sequence[Joint], symbols: Mapping[str, Symbols]) -> dict[str, Binding]:
-    """What dry friction resists in joints that have no coordinate for it, by "joint.slip"."""
+    """The slip that dry friction resists in each joint without a coordinate for it, by "joint.slip"."""
     return {
         f"{joint.name}.{SLIP}": Binding(primitive_of(row, joint), at, tuple(slots_of(row, symbols[joint.name])))
         for at, joint in enumerate(joints)
@@ -80,7 +80,7 @@ def primitive_of(row: Row, joint: Joint) -> Primitive:
 
 
 def _following(kind: Any, joint: Joint) -> Primitive | None:
-    """Return the primitive of a row that follows curves or couples coordinates; None where it takes numbers alone."""
+    """Return the primitive of a row that follows curves or couples coordinates; None for rows with numbers alone."""
     from mbproj.model.compile import coupled
 
     primitive: Primitive | None = None

@@ -73,8 +73,8 @@ def compile_forces(
     """Return the forces other than stops and sticking friction, and their names in results.
 
     The name is the force's, followed by the coordinate where the force acts on several. `coordinates` are those of
-    joints by names such as "hinge.angle", `smooth` the regularised frictions by force and coordinate. `slips` are what
-    these resist in joints without a coordinate for it. Raises InputError."""
+    joints by names such as "hinge.angle", `smooth` the regularised frictions by force and coordinate. `slips` are those
+    that frictions resist in joints without a coordinate for them. Raises InputError."""
     entries: list[_LawEntry] = []
     for force in scene.forces:
         if isinstance(force, PointForce | JointForce) and force.element:

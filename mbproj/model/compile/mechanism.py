@@ -153,7 +153,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
 
 
 class _Acting(NamedTuple):
-    """What acts on the bodies beside the joints, and its names in results."""
+    """Forces, stops and dry frictions, with their names in results."""
 
     forces: Forces = NO_FORCES
     force_names: tuple[str, ...] = ()
@@ -232,7 +232,7 @@ def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbol
 
 
 def _seated(joints: Sequence[Joint], frames: Array, groups: RigidGroups) -> Array:
-    """Return the frames (joints, 8, 3) of joints, turned from the axes of bodies to those of their carriers."""
+    """Return the frames (joints, 8, 3) of joints in the axes of the carriers, from those in the axes of the bodies."""
     number = {name: at for at, name in enumerate(groups.seats)}
     bodies = np.array([[number[name] for name in joint.bodies] for joint in joints], dtype=np.intp).reshape(-1, 2)
     turn = numbers([seat.turn for seat in groups.seats.values()])[bodies]

@@ -92,8 +92,8 @@ def rigid_groups(scene: Scene) -> RigidGroups:
 
 
 def _merging(scene: Scene) -> list[Joint]:
-    """Return the joints that merge their bodies, without those of a group that another joint connects with itself. The
-    rows of that joint would hold a body to itself, with no gradient that shows them as redundant."""
+    """Return the joints that merge their bodies. Groups in which a further joint connects two bodies stay unmerged. In
+    one carrier the rows of that joint would have no gradient, which would hide that they are redundant."""
     merging = [joint for joint in scene.joints if JOINTS[joint.type].merges and not joint.reaction]
     group = {name: name for name in (GROUND, *(body.name for body in scene.bodies))}
     for joint in merging:

@@ -1,7 +1,7 @@
 """Ropes: the coordinates of their paths, and the rows that keep their lengths.
 
-A wheel or drum that turns with the rope divides it into portions. Each portion has a row of its own: its length changes
-by the rope that the wheels at its ends take up. The multiplier of the row is the tension of the portion.
+A wheel or drum that turns with the rope divides it into portions. Each portion has its own row: its length changes by
+the rope that the wheels at its ends wind up or unwind. The multiplier of the row is the tension of the portion.
 """
 
 from __future__ import annotations

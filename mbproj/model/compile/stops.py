@@ -36,7 +36,7 @@ NODES = 400
 #: Below this restitution e, κ = 8 e⁴ with a relative error of 5e-12.
 SMALL = 1e-6
 TINY = float(np.finfo(float).tiny)
-#: The quadrature begins this far, in ln σ, below the scales of the integrand, which are 1 and κ^(1/2).
+#: The quadrature begins this far, in ln σ, below each scale of the integrand: 1 and κ^(1/2).
 BELOW = 16
 
 

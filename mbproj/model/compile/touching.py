@@ -14,7 +14,7 @@ from mbproj.model.compile.frames import SYMBOLS
 from mbproj.model.compile.joint_rows import primitive_of
 from mbproj.scene.records import Joint
 
-#: The slip of a wheel: a joint that rolls along a line has no row that names it.
+#: The slip of a wheel. A joint that rolls along a line has no slip row from which to read the kind.
 WHEEL = "wheel_slip_along"
 
 

@@ -1,21 +1,21 @@
 """Decides from the topology alone, where it can, that a mechanism is planar. A search or a sweep decides once.
 
 Let n be a global axis. Let every vector of the joints lie across n or along n, and every row be inside or outside, none
-tilted. Then `planar_reduction` takes n, whatever lengths and masses are:
+tilted. Then `planar_reduction` takes n for any lengths and masses:
 
 - Candidates for the normal are directions of vectors and normals of two. Each is n or lies across n, but for round-off.
-- Seen along another candidate e, rows outside are those of coincident points, and those of a vector along e. Of the
-
-  vectors across n that one joint has in one body, only parallel ones do so together. Where this bound of the rows
-  outside is below their number along n, n is the first candidate.
+- Seen along another candidate e, rows outside are those of coincident points, and those of a vector along e. Vectors
+across n that one joint has in one body can lie along e together only where they are parallel. This bounds the number of
+rows outside along e. Where the bound is below the number of rows outside along n, n is the first candidate.
 
 - A joint that locks a shift along n, and turns about two directions across n that are fixed in one body, holds two
 
   bodies in one plane at any length. Where such joints connect all bodies to the ground, the rank is full.
 
 
-The verdict is kept for these facts alone: the sides of rows, which vectors lie along n, and which vectors of one joint
-in one body are parallel. `candidate_normals` are those that a search tries where the topology does not decide.
+The verdict is cached, with these facts alone as its key: the sides of rows, which vectors lie along n, and which
+vectors of one joint in one body are parallel. `candidate_normals` are those that a search tries where the topology does
+not decide.
 """
 
 from __future__ import annotations
@@ -70,19 +70,20 @@ def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length
 
 
 def _axis(joints: PrimitiveSet, rotation: Array) -> int | None:
-    """Return the global axis with most of the first vectors along it, None without one. `candidate_normals` contains
-    it."""
+    """Return the number of the global axis along which most of the joints' first vectors lie, None where none does.
+    `candidate_normals` contains this axis."""
     first = np.flatnonzero(joints.is_point == 0.0)[:DIRECTIONS]
     return _most_along((rotation[joints.body[first]] @ joints.local[first, :, None])[..., 0])
 
 
 def _most_along(vectors: Array) -> int | None:
-    """The same of these vectors (k, 3)."""
+    """Return the number of the axis along which most of the vectors (k, 3) lie; None where none does, or one lies
+    nearly along."""
     sizes = np.sort(np.abs(vectors), axis=-1)
     size, off = sizes[:, 2], np.sqrt(sizes[:, 0] ** 2 + sizes[:, 1] ** 2)
     is_along = (off <= 0.5 * THRESHOLDS.rounding * size) & (size > 0.0)
     if (~is_along & (off <= 2.0 * THRESHOLDS.same_written * size) & (size > 0.0)).any():
-        return None  # nearly along it: another candidate
+        return None  # a vector nearly along an axis is another candidate
     along = np.argmax(np.abs(vectors[is_along]), axis=-1)
     return int(np.argmax(np.bincount(along, minlength=3))) if len(along) else None
 
@@ -177,8 +178,8 @@ def _sine(first: Array, second: Array) -> Array:
     return sines
 
 
-#: The most directions of the joints' vectors that are considered. A joint has three at most, and two in the plane, or
-#: the normal itself, are enough.
+#: The most directions of the joints' vectors that are considered. A joint has at most three. Two directions in the
+#: plane are enough, and so is the normal itself.
 DIRECTIONS = 6
 
 
@@ -187,8 +188,8 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
     the normals of pairs of them.
 
     In a planar scene each joint has the normal among its vectors, or a vector in the plane, or two vectors. The normal
-    of the two is in the plane, or the plane's own; so two joints that are not alike give the normal. If all joints are
-    alike, any of their own directions across the common one will do.
+    of two vectors is in the plane or is the plane's normal. So two joints that are not alike give the plane's normal.
+    If all joints are alike, any direction across the common one is a normal.
     """
     vectors = np.flatnonzero(joints.is_point == 0.0)
     directions = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)

@@ -26,7 +26,7 @@ class PlanarSet:
     rows from the spatial set's, and the spatial set's multipliers from the rows' multipliers.
 
     A vector may point out of the plane, as in a prismatic joint. Then `local` is its part in the plane, and `offset`
-    contains the constant that the rest adds.
+    contains the constant from its part along n.
     """
 
     primitives: tuple[Primitive, ...]
@@ -88,7 +88,7 @@ class _PlanarLayout:
 
 @lru_cache(LAYOUTS)
 def _planar_layout(layout: SetLayout, inside: bytes, axes: bytes) -> _PlanarLayout:
-    """Return the layout of a planar set. All sets that have it share it: nobody may write to it."""
+    """Return the layout of a planar set from the cache. Sets share it, so that nobody may write to it."""
     acts = np.frombuffer(inside, dtype=bool).tolist()
     members = [(each, rows) for each in layout.members if (rows := [row for row in each.rows if acts[row]])]
     kept = _PlanarLayout(

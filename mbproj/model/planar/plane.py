@@ -64,7 +64,7 @@ class Plane:
         flat = [np.empty((*p.shape[:-1], 7 * len(self.mass)), order="F", like=p) for _ in range(3)]
         q, v, acceleration = (part.reshape(*p.shape[:-1], -1, 7) for part in flat)
         for whole, part in ((q, x), (v, x_dot), (acceleration, x_ddot)):
-            for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # a product rounds by the block's length
+            for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # round-off of `@` depends on lengths
                 whole[..., axis] = along_x * part[..., 0] + along_y * part[..., 1]
         q[..., :3] += self.depth[:, None] * self.axes[:, 2]
         orientation = cosine * self.reference + sine * self._turned

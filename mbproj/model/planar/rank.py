@@ -71,7 +71,7 @@ def _not_reached(rows: Rows, bodies: int) -> list[int]:
     ready = deque(index for index, count in enumerate(waiting) if count == 1)
     while ready:
         index = ready.popleft()
-        for body in [body for body in rows[index] if len(basis[body]) < 3]:  # one, or by now none
+        for body in [body for body in rows[index] if len(basis[body]) < 3]:  # the free body, if it is not held yet
             _extend(basis[body], rows[index][body])
             if len(basis[body]) == 3:
                 for other in rows_of[body]:
@@ -142,7 +142,7 @@ def _free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int
 
 def _some_free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:
     """Return some random motions of a large piece that all rows allow, by inverse iteration with a sparse factor of
-    RᵀR. A motion counts as allowed where the rows resist it by less than the root of the shift: such a scene is run in
+    RᵀR. A motion counts as allowed where the rows resist it by less than the root of the shift; the scene then runs in
     space."""
     from scipy import sparse
     from scipy.sparse.linalg import splu

@@ -5,13 +5,13 @@ normal to its axis, at any angle to the plane's normal n. So none of its rows ne
 that differ only in their vector (`along`), or have the same two bodies (`perpendicular`), form a block. A block locks
 shifts along, or turns about, the directions that its rows span.
 
-Where n is one of these directions, the block splits. As many rows as there is motion in the plane for them to lock are
-inside. The others, less multiples of these, are outside.
+Where n is one of these directions, the block splits. As many rows are inside as there are motions in the plane that the
+block locks. The others, minus multiples of the rows inside, are outside.
 
-For `along` that holds in every pose. For `perpendicular` it holds where the joint is closed: the row inside keeps the
-bodies from turning about n, and without such a turn the others have no gradient in the plane. In a joint that is open
-by an angle δ they have a gradient of the order of δ, which is dropped. Where n is not among the directions, the joint
-is tilted and the scene is not planar.
+For `along` this split holds in every pose. For `perpendicular` it holds where the joint is closed: the row inside keeps
+the bodies from turning about n, and without such a turn the others have no gradient in the plane. In a joint that is
+open by an angle δ they have a gradient of the order of δ, which is dropped. Where n is not among the directions, the
+joint is tilted and the scene is not planar.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def planar_reduction(system: System, q: Array) -> Plane | NotPlanar:
 
 def _candidates(system: System, pose: _Pose) -> list[tuple[Array, Seen, Integers]]:
     """Return the axes (3, 3) to try, the joints as seen along them, and the side of each row. Candidates with most rows
-    outside come first, and among these the ones with fewest inside."""
+    outside come first; of equal ones, those with fewest rows inside."""
     normals = candidate_normals(system.joints, pose.rotation)
     if not len(normals):
         return []
@@ -108,7 +108,8 @@ def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Int
 
 
 def _plane(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integers) -> Plane | NotPlanar:
-    """Return the plane with these axes, in which the joints hold the bodies, or the angle that is tilted against it."""
+    """Return the plane with these axes, in which the joints hold the bodies, or the refusal for an angle that is tilted
+    against it."""
     n, inside = system.bodies, side == INSIDE
     coordinates = _seen(system.coordinates, pose, axes, system.length)
     changing = _changing(system.coordinates, coordinates)

@@ -1,7 +1,7 @@
 """Classifies the joints' rows: those that act in a plane, and those that hold the bodies in it.
 
-All is seen in plane axes (e1, e2, n). In a motion in the plane every point keeps its component along n, and every
-vector its own, so that a row is one of these:
+All vectors are in plane axes (e1, e2, n). A motion in the plane changes no component of a point or vector along n. So a
+row is one of these:
 
     inside    a function of components in the plane alone: coincident along e1 and e2, perpendicular and along with
               vectors in the plane, distance between points of one depth, angle with vectors in the plane,
@@ -79,7 +79,7 @@ class RowMap:
 @dataclass(frozen=True, eq=False)
 class Seen:
     """A set's attachments in plane axes: `arm` (..., S, 3) from the body's centre of mass, `x` (..., S, 3) from the
-    origin. Vectors that are in the plane, or along n, up to round-off are made exactly so. Depths are compared with
+    origin. Vectors in the plane or along n up to round-off are set exactly in it or along it. Depths are compared with
     `extent` in m."""
 
     arm: Array
@@ -87,7 +87,7 @@ class Seen:
     extent: float
 
     def along(self, number: int) -> Seen:
-        """Return the attachments in the axes of this number, of several."""
+        """Return the attachments in the axes with this number, where there are several."""
         return Seen(self.arm[number], self.x[number], self.extent)
 
 

@@ -2,8 +2,8 @@
 
 The balance T + V - W = E0 is nonlinear in the velocities, with the gradient p = M v. Along one direction d of the
 tangent space it is a scalar quadratic, which is solved exactly. The joints' rows and the balance then hold to
-round-off. The least change in the metric A of the method is along the part of A⁻¹p in the tangent space. That is the
-part of v where masses weigh the change, and of M v where coordinates do.
+round-off. The least change in the metric A of the method is along the tangential part of A⁻¹p. This is the tangential
+part of v for A = M, and of M v for A = I.
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ from mbproj.thresholds import THRESHOLDS
 class BalanceScratch:
     """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the current balance.
 
-    `held`, `rested` and `refused` count the steps at which the rows held, were left alone near rest, or were refused.
-    `given` is the energy in J that they have added, signed, `furthest` its largest absolute value, and `moved` the sum
-    of absolute values. `largest` is the largest change of the velocities so far, as a part of these."""
+    `held`, `rested` and `refused` count the steps at which the rows were satisfied, left out near rest, or refused.
+    `given` is the signed sum of the energy in J that they have added. `furthest` is its largest absolute value so far,
+    and `moved` the sum of absolute values. `largest` is the largest change of the velocities so far, divided by the
+    velocities."""
 
     energy: float = 0.0
     momenta: Array = field(default_factory=lambda: np.zeros(0))
@@ -68,9 +69,9 @@ def corrected(
 ) -> tuple[Array, bool]:
     """Return the change of v (7n,) in the tangent space of C_q that restores momenta and energy.
 
-    The momenta along `fields` (k, 7n) become `momenta` (k,), and T grows by `missing` (J; None: no row of the energy)
-    up to a `grain` (J). The second result is False where the energy row is singular. Then little of the kinetic energy
-    is free, or less than what has to go, or it is no more than `least_energy` (J)."""
+    The momenta along `fields` (k, 7n) become `momenta` (k,), and T grows by `missing` (J; None: no energy row) with the
+    tolerance `grain` (J). The second result is False where the energy row is singular. Then little of the kinetic
+    energy is free, or less than must be removed, or T is at most `least_energy` (J)."""
     change, size2 = np.zeros_like(v), float(v @ M @ v)
     by_coordinates = isinstance(method, Gopm)
     across, coupling = fields, np.zeros((0, 0))
@@ -92,7 +93,7 @@ def corrected(
     root = slope * slope + 2.0 * curve * wanted
     if abs(wanted) <= grain:
         return change, True
-    # slope² / curve is 2T of the free part, in any metric; for a direction that is round-off it is meaningless.
+    # slope² / curve is 2T of the free part, in any metric. It means nothing where the direction `way` is round-off.
     least, whole = THRESHOLDS.half_digits, float(g @ g) if by_coordinates else size2
     left = float(way @ way) if by_coordinates else curve
     if not (slope > 0.0 and slope * slope > least * curve * size2 and left > least * whole and root > 0.0):

@@ -1,13 +1,11 @@
 """The projection of a position, Eqs. 39, 45, 52, 60, 66, 73, iterated until C = 0.
 
 Where the full correction does not reduce the violation, or turns a body too far for its linearised rows, smaller ones
-are tried in turn.
-
-A metric by masses turns bodies of small inertia by large angles where a heavy body would have to move otherwise. The
-smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added to such bodies:
-min ½ΔᵀMΔ subject to C_q Δ = -C and |δθ_b| <= ϑ has the conditions (M + Σ μ_b E_b) Δ + C_qᵀλ = 0, with μ_b >= 0 where
-the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes the rows to first order, with an error of
-order ϑ², so that some ϑ reduces the violation wherever C_q has full rank.
+are tried in turn. A metric by masses turns bodies of small inertia by large angles to avoid motions of heavy bodies.
+The smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added to such
+bodies: min ½ΔᵀMΔ subject to C_q Δ = -C and |δθ_b| <= ϑ has the conditions (M + Σ μ_b E_b) Δ + C_qᵀλ = 0, with μ_b >= 0
+where the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes the rows to first order, with an
+error of order ϑ², so that some ϑ reduces the violation wherever C_q has full rank.
 """
 
 from __future__ import annotations
@@ -36,8 +34,8 @@ from mbproj.thresholds import THRESHOLDS
 class Position:
     """q after a projection, the passes taken, whether the stop test was met, and whether the fallback was needed.
 
-    `left_open`: the violation of rows that were not held, near a singular pose. `nearest`: how near the poses came to
-    one."""
+    `left_open`: the violation of rows that were not held, near a singular pose. `nearest`: the smallest distance of the
+    poses from a singular one."""
 
     q: Array
     passes: int
@@ -102,8 +100,8 @@ def _by_violation(
 
 
 def _scaled(system: System, pose: Pose, C: Array) -> float:
-    """Return the largest row that is open by more than round-off, lengths in the mechanism's own. The end of a long
-    chain closes no further than that, and does not count for a correction at its beginning."""
+    """Return the largest |C| of the rows that are open by more than round-off, in units of the mechanism's length. Rows
+    at the end of a long chain close only to round-off, which must not decide on a correction at its beginning."""
     beyond = ~(np.abs(C) <= THRESHOLDS.closed_grains * position_grain(system, pose))
     return float(np.max(np.abs(C / system.row_scale), where=beyond, initial=0.0))
 
@@ -128,7 +126,8 @@ def _by_paper(
 
 
 def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> Array:
-    """Return the tolerance of each row of C, (m,): as set, or max(1e-13, 4 ε × the largest coordinate in the row)."""
+    """Return the tolerance of each row of C, (m,): that of the settings, or max(1e-13, 4 ε × the largest coordinate in
+    the row)."""
     if settings.tolerance is not None and settings.test == "violation":
         return np.full(system.constraints, settings.tolerance)
     return np.maximum(
@@ -139,9 +138,9 @@ def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> 
 
 def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array) -> Iterator[tuple[Array, float]]:
     """Yield corrections Δ (7n,) of q (7n,) for a violation (m,), each with the part of it that Δ closes to first order.
-
-    The first is the method's own. Where that turns a body too far, and from then on, they are the smallest in its
-    metric that turn bodies less and less. Where the metric does not limit turns, the method's own is shortened."""
+    The first is the method's correction, unless it turns a body too far. The next are the smallest in its metric with
+    ever tighter limits on turns. After these, or where the metric cannot limit turns, the method's correction is
+    shortened."""
     whole = method.correction(M, C_q, violation)
     widest = _widest(whole, q)
     limit = THRESHOLDS.widest_turn
@@ -161,8 +160,8 @@ def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array)
 
 
 def _turning_less(method: Projection, M: Array, C_q: Array, violation: Array, q: Array, limit: float) -> Array | None:
-    """Return a correction that turns no body by more than `limit`, near to the smallest in energy. Return None where
-    moments of inertia do not limit turns: in GOPM's metric, or where the rows prescribe the turn."""
+    """Return a correction, nearly the smallest in energy, that turns no body by more than `limit` (rad). Return None
+    where moments of inertia do not limit turns: in GOPM's metric, or where the rows prescribe the turn."""
     if not limit > 0.0:
         return None
     Λ = q.reshape(-1, 7)[:, 3:]

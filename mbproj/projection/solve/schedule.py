@@ -22,8 +22,9 @@ class ProjectedState:
     """The state after a projection, the passes it took, whether the position met its test, and whether the fallback was
     needed.
 
-    `left_open`: the violation of rows without a gradient near a singular pose, in the mechanism's own lengths.
-    `nearest`: how near the poses of the projection came to one, as a part of the run's largest distance."""
+    `left_open`: the violation of rows without a gradient near a singular pose, in units of the mechanism's length.
+    `nearest`: the smallest distance of the projection's poses from a singular one, divided by the run's largest
+    distance."""
 
     q: Array
     v: Array
@@ -91,8 +92,8 @@ def correct_velocity(
     v: Array,
     drive: Drive = NO_DRIVE,
 ) -> tuple[Array, int, float]:
-    """Return v with C_q v + C_t = 0 at this pose, the number of passes, and how near the pose is to a singular one. One
-    pass is enough (Eq. 46), except for a penalty method."""
+    """Return v with C_q v + C_t = 0 at this pose, the number of passes, and the pose's distance from a singular one.
+    One pass is enough (Eq. 46), except for a penalty method."""
     M, held, C_t = mass_matrix(system, pose), rows.to_move(pose, drive), time_derivative(system, drive)
     C_t = held.combined(C_t)
     C_dot = held.C_q @ v + C_t

@@ -2,8 +2,8 @@
 
 The poses of a kinematic run are compared with those that Gauss-Newton steps in all coordinates find. Nothing was
 integrated, so no error grows. The error of a pose comes from the residual of C, amplified by 1 / σ, where σ
-is the smallest singular value of C_q in lengths and rad. The comparison also tests that both solutions stay on one
-branch, because each follows it with steps of its own.
+is the smallest singular value of C_q in lengths and rad. The comparison also tests that both solutions stay on the same
+branch, because their steps differ.
 """
 
 from __future__ import annotations
@@ -152,8 +152,8 @@ class _PointRecorder:
 MOST_CHECKED = 40
 #: The residual at which a pose counts as closed, in lengths of the mechanism and rad.
 CLOSED = 1e-15
-#: A step is halved, at most `MOST_HALVINGS` times, where closing the pose moves it by more than this part of the step
-#: and by more than `NEARLY` (m or rad).
+#: A step is halved, at most `MOST_HALVINGS` times, where closing the pose moves a body by more than this part of the
+#: step and by more than `NEARLY` (m or rad).
 NEAR, NEARLY, MOST_HALVINGS = 0.1, 1e-3, 12
 SOLUTION = "Gauss-Newton steps in the full coordinates at the samples, which follow the motion by themselves"
 

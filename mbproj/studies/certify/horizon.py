@@ -1,9 +1,9 @@
 """The trust horizon: how long a run agrees with a better solution of the same equations.
 
 The better solution is DOP853 with GPOPM in the fastest formulation. Its tolerance falls by factors of 100 until the
-horizons no longer depend on it. The distance between the last two solutions bounds the error of the last one, some
-fifty times too large where the method keeps its order. Where round-off dominates first, runs from perturbed starts show
-how far any solution in double precision may be from the truth. Horizons then become ranges.
+horizons no longer depend on it. The distance between the last two solutions bounds the error of the last one. Where the
+method has its full order, the bound is some fifty times too large. Where round-off dominates first, runs from perturbed
+starts show how far any solution in double precision may be from the truth. Horizons then become ranges.
 """
 
 from __future__ import annotations

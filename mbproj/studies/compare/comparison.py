@@ -73,8 +73,8 @@ class SettingResult:
         }
 
     def _energy_row_numbers(self) -> dict[str, float]:
-        """The numbers of the energy row: what it gave, signed and in sum, J; the steps that it closed, left alone, and
-        refused."""
+        """The numbers of the energy row: the energy that it added, signed and in absolute values, J; and the numbers of
+        steps at which it was satisfied, left out, or refused."""
         report = self.solution.report
         if not self.measurement.setting.energy_row or report is None:
             return {}
@@ -160,7 +160,7 @@ def _solved(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, En
     mechanism, times = Mechanism.to_choose_for(shared[0]), shared[1]
     solution = solve(mechanism, setting, times)
     try:
-        # impacts, sticking and sliding are neither the integrator's nor the projection's work
+        # energy lost in impacts and friction belongs neither to the integrator nor to the projection
         changes = mechanism.system.has_contacts
         undivided = bool(solution.failure) or setting.integrator == AUTOMATIC or changes
         return solution, None if undivided else energy_split(mechanism, solution)
@@ -177,8 +177,8 @@ def _settings(
     formulations: Sequence[str] | None,
     rows: Sequence[bool] | None,
 ) -> tuple[list[Setting], list[str]]:
-    """All combinations of what was asked for, and notes. They are in one formulation unless several are asked for; a
-    note tells why in that one."""
+    """All combinations of what was asked for, and notes. They are in one formulation, whose reason a note gives, unless
+    several are asked for."""
     own, notes = Setting.of(scene.settings), []
     sizes: list[dict[str, Any]] = [{"step": step, "tolerance": None} for step in (() if steps is None else steps)]
     sizes += [{"step": None, "tolerance": tolerance} for tolerance in (() if tolerances is None else tolerances)]

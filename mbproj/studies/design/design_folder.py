@@ -1,4 +1,4 @@
-"""What a design leaves in its folder: the best scene, with the comments of the one it was made of, and tables."""
+"""The files of a design: the best scene, with the comments of the original scene, and tables."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.measure.setting import shortest
 
 OTHER = "choose another folder with -o"
-#: Numbers that are read again differ from those written by their last digit at most.
+#: The relative difference of numbers after writing and reading: the last digit at most.
 SAME = 1e-15
 FIRST = ("start", "value")
 
 
 class DesignFolder:
-    """The folder at `path`, with `best.yaml`, `starts.csv` and `design.json`. Raises InputError before the work begins
-    where they cannot be written."""
+    """The folder at `path`, with `best.yaml`, `starts.csv` and `design.json`. Raises InputError, before the work
+    begins, where these files cannot be written."""
 
     def __init__(self, path: Path, force: bool) -> None:
         self.path, self._force = make_folder(path, OTHER), force
@@ -38,7 +38,7 @@ class DesignFolder:
         check_replaceable(self._table, csv(FIRST), force=force, hint=OTHER)
 
     def write(self, design: FoundDesign) -> list[Path]:
-        """Writes all."""
+        """Writes all files, and returns their paths."""
         table = starts_table(design)
         return [
             write_text(self._scene, best_scene(design), DESIGNED, force=self._force, hint=OTHER),
@@ -48,7 +48,8 @@ class DesignFolder:
 
 
 def best_scene(design: FoundDesign) -> str:
-    """The scene's text with the design's numbers in place of its own. Raises InputError where one cannot be written."""
+    """The scene's text with the design's numbers in place of the original ones. Raises InputError where a number cannot
+    be written."""
     spec = design.spec
     text = f"# Found by mbproj with '{spec.path.name}', in place of numbers of '{_name(spec)}'.\n"
     message, hint = "a number cannot be written into the scene's text", "vary parameters, which have a line each"
@@ -81,8 +82,8 @@ def _changes(design: FoundDesign) -> Changes:
 
 
 def starts_table(design: FoundDesign) -> Table:
-    """A row a search, the best first: its value, by how much it breaks constraints, runs, the numbers it ended with. Of
-    several goals a row is a design of the front, with its goals."""
+    """A table with a row for each search, the best first: value, violation of the constraints, runs, and final numbers.
+    With several goals a row is a design of the front, with its goals."""
     spec = design.spec
     names = [with_unit(column_of(path), unit) for path, unit in zip(spec.paths, spec.units, strict=True)]
     goals = spec.goals if design.searches[0].goals.size else ()

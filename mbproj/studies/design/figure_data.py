@@ -1,4 +1,4 @@
-"""What pictures show of a design."""
+"""The data of a design's figures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from mbproj.studies.design.target import PATH, TIME
 
 
 def drawn(design: FoundDesign) -> Drawn:
-    """Of a match how the run meets it, of several goals their front, and how the searches went down."""
+    """The data to draw: for matches the run beside the data, for several goals their front; and the traces of the
+    searches."""
     names = tuple(column_of(path) for path in design.spec.paths)
     if design.searches[0].goals.size:
         front = np.stack([signs(design) * each.goals for each in design.searches])
@@ -32,17 +33,17 @@ def drawn(design: FoundDesign) -> Drawn:
 
 
 def signs(design: FoundDesign) -> Array:
-    """By which goals that are to be small become what is measured, (g,)."""
+    """The signs, (g,), by which goals to be minimised become measured values."""
     return np.array([goal.sign for goal in design.spec.goals])
 
 
 def _named(goal: Goal) -> str:
-    """Below an axis."""
+    """The label of an axis."""
     return with_unit(goal.measure.name, goal.measure.unit)
 
 
 def _trace(design: FoundDesign, trace: Array) -> Array:
-    """The runs and what is drawn of the value: the rms of residuals, or the goal as it is measured."""
+    """The numbers of runs and the values to draw, (n, 2): the rms of residuals, or the measured goal."""
     runs, values = trace[:, 0], trace[:, 1]
     if design.spec.targets:
         return np.stack([runs, np.sqrt(2.0 * values / len(design.trial.residuals))], axis=1)

@@ -1,4 +1,4 @@
-"""Several goals: designs of which none is better in one goal without being worse in another (a Pareto front)."""
+"""Several goals: designs none of which another design improves in one goal without loss in another (a Pareto front)."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from mbproj.arrays import Array, Flags
 from mbproj.studies.design.searches import EVOLVED, SearchTask, equalities, lacking
 from mbproj.studies.design.trial import Wish, tried_together
 
-#: Designs of a generation.
+#: The number of designs in a generation.
 POPULATION = 40
-#: In place of the goals of a design that does not run.
+#: The value of each goal for a design that does not run.
 WORST = 1e300
 
 
 def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
-    """The front that one search finds, as JSON can hold it: `ends` (n, d) in shares and `goals` (n, g), of designs that
-    run and keep the constraints, and the number of `runs`. By NSGA-II (Deb et al. 2002), whose constraint is what a
-    design lacks. A work item."""
+    """Return the front of one search as plain data for JSON. It has the shares `ends` (n, d) and the `goals` (n, g) of
+    designs that run and keep the constraints, and the number of `runs`. The method is NSGA-II (Deb et al. 2002), with
+    `lacking` as its constraint. A work item."""
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -45,14 +45,16 @@ def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
 
 
 def undominated(goals: Array) -> Flags:
-    """Of designs (n, g): those than which no other is as good in all goals and better in one."""
+    """Return whether each of n designs with goals (n, g) is undominated: no other is as good in all goals and better in
+    one."""
     as_good = np.all(goals[:, None] <= goals[None], axis=2)
     better = np.any(goals[:, None] < goals[None], axis=2)
     return np.asarray(~np.any(as_good & better, axis=0))
 
 
 def merged(fronts: Sequence[dict[str, Any]], sizes: tuple[int, int]) -> tuple[Array, Array]:
-    """One front of several, (n, d) and (n, g), in the order of the first goal; `sizes` are d and g."""
+    """Return several fronts as one, shares (n, d) and goals (n, g), in the order of the first goal; `sizes` are d and
+    g."""
     ends = np.array([end for front in fronts for end in front["ends"]], dtype=float).reshape(-1, sizes[0])
     goals = np.array([goal for front in fronts for goal in front["goals"]], dtype=float).reshape(-1, sizes[1])
     best = undominated(goals)
@@ -61,6 +63,7 @@ def merged(fronts: Sequence[dict[str, Any]], sizes: tuple[int, int]) -> tuple[Ar
 
 
 def balanced(goals: Array) -> int:
-    """The design (of n) that is nearest to the best value of every goal, each in parts of its range on the front."""
+    """Return the number of the design nearest to the best values of all goals, each scaled to its range on the
+    front."""
     low, span = goals.min(axis=0), np.ptp(goals, axis=0)
     return int(np.argmin(np.linalg.norm((goals - low) / np.where(span > 0.0, span, 1.0), axis=1)))

@@ -1,4 +1,5 @@
-"""What measurements say of the numbers that were fitted to them, and what they do not: from the residuals' slopes."""
+"""The accuracy of numbers that were fitted to measurements, and the numbers that the data do not determine. Both follow
+from the residuals' slopes."""
 
 from __future__ import annotations
 
@@ -11,23 +12,23 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.scene.ranges.family import column_of
 
-#: A direction whose singular value is below this part of the largest one is not seen in the data: differences of runs
-#: are exact to about 1e-8.
+#: A direction whose singular value is below this part of the largest one has no effect on the data. Slopes by
+#: differences of runs are exact to about 1e-8.
 UNSEEN = 1e-6
-#: Shares of an unseen direction below this part of its largest are round-off; so near to whole numbers its exponents
-#: are taken for them, of at most this size.
+#: Components of an unseen direction below this part of the largest one are round-off. Exponents this near to whole
+#: numbers count as whole, if they are at most `LARGEST`.
 NOTHING, WHOLE, LARGEST = 1e-3, 1e-2, 6
-#: Correlations of neighbouring residuals beyond so many standard deviations of those of noise are no noise.
+#: Residuals are no noise where the correlation of neighbours exceeds this number of standard deviations for noise.
 WHITE = 3.0
 
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """`deviation` (d,): the standard deviations of the numbers as the residuals' scatter gives them, together with
-    `shift` (d,), by what the error of the run's steps moves them; NaN of those that the data do not fix;
-    `correlation` (d, d) between them; `singular` values of the slopes by shares of the ranges, largest first;
-    `unseen`: in words, what nothing in the data fixes; `scatter`: the residuals' standard deviation; `lag`: the
-    correlation of neighbouring residuals in standard deviations of that of noise."""
+    """The accuracy of fitted numbers. `deviation` (d,): their standard deviations from the residuals' scatter, with
+    `shift` (d,) included: their change by the error of the run's steps. Both are NaN for numbers that the data do not
+    determine. `correlation` (d, d) is that of the numbers. `singular`: singular values of the slopes by shares of the
+    ranges, largest first. `unseen`: the undetermined combinations, in words. `scatter`: the residuals' standard
+    deviation. `lag`: the correlation of neighbouring residuals, in its standard deviations for noise."""
 
     deviation: Array
     shift: Array
@@ -44,8 +45,8 @@ class Knowledge:
 
 
 def knowledge(paths: Sequence[str], x: Array, width: Array, slopes: Array, residuals: Array, error: Array) -> Knowledge:
-    """From the residuals (m,) at the numbers x (d,) and their slopes (m, d) by shares of the ranges `width` (d,).
-    `error` (m,): how far the residuals of a run with finer steps are from these."""
+    """Return the knowledge from the residuals (m,) at the numbers x (d,) and their slopes (m, d) by shares of the
+    ranges `width` (d,). `error` (m,): the differences to the residuals of a run with finer steps."""
     m, d = slopes.shape
     _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
     singular = np.concatenate([singular, np.zeros(d - len(singular))])
@@ -70,7 +71,7 @@ def knowledge(paths: Sequence[str], x: Array, width: Array, slopes: Array, resid
 
 
 def _lag(residuals: Array) -> float:
-    """The correlation of each residual with the next, in standard deviations of that of white noise."""
+    """The correlation of each residual with the next, in its standard deviations for white noise."""
     size = float(residuals @ residuals)
     if len(residuals) < 3 or size == 0.0:
         return 0.0
@@ -78,8 +79,8 @@ def _lag(residuals: Array) -> float:
 
 
 def _in_words(paths: Sequence[str], x: Array, width: Array, unseen: Array) -> list[str]:
-    """What nothing in the data fixes, of directions (k, d) in shares of the ranges: reduced to as few numbers each as
-    can be, "only mass * length^2 is seen"."""
+    """Describe the directions (k, d), in shares of the ranges, that the data do not determine. Each is reduced to as
+    few numbers as possible: "only mass * length^2 is seen"."""
     names = [column_of(path) for path in paths]
     sentences = []
     for direction in _sparse(unseen):
@@ -100,7 +101,8 @@ def _in_words(paths: Sequence[str], x: Array, width: Array, unseen: Array) -> li
 
 
 def _sparse(unseen: Array) -> Array:
-    """The same space (k, d), by directions with many zeros: Gauss-Jordan with complete pivots."""
+    """Return directions with many zeros that span the same space (k, d): Gauss-Jordan elimination with complete
+    pivoting."""
     rows = unseen.copy()
     for k in range(len(rows)):
         row, column = np.unravel_index(np.argmax(np.abs(rows[k:])), rows[k:].shape)
@@ -112,7 +114,7 @@ def _sparse(unseen: Array) -> Array:
 
 
 def _whole(powers: Array) -> list[int] | None:
-    """Small whole numbers in the ratios of relative changes; None where they are in no such ratios."""
+    """Return small whole numbers in the ratios of the relative changes `powers`; None where there are none."""
     for unit in range(1, LARGEST + 1):
         scaled = powers / np.abs(powers).min() * unit
         near = np.round(scaled)
@@ -122,7 +124,8 @@ def _whole(powers: Array) -> list[int] | None:
 
 
 def _seen(names: Sequence[str], exponents: Sequence[int]) -> str:
-    """The products that do not change where each name changes by its exponent's part: of neighbours, a^q / b^p."""
+    """Return, in words, the products a^q / b^p of neighbouring names that relative changes in the ratio of the
+    exponents p, q leave constant."""
     products = []
     for (first, p), (second, q) in pairwise(zip(names, exponents, strict=True)):
         divisor = int(np.gcd(p, q))

@@ -1,4 +1,4 @@
-"""The `match` of a design: which quantity, and the columns of a file that say what it is to be."""
+"""The `match` of a design: the quantity, and the columns of a file with its wanted values."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.target import PATH, TIME, Target
 from mbproj.studies.inverse.columns import TIME_NAMES, CsvTable, factor_of, read_columns
 
-#: What is matched of each where nothing is said.
+#: The quantity that is matched by default, by the kind of object.
 USUAL = {"marker": "position", "body": "position"}
 AXES = ("x", "y", "z")
 
 
 class Match:
-    """One match, `given` under `name`, of the scene `base`; its files are beside `folder`. What is wrong is reported at
-    its place."""
+    """A match under `name` with the keys `given`, for the scene `base`. Its files are relative to `folder`. Problems
+    are reported at their places."""
 
     def __init__(self, name: str, given: Given, base: Scene, folder: Path, reading: Reading) -> None:
         self._name, self._given, self._base, self._reading = name, given, base, reading
         self._of = next(key for key in OBSERVABLES if key in given)
         self._path = folder / given["through"]
         self._over: str = given.get("over", TIME)
-        self.notes: list[str] = []  # what may be a mistake
+        self.notes: list[str] = []  # on possible mistakes
 
     def target(self) -> Target | None:
-        """What it asks for; None where something is wrong."""
+        """Return the target of this match; None where it has a problem."""
         before = len(self._reading.problems)
         quantity = self._quantity()
         columns = self._table()
@@ -79,7 +79,7 @@ class Match:
         return str(self._given[self._of])
 
     def _at(self, *keys: str) -> Place:
-        """Where a key of it stands, or it itself."""
+        """The place of a key of this match, or of the match itself."""
         return self._reading.places.get(("match", self._name, *keys)) or self._reading.places[("match", self._name)]
 
     def _quantity(self) -> str | None:
@@ -121,17 +121,18 @@ class Match:
         return table
 
     def _parts(self, quantity: str) -> tuple[str, ...]:
-        """The components of a quantity that columns may be of."""
+        """The components of a quantity that columns may contain."""
         return AXES if self._able[quantity].components == len(AXES) else ("",)
 
     def _names(self, quantity: str, part: str) -> list[str]:
-        """What a column may be called, the name of `mbproj export` first."""
+        """The possible headings of a column; the first is that of `mbproj export`."""
         component = f"{quantity}_{part}" if part else quantity
         short = [part, f"{self._item}.{part}"] if part and quantity == "position" else []
         return [component, f"{self._item}.{component}", *short]
 
     def _headings_are_known(self, quantity: str, columns: CsvTable) -> bool:
-        """Whether `columns` names what is matched, and headings that the file has; else that is reported."""
+        """Whether the key `columns` names components of this match and headings of the file. Other names are
+        reported."""
         before = len(self._reading.problems)
         known = [name for name, _ in columns.headings]
         lower = [name.lower() for name in known]
@@ -146,7 +147,7 @@ class Match:
         return len(self._reading.problems) == before
 
     def _value_columns(self, quantity: str, columns: CsvTable) -> dict[str, int]:
-        """The numbers of the columns, by the components that they are of."""
+        """The numbers of the columns of values, by component."""
         known = [name for name, _ in columns.headings]
         by_part = {}
         for part in self._parts(quantity):
@@ -163,8 +164,8 @@ class Match:
         return headings
 
     def _abscissa(self, columns: CsvTable, place: Place) -> Array:
-        """Over what the values are, (N,); zeros over a path. Raises InputError where no column says it, or a time is
-        outside the run."""
+        """The times or coordinates at which the values are given, (N,); zeros over a path. Raises InputError where they
+        have no column, or a time is outside the run."""
         if self._over == PATH:
             return np.zeros(len(columns.rows))
         asked = [self._headings[self._over]] if self._over in self._headings else []
@@ -184,7 +185,7 @@ class Match:
         return times
 
     def _deviation(self, unit: str) -> float:
-        """What a residual of 1 is, in the quantity's unit."""
+        """The deviation that makes a residual of 1, in the quantity's unit."""
         given = self._given.get("deviation")
         if given is None:
             return 1.0

@@ -1,5 +1,5 @@
-"""find_design(): the searches of a design from many starts, each kept as it ends; the best of them, and what is known
-of it."""
+"""find_design(): the searches of a design from many starts, each stored as it ends; the best design, and its
+accuracy."""
 
 from __future__ import annotations
 
@@ -28,25 +28,27 @@ from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.store import ValueCache
 
-#: The engines that go by slopes.
+#: The engines that use derivatives.
 BY_SLOPES = (LEAST_SQUARES, QUADRATIC)
-#: Points that one work item looks at.
+#: The number of starting points in one work item.
 TOGETHER = 16
-#: Measures whose slope jumps as another sample, or another peak, becomes the largest.
+#: Measures whose slope jumps where another sample, or another peak, becomes the extreme one.
 KINKED = ("largest", "maximum", "minimum", "range")
-#: The best designs at which a number is to have an effect, and what is none, in parts of the largest one.
+#: The number of best designs at one of which each number must have an effect, and the relative size of an effect that
+#: counts as none.
 LOOKED_AT, NO_EFFECT = 2, 1e-9
-#: Residuals below this part of what is matched are round-off.
+#: Residuals below this part of the matched values are round-off.
 ROUND_OFF = 1e-13
-#: A number that is so near to a bound, in parts of its range, touches it.
+#: A number this near to a bound, as a part of its range, touches it.
 TOUCHES = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What came of one start: the numbers it began and ended with (d,), in SI; NaN where it found no design that runs.
-    `value` is half the sum of squares, or the first goal; `trace` (n, 2) says after how many runs it was how large. Of
-    several goals, each to be small, a search stands for a design of the front: `goals` (g,)."""
+    """The result of one start: the initial and the final numbers (d,), in SI units; the final ones are NaN where no
+    design runs. `value` is half the sum of squares, or the first goal. `trace` (n, 2): the number of runs, and the
+    value reached by then. With several goals a search stands for a design of the front, with `goals` (g,) to be
+    minimised."""
 
     start: Array
     end: Array
@@ -58,19 +60,19 @@ class Search:
     goals: Array = field(default_factory=lambda: np.zeros(0))
 
     def rank(self) -> tuple[float, float]:
-        """The smaller, the better."""
+        """The violation of the constraints, then the value: a smaller rank is better."""
         return (self.broken, self.value) if np.isfinite(self.value) else (np.inf, np.inf)
 
 
 @dataclass(frozen=True, eq=False)
 class FoundDesign:
-    """The best design: its numbers `x` (d,), the trial with them, and all `searches`, the best first. Of several goals
-    it is the most balanced design of the front.
+    """The best design: its numbers `x` (d,), its trial, and all `searches`, the best first. With several goals it is
+    the most balanced design of the front.
 
-    `engine` searched, for the reason `why`; `reused` starts were known from before; `runs` is how many runs there were
-    in all. `knowledge` is what the data say, of a match; `error` (m,) how far the residuals of twice as fine a run are
-    from these. `notes` are remarks. `differences` says why slopes came from differences of runs; it is empty where dual
-    numbers gave them, and None where the engine takes none."""
+    `engine` searched, for the reason `why`. `reused`: the number of starts with stored searches. `runs`: the number of
+    all runs. `knowledge`: the accuracy of numbers fitted to data. `error` (m,): the change of the residuals with steps
+    half as long. `notes` are remarks. `differences`: the reason why slopes came from differences of runs. It is empty
+    where dual numbers gave them, and None for engines without slopes."""
 
     spec: DesignSpec
     x: Array
@@ -87,14 +89,15 @@ class FoundDesign:
 
     @property
     def apart(self) -> dict[str, str]:
-        """Why slopes of some measures, by name, came from differences, where dual numbers gave those of others."""
+        """The reasons, by measure, why their slopes came from differences, where dual numbers gave slopes of other
+        measures."""
         if self.differences != "" or self.trial.followed is None:
             return {}
         return {each.name: why for each, why in self.trial.followed.missing.items()}
 
     @property
     def off(self) -> Iterator[tuple[Target, Array]]:
-        """How far the run is from the values of each target, (N, k), in its unit."""
+        """Yield the targets, each with the run's deviation from its values, (N, k), in its unit."""
         at = 0
         for target in self.spec.targets:
             part = self.trial.residuals[at : (at := at + target.values.size)].reshape(target.values.T.shape)
@@ -102,7 +105,8 @@ class FoundDesign:
 
 
 def engine_of(spec: DesignSpec, asked: str | None) -> tuple[str, str]:
-    """The engine that searches, and why. Raises InputError where the one that is asked for cannot, or is missing."""
+    """The engine of the search, and the reason. Raises InputError where the requested engine cannot solve this design,
+    or is not installed."""
     kinked = [each.measure.name for each in (*spec.goals,) if each.measure.at in KINKED]
     if (len(spec.goals) > 1) != (asked == FRONT) and (asked is not None or len(spec.goals) > 1):
         if asked is None:
@@ -143,8 +147,9 @@ def find_design(
     fresh: bool = False,
     tell: Tell = lambda *_: None,
 ) -> FoundDesign:
-    """Searches from the spec's starts, and reports. Starts that were searched before are not searched again, unless
-    `fresh`. Raises InputError where no design runs, KeyboardInterrupt after Ctrl-C: what was done is kept."""
+    """Searches from the spec's starts, and returns the best design. Stored searches are taken from the store, unless
+    `fresh`. Raises InputError where no design runs, and KeyboardInterrupt after Ctrl-C; finished searches stay
+    stored."""
     chosen, why = engine_of(spec, engine)
     wish = Wish.of(spec)
     kept = ValueCache(["design", _identity(spec), chosen], fresh)
@@ -172,7 +177,8 @@ def find_design(
 
 
 def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> None:
-    """Raises InputError for each number that nothing of what is wanted depends on, at the best designs that run."""
+    """Raises InputError for each number without effect on residuals, goals and constraints at the best starting
+    designs."""
 
     def all_of(trial: Trial) -> Array:
         return np.concatenate([trial.residuals, trial.goals, trial.limits])
@@ -193,7 +199,7 @@ def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> Non
 
 
 def _so_far(spec: DesignSpec, record: dict[str, Any]) -> tuple[tuple[float, float], str]:
-    """The rank of a search, and the words on it while others go on."""
+    """The rank of a search, and words on it for the progress report."""
     value, broken = record["value"], record["broken"]
     if not np.isfinite(value):
         return (np.inf, np.inf), "none has found a design that runs"
@@ -216,7 +222,7 @@ def _search(wish: Wish, record: dict[str, Any]) -> Search:
 
 
 def _on_the_front(spec: DesignSpec, wish: Wish, records: Sequence[dict[str, Any]]) -> list[Search]:
-    """The designs of all fronts than which no other is better: the most balanced one, then by the first goal. Raises
+    """The undominated designs of all fronts: the most balanced one, then the others by the first goal. Raises
     InputError where there is none."""
     ends, goals = merged(records, (len(spec.paths), len(spec.goals)))
     if not len(ends):
@@ -229,7 +235,7 @@ def _on_the_front(spec: DesignSpec, wish: Wish, records: Sequence[dict[str, Any]
 
 
 def _identity(spec: DesignSpec) -> list[Any]:
-    """What the searches follow from: the file, the scene, the measurements."""
+    """The data that determine the searches, as a key: the file, the scene, the measurements."""
     data = [[target.abscissa.tolist(), target.values.tolist()] for target in spec.targets]
     return [spec.text, spec.scene.whole, data]
 

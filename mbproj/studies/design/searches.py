@@ -1,4 +1,4 @@
-"""The searches from one start, by name: each takes trials that are counted, and gives where it came to."""
+"""The search engines by name, and a search from one start with counted trials."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from mbproj.studies.design.slopes.derivative import Counted
 from mbproj.studies.design.start import INSIDE, brought_in, value_of, violation
 from mbproj.studies.design.trial import Trial, Wish
 
-#: Iterations of a search that goes by derivatives.
+#: The most iterations of a search with derivatives.
 ITERATIONS = 200
-#: Where it ends: relative changes of what is to be small, and of the shares.
+#: Such a search ends at these relative changes of the value and of the shares.
 SMALLEST = 1e-15
-#: Runs of an evolution strategy for each number that varies, and the width that it begins with.
+#: The runs of an evolution strategy for each varied number, and its initial width.
 EVOLVED, WIDTH = 400, 0.25
-#: By how much a constraint may be broken in the end, in parts of its bound or of 1.
+#: The tolerance of a constraint in the end, relative to its bound or to 1.
 BROKEN = 1e-8
 
 
 @dataclass(frozen=True)
 class SearchTask:
-    """A search: from the shares `u` (d,), by an engine, with the seed of its random numbers."""
+    """A search from the shares `u` (d,), by an engine, with a seed for its random numbers."""
 
     u: tuple[float, ...]
     engine: str
@@ -34,7 +34,7 @@ class SearchTask:
 
 
 class Watched:
-    """Trials of one search, the best of them, and how it went down: (runs, value) wherever it became better."""
+    """Trials of one search, the best of them, and the trace: (runs, value) at each improvement."""
 
     def __init__(self, wish: Wish) -> None:
         self.trials, self._equal = Counted(wish), equalities(wish)
@@ -55,8 +55,9 @@ class Watched:
 
 
 def searched(wish: Wish, task: SearchTask) -> dict[str, Any]:
-    """What one search came to, as JSON can hold it: `end` (d,) or None, its `value`, by how much constraints are
-    `broken`, the number of `runs`, the `trace`, and the `cause` where nothing was found. A work item."""
+    """Return the result of one search as plain data for JSON: `end` (d,) or None, its `value`, the violation of
+    constraints `broken`, the number of `runs`, and the `trace`. `cause`: the reason where nothing was found. A work
+    item."""
     watched = Watched(wish)
     start = np.array(task.u)
     first = watched(start)
@@ -99,8 +100,8 @@ def _by_least_squares(wish: Wish, watched: Watched, u: Array, seed: int) -> None
 
 
 def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
-    """Sequential quadratic programs (Kraft 1988: SLSQP). A trial that does not run looks worse than the one before, the
-    more so the farther it is: the line search goes back."""
+    """Sequential quadratic programs (Kraft 1988: SLSQP). A trial that does not run gets a value above the last one,
+    growing with its distance, so that the line search goes back."""
     equal = equalities(wish)
     size = max(abs(value_of(watched(u))), 1e-300)
     last = u.copy()
@@ -146,8 +147,8 @@ def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) ->
 
 def _by_evolution(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
     """Evolution with an adapted covariance matrix (Hansen: CMA-ES), which needs no derivative. Points that keep the
-    constraints come first, then the others by how far they are from that (Deb 2000). It needs two numbers at least: one
-    that varies alone has an idle one beside it."""
+    constraints come first, then the others by their violation (Deb 2000). The method needs at least two numbers: a
+    single number gets an idle second one."""
     import cma
 
     equal = equalities(wish)
@@ -171,7 +172,7 @@ def _by_evolution(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
 
 
 def lacking(trial: Trial, equal: Flags) -> float:
-    """0 of a design that runs and keeps the constraints, else how far it is from that."""
+    """Return 0 for a design that runs and keeps the constraints; else a measure of its distance from one."""
     if trial.runs:
         broken = violation(trial, equal)
         return broken if broken > BROKEN else 0.0
@@ -180,7 +181,7 @@ def lacking(trial: Trial, equal: Flags) -> float:
 
 
 def equalities(wish: Wish) -> Flags:
-    """Which constraints have to be 0, (c,)."""
+    """Return whether each constraint is an equality, (c,)."""
     return np.array([limit.side == "equals" for limit in wish.limits], dtype=bool)
 
 

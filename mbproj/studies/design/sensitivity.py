@@ -1,4 +1,4 @@
-"""How much numbers of a scene change its measures, as a table."""
+"""The sensitivities of a scene's measures to its numbers, as a table."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from mbproj.studies.design.slopes.of_measures import slopes_of
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where
 
-#: How slopes are found, and what is said of numbers that nobody named and that no run beside the scene's own has.
+#: Words for the methods that find slopes, and for numbers without slopes: any other value of them makes the run fail.
 DUALS, DIFFERENCES, LEFT_OUT = "dual numbers", "differences", "left out"
-#: What is to be below a bound of this size, in SI units, and is below this part of it, is 0 but for round-off.
+#: A measure is 0 up to round-off where its bound `below` is at most this, in SI units, and its value is below this part
+#: of the bound.
 BOUND, PART = 1e-6, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Sensitivities:
     """∂(measure)/∂(number) at the scene's numbers x (d,): `values` (k,) of the measures, `slopes` (k, d) in SI units,
-    each with its `uncertainty` (k, d), from two formulas of different order and runs with different steps. There were
-    `runs` in all. Where dual numbers do not follow the scene's own run, or do not see the measure, `why` (k, d); empty
-    where they do. Numbers that only the scene's own run has are left out: their slopes are NaN, and `failed` (d,) says
-    why; it is empty for all others."""
+    each with its `uncertainty` (k, d), from two formulas of different order and runs with different steps. `runs`: the
+    number of runs. `why` (k, d): the reason why a slope is not from dual numbers; empty where it is. `failed` (d,): the
+    reason why runs with another value of a number fail, which makes its slopes NaN; empty for all others."""
 
     measures: tuple[Expectation, ...]
     paths: tuple[str, ...]
@@ -48,15 +48,16 @@ class Sensitivities:
 
     @property
     def elasticity(self) -> Array:
-        """By how many percent a measure changes where a number changes by one, (k, d); NaN of a measure that is 0, or
-        that the scene says to be 0 but for round-off."""
+        """The change of a measure in percent by a change of a number by 1 %, (k, d). It is NaN for a measure that is 0,
+        exactly or up to round-off."""
         nothing = [_is_nothing(*each) for each in zip(self.measures, self.values, strict=True)]
         size = np.where(nothing, np.nan, self.values)
         return np.asarray(self.slopes * self.x / size[:, None])
 
     @property
     def table(self) -> Table:
-        """A row for each measure and number, those of a measure by their elasticity, the largest first."""
+        """A table with a row for each measure and number; the rows of a measure are ordered by elasticity, the largest
+        first."""
         rows = []
         for k, measure in enumerate(self.measures):
             order = np.argsort(-np.nan_to_num(np.abs(self.elasticity[k]), nan=-1.0), kind="stable")
@@ -71,7 +72,7 @@ class Sensitivities:
 
 
 def _is_nothing(measure: Expectation, value: float) -> bool:
-    """Whether a measure is 0, as far as the scene itself can tell."""
+    """Whether a measure is 0 up to round-off or the scene's own tolerance for it."""
     if measure.value == (0.0,):
         return abs(value) <= (measure.tolerance or 0.0)
     below = measure.below
@@ -79,15 +80,15 @@ def _is_nothing(measure: Expectation, value: float) -> bool:
 
 
 def _per(unit: str, divisor: str) -> str:
-    """The unit of a quotient."""
+    """The unit of a quotient of two quantities."""
     below = f"({divisor})" if "/" in divisor or "*" in divisor else divisor
     return f"{unit or '1'}/{below}" if divisor else unit
 
 
 def sensitivities(scene: Scene, of: Sequence[str], to: Sequence[str], where: Where = None) -> Sensitivities:
-    """Of what the scene expects, `of` these names, to numbers by path or parameters by name; all where none is named,
-    but for diagnostics. Of all parameters, those without a run beside the scene's own are left out. Raises InputError
-    for a name that is not there, a number that cannot be told, or one by name that no other run has."""
+    """Return the sensitivities of the expectations named in `of` to the numbers, by path or parameter name, in `to`. By
+    default `of` is all expectations but diagnostics, and `to` all parameters, without those that cannot vary. Raises
+    InputError for an unknown name, a path without a number, or a named number that cannot vary."""
     text = SceneText(scene.text, str(scene.path or "scene"), scene.path)
     paths = tuple(to) or tuple(scene.parameters)
     if not paths:
@@ -126,12 +127,13 @@ def _measures(scene: Scene, of: Sequence[str]) -> tuple[Expectation, ...]:
 
 
 def _is_error(each: Expectation) -> bool:
-    """Whether it is round-off, or a tolerance."""
+    """Whether an expectation is about an error, as a diagnostic or a violation."""
     return each.of == "diagnostic" or each.quantity.startswith("violation")
 
 
 def _parts(each: Expectation) -> list[Expectation]:
-    """An expectation of a number; of three numbers its components; none of a turn, whose four are not independent."""
+    """Split an expectation into scalars: itself, or its three components. An orientation has none, because its four
+    numbers are not independent."""
     count = 1 if each.value is None else len(each.value)
     if count == 1:
         return [each]

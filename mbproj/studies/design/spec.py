@@ -1,4 +1,4 @@
-"""The file that says what a design is to be: a scene, what varies within which bounds, what is matched or wanted."""
+"""The file of a design: a scene, the varied numbers with their bounds, and the matches, goals and constraints."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from mbproj.scene.text.nodes import MappingNode
 from mbproj.studies.design.matches import Match
 from mbproj.studies.design.target import Target
 
-#: How many starts a search has, and the seed of their points.
+#: The default number of starts, and the default seed of their points.
 STARTS, SEED = 20, 0
 FORMAT = "1"
 _OF = {key: EXPECTATION.keys[key] for key in SUBJECTS}
@@ -86,7 +86,7 @@ DESIGN: Record[dict[str, Any]] = Record(
 
 @dataclass(frozen=True)
 class Goal:
-    """A measure that is to be as small as it can be, or as large, where `sign` is -1."""
+    """A measure to be minimised (`sign` 1) or maximised (`sign` -1)."""
 
     measure: Expectation
     sign: float
@@ -94,8 +94,8 @@ class Goal:
 
 @dataclass(frozen=True)
 class DesignLimit:
-    """What must hold: `side` ("at_least", "at_most", "equals") of the bound, in the SI unit `unit`, by a measure or by
-    an expression of the scene's parameters."""
+    """A constraint on a measure, or on an expression of the scene's parameters. `side` is "at_least", "at_most" or
+    "equals"; the bound is in the SI unit `unit`."""
 
     name: str
     side: str
@@ -107,8 +107,8 @@ class DesignLimit:
 
 @dataclass(frozen=True, eq=False)
 class DesignSpec:
-    """A design as its file has it: d numbers vary, by `paths`, between `low` and `high` (d,), in `units`; the scene's
-    own are `own` (d,), NaN where one is unknown. `notes` is what may be a mistake."""
+    """The content of a design's file. d numbers with these `paths` vary between `low` and `high` (d,), in `units`.
+    `own` (d,): their values in the scene, NaN where unknown. `notes`: remarks on possible mistakes."""
 
     path: Path
     text: str = field(repr=False)
@@ -127,7 +127,7 @@ class DesignSpec:
     notes: tuple[str, ...] = ()
 
     def place(self, *path: str | int) -> Place | None:
-        """Where a key of the file stands."""
+        """The place of a key in the file."""
         return self.places.get(path)
 
 
@@ -176,7 +176,7 @@ def read_spec(path: Path) -> DesignSpec:
 
 
 def _check_wanted(blocks: Mapping[str, Any], root: MappingNode, reading: Reading) -> None:
-    """Report a design that wants nothing, or two kinds of things."""
+    """Report a design without matches and goals, or with both."""
     goals = [key for key in ("minimise", "maximise") if blocks.get(key)]
     if not blocks.get("match") and not goals:
         hint = "add match: {NAME: {marker: .., through: FILE.csv}}, or minimise: {NAME: {a measure}}"
@@ -191,7 +191,7 @@ def _check_wanted(blocks: Mapping[str, Any], root: MappingNode, reading: Reading
 
 
 def _check_measures(blocks: Mapping[str, Any], base: Scene, reading: Reading) -> None:
-    """Report what the scene does not have of what goals and constraints measure, and times without a sample."""
+    """Report measures of goals and constraints that the scene does not have, and times without a sample."""
     for block in ("minimise", "maximise", "subject_to"):
         given = {name: each for name, each in blocks.get(block, {}).items() if "expression" not in each}
         for name, each in given.items():
@@ -209,9 +209,9 @@ def _check_measures(blocks: Mapping[str, Any], base: Scene, reading: Reading) ->
 
 
 def _check_bounds(bounds: Mapping[str, Uniform], units: Mapping[str, str], scene: SceneText, reading: Reading) -> None:
-    """Report bounds in another unit than the number, and what the scene's reader says of a bound itself. What follows
-    from it may be wrong there, as the arc cosine of a triangle that does not close: that is one design that does not
-    run."""
+    """Report bounds in a unit that does not fit the number, and problems of a bound itself in the scene. Problems of
+    values that follow from it are not reported, as the arc cosine of a triangle that does not close. Such a design only
+    does not run."""
     for path, each in bounds.items():
         if each.dimension is not None and not dimension_of(units[path]).agrees(each.dimension):
             what = f"'{column_of(path)}' is in {units[path]}, and its bounds are in {unit_text(None, each.dimension)}"
@@ -266,7 +266,7 @@ def _limits(given: Mapping[str, Given], base: Scene, scene: SceneText, reading: 
 
 
 def _dimension(expression: str, names: Mapping[str, Value]) -> Dimension | None:
-    """That of an expression of parameters; None where one of them has no unit, or they do not agree."""
+    """The dimension of an expression of parameters; None where a parameter has no unit, or units do not agree."""
     try:
         return evaluate(parse(expression, frozenset(names)), names).dimension
     except (ExpressionError, Unavailable):

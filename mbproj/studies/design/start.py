@@ -1,5 +1,5 @@
-"""Where searches begin: the scene's own numbers and the best of many points; designs that do not run are brought there
-by what they lack."""
+"""The starts of searches: the scene's own numbers and the best of many points. A design that does not run is moved to
+one that runs, by least squares of what it lacks."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from mbproj.studies.design.slopes.derivative import Counted, derivative
 from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.design.trial import Trial, Wish, tried_together
 
-#: Points that are tried for each start.
+#: The number of points tried for each start.
 POINTS = 8
-#: Searches begin at least so far from a bound, in parts of the range.
+#: The least distance of a search's start from a bound, as a part of the range.
 INSIDE = 1e-6
-#: Runs to bring one design to where it runs: so many for each number, and the step of their differences.
+#: The most evaluations to move a design to one that runs, and the step of their differences.
 EFFORT, STEP = 20, 1e-6
 
 
 def points_of(spec: DesignSpec) -> tuple[Array, bool]:
-    """Points of the box as shares (n, d), of Sobol's sequence; and whether the first are the scene's own numbers, which
-    are there where all are known and within the bounds."""
+    """Return points of Sobol's sequence as shares (n, d), and whether the scene's own numbers come first. They do where
+    all are known and within the bounds."""
     count = max(POINTS * spec.starts, 2)
     sampler = qmc.Sobol(len(spec.paths), rng=np.random.default_rng(spec.seed))
     points = sampler.random_base2(int(np.ceil(np.log2(count))))[:count]
@@ -36,7 +36,7 @@ def points_of(spec: DesignSpec) -> tuple[Array, bool]:
 
 
 def looked_at(wish: Wish, points: Sequence[list[float]]) -> list[list[float]]:
-    """How good each point is, as numbers that are compared one after another; smaller is better. A work item."""
+    """Return the ranks of points, lists that are compared entry by entry; smaller is better. A work item."""
     return [_rank(trial) for trial in tried_together(wish, [np.array(point) for point in points])]
 
 
@@ -50,12 +50,12 @@ def _rank(trial: Trial) -> list[float]:
 
 
 def value_of(trial: Trial) -> float:
-    """What is to be small: the sum of squares, or of the goals."""
+    """Return the value to be minimised: half the sum of squares, or the sum of the goals."""
     return trial.cost if len(trial.residuals) else float(trial.goals.sum())
 
 
 def violation(trial: Trial, equal: Flags | None = None) -> float:
-    """By how much constraints are not kept, their root sum of squares; `equal` (c,) are those that have to be 0."""
+    """Return the root of the sum of squares of the constraints' violations; `equal` (c,) marks those that must be 0."""
     broken = np.minimum(trial.limits, 0.0)
     if equal is not None:
         broken = np.where(equal, trial.limits, broken)
@@ -63,8 +63,8 @@ def violation(trial: Trial, equal: Flags | None = None) -> float:
 
 
 def brought_in(trials: Counted, u: Array) -> Array | None:
-    """The design that runs which is next to u, found by what u lacks: how far its rows are from closing, how much of
-    the duration it does not run. None where none is found."""
+    """Return a design near u that runs, found by least squares: the violation of its rows, and the part of the duration
+    that it does not run. None where none is found."""
     if trials(u).runs:
         return u
     if not np.isfinite(trials(u).lacking).all():
@@ -82,7 +82,7 @@ def brought_in(trials: Counted, u: Array) -> Array | None:
         return values
 
     size, inside = max(len(trials(u).lacking), 2), np.clip(u, INSIDE, 1.0 - INSIDE)
-    with suppress(StopIteration, ValueError):  # the latter where no number is to be had
+    with suppress(StopIteration, ValueError):  # ValueError where values are NaN
         least_squares(
             lacking,
             inside,

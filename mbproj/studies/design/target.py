@@ -1,4 +1,4 @@
-"""What a design is to match: a quantity of the run, and the numbers that it is held against."""
+"""The target of a match: a quantity of the run, and the values with which it is compared."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.records import Expectation
 
 TIME, PATH = "time", "path"
-#: Between samples a curve is looked at in so many places for the one next to a point. From there Newton's method takes
-#: so many steps, with differences over this part of the distance of two places.
+#: The search for the point of a curve nearest to a given one: the number of places for each interval of samples, the
+#: number of Newton's steps from the best place, and their differences as a part of the distance of two places.
 FINER, NEWTON, ASIDE = 8, 6, 1e-3
-#: A span in which a coordinate has a value is halved so often.
+#: The number of halvings of an interval in which a coordinate passes a value.
 SHRINKS = 45
 TURN = 2.0 * np.pi
 
@@ -24,8 +24,8 @@ TURN = 2.0 * np.pi
 @dataclass(frozen=True, eq=False)
 class Target:
     """N points `values` (N, k) of k `measures` in `unit`, over `abscissa` (N,): times in s, or values of the joint
-    coordinate `over`. Over a "path" they are points of no particular time. A residual is in parts of `deviation`, and
-    counts `weight` times."""
+    coordinate `over`. Over a "path" the points belong to no particular time. A residual is divided by `deviation`, and
+    its square has the weight `weight`."""
 
     name: str
     measures: tuple[Expectation, ...]
@@ -39,7 +39,7 @@ class Target:
 
     @property
     def watched(self) -> tuple[Expectation, ...]:
-        """What a run has to record for it."""
+        """The measures that a run must record for this target."""
         if self.over in (TIME, PATH):
             return self.measures
         joint, _, coordinate = self.over.partition(".")
@@ -47,7 +47,7 @@ class Target:
         return (*self.measures, along)
 
     def reached(self, samples: SampleSource) -> Array | None:
-        """What the run has in the place of each value, (N, k); None where the coordinate never gets there."""
+        """Return the run's values at the abscissa, (N, k); None where the coordinate does not pass all of it."""
         time, events = samples["time"], samples.event_times
         curve = np.concatenate([components(each, series(each, samples)) for each in self.measures], axis=1)
         if self.over == TIME:
@@ -58,8 +58,8 @@ class Target:
         return None if when is None else between(time, curve, events, when)
 
     def residuals(self, samples: SampleSource) -> Array | None:
-        """How far the run is from the values, (k N,), in parts of the deviation, times the root of the weight: those of
-        one measure after those of another."""
+        """Return (run - values) / deviation × √weight, (k N,), measure by measure; None where the coordinate does not
+        pass all values."""
         reached = self.reached(samples)
         if reached is None:
             return None
@@ -67,7 +67,7 @@ class Target:
 
 
 def _nearest(time: Array, curve: Array, events: Array, points: Array) -> Array:
-    """The points (N, k) of a curve (T, k) that are nearest to given ones."""
+    """Return the points (N, k) of a curve (T, k) nearest to given points."""
     fine = np.linspace(time[0], time[-1], FINER * (len(time) - 1) + 1)
     there = between(time, curve, events, fine)
     best = np.argmin(np.sum((there[None] - points[:, None]) ** 2, axis=2), axis=1)
@@ -89,7 +89,8 @@ def _nearest(time: Array, curve: Array, events: Array, points: Array) -> Array:
 
 
 def _passages(time: Array, coordinate: Array, events: Array, wanted: Array, unit: str) -> Array | None:
-    """When the coordinate (T,) first passes values (N,), angles modulo a turn; None where it never passes one."""
+    """Return the times at which the coordinate (T,) first passes the values (N,), angles modulo a turn; None where it
+    does not pass all."""
     values = wanted
     if unit == "rad":
         low, high = coordinate.min(), coordinate.max()

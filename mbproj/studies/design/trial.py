@@ -1,4 +1,5 @@
-"""Designs that are tried: the scene with their numbers, run and measured. Why one cannot be run is information, too."""
+"""Trials of designs: the scene with their numbers, run and measured. For a design that does not run, a trial has the
+reason."""
 
 from __future__ import annotations
 
@@ -34,16 +35,16 @@ from mbproj.studies.together.block import samples_of_block
 from mbproj.studies.together.groups import by_arrays, shared
 from mbproj.studies.together.signature import signature_of, values_of
 
-#: Scenes that a process keeps taken apart.
+#: The number of parsed scenes in the cache of a process.
 SCENES = 4
-#: Error control does not go below this tolerance.
+#: The smallest tolerance of finer runs.
 TIGHTEST = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """What all trials share: the scene's text and what messages call it, the paths of what varies with its bounds (d,),
-    what is wanted. `finer`: steps are divided by so many, and tolerances by its fourth power."""
+    """The common data of all trials: the scene's text and its name in messages, the paths and bounds (d,) of the varied
+    numbers, targets, goals and constraints. `finer`: the divisor of steps; its fourth power divides tolerances."""
 
     text: str
     name: str
@@ -57,23 +58,23 @@ class Wish:
 
     @classmethod
     def of(cls, spec: DesignSpec) -> Wish:
-        """Of a design's file."""
+        """Return the wish of a design's file."""
         shared = spec.paths, spec.low, spec.high, spec.targets, spec.goals, spec.limits
         return cls(spec.scene.text, str(spec.scene.path), *shared)
 
     @property
     def measures(self) -> tuple[Expectation, ...]:
-        """Of goals and constraints."""
+        """The measures of goals and constraints."""
         of_limits = [limit.measure for limit in self.limits if limit.measure is not None]
         return (*(goal.measure for goal in self.goals), *of_limits)
 
     @property
     def watched(self) -> tuple[Expectation, ...]:
-        """All that a run has to record."""
+        """All measures that a run must record."""
         return (*self.measures, *(each for target in self.targets for each in target.watched))
 
     def values(self, u: Array) -> Array:
-        """The numbers, (d,), at shares u of the ways from the lower bounds to the upper ones."""
+        """The numbers (d,) at the shares u (d,) of the ranges: 0 at the lower bound, 1 at the upper one."""
         return np.asarray(self.low + u * (self.high - self.low))
 
     def shares(self, x: Array) -> Array:
@@ -81,7 +82,7 @@ class Wish:
         return np.asarray((x - self.low) / (self.high - self.low))
 
     def scene(self, u: Array) -> Scene:
-        """The scene with the numbers at these shares. Raises InputError where it is wrong."""
+        """The scene with the numbers at these shares. Raises InputError where it is not valid."""
         return self.scene_with(self.values(u).tolist())
 
     def scene_with(self, values: Sequence[Any]) -> Scene:
@@ -89,18 +90,18 @@ class Wish:
         return _taken_apart(self.text, self.name).scene(dict(zip(self.paths, values, strict=True)))
 
     def settings(self, scene: Scene) -> Settings:
-        """How a scene is run."""
+        """The settings with which a scene is run."""
         return _finer(settings_to_run(scene, by_options=False), self.finer)
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """What became of a design. `residuals` (m,) of what is matched; `goals` (g,), each to be as small as it can be;
-    `limits` (c,), which hold where they are 0 or more (those of `equals` where they are 0).
+    """The result of a design. `residuals` (m,) of the targets; `goals` (g,), each to be minimised; `limits` (c,), the
+    margins of the constraints, which hold where they are 0 or more (for `equals` where they are 0).
 
-    One that does not run has NaN in these, and says why in `cause`. `open`, (r,), is how far its rows stay from
-    closing, in rad and parts of the length; `reached` is the share of the duration that it ran. Trials beside it follow
-    its `steps`, where error control chose them; `followed` is the run itself, for slopes along it."""
+    For a design that does not run these are NaN, and `cause` is the reason. `open` (r,): the violation of its rows at
+    the nearest pose, in rad and parts of the length. `reached`: the part of the duration that it ran. Neighbouring
+    trials follow its `steps` of error control. `followed` is the run itself, for slopes along it."""
 
     residuals: Array
     goals: Array
@@ -113,22 +114,23 @@ class Trial:
 
     @property
     def runs(self) -> bool:
-        """Whether it closed, ran to its end, and has a number of everything that is asked for."""
+        """Whether the design closed, ran to its end, and has all wanted values."""
         return not self.cause
 
     @property
     def lacking(self) -> Array:
-        """What is 0 of a design that runs, as far as there is a measure of it."""
+        """The violation of the rows and the missing part of the duration: 0 for a design that runs."""
         return np.append(self.open, 1.0 - self.reached)
 
     @property
     def cost(self) -> float:
-        """Half the sum of the residuals' squares; NaN where it does not run."""
+        """Half the sum of the residuals' squares; NaN where the design does not run."""
         return 0.5 * float(self.residuals @ self.residuals)
 
 
 def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
-    """The design at these shares, run once; with the steps of a trial `beside` it."""
+    """Return the trial of the design at these shares, by a run that follows the steps `beside` of another trial, if
+    given."""
     try:
         scene = wish.scene(u)
     except InputError as error:
@@ -150,8 +152,8 @@ def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
 
 
 def tried_together(wish: Wish, points: Sequence[Array]) -> list[Trial]:
-    """The designs at some shares, each run once, with the bits of `tried`: by arrays where these know their way. Such
-    trials are not followed."""
+    """Return the trials of the designs at some shares, with the bits of `tried`. Designs are run together in arrays
+    where this is supported. These trials have no run to follow."""
     cases = [tuple(wish.values(u).tolist()) for u in points]
     trials = by_arrays(cases, partial(_of_a_group, wish), apart=lambda case: shared(wish.paths, case))
     return [trials.get(at) or replace(tried(wish, u), followed=None) for at, u in enumerate(points)]
@@ -173,8 +175,8 @@ def trial_of(
     duration: float | None,
     unseen: Collection[Expectation] = (),
 ) -> Trial:
-    """What a run of `duration` in s has of what is asked for, with the scene's parameters. What follows from measures
-    that are `unseen` is NaN."""
+    """Return the trial from the samples of a run of `duration` in s, with the scene's parameters. Values that depend on
+    `unseen` measures are NaN."""
     values = {each.name: nan for each in unseen}
     for each in wish.measures:
         if each in unseen:
@@ -201,7 +203,8 @@ def trial_of(
 
 
 def _failed(wish: Wish, cause: str, left_open: Array | None = None, reached: float = 1.0) -> Trial:
-    """A design that does not run; where nothing measures how far it is from that, all is NaN."""
+    """Return the trial of a design that does not run. `open` is NaN where nothing measures its distance from one that
+    runs."""
     sizes = sum(target.values.size for target in wish.targets), len(wish.goals), len(wish.limits)
     residuals, goals, limits = (np.full(size, nan) for size in sizes)
     return Trial(residuals, goals, limits, np.array([nan]) if left_open is None else left_open, reached, cause)
@@ -230,7 +233,7 @@ def _margin(limit: DesignLimit, values: dict[str, float], parameters: Mapping[st
 
 
 def _left_open(scene: Scene) -> Array:
-    """What is left of the rows' violation at the pose nearest to closing, in rad and parts of the length."""
+    """Return the violation of the rows at the pose nearest to closing, in rad and parts of the length."""
     try:
         system = compile_system(scene)
         guess = initial_guess(scene, system)

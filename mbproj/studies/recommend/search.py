@@ -119,7 +119,8 @@ class Bench:
     by_energy: bool = True
 
     def missed(self, tried: Measurement) -> float:
-        """The error over the goal, or the energy's doubt where that is larger; at most 1 where the goal is kept."""
+        """The error divided by the goal, or the energy's doubt where that is larger; at most 1 where the goal is
+        kept."""
         doubt = tried.doubt if self.by_energy and tried.doubt > 1.0 else 0.0
         return max(tried.at() / self.goal, doubt)
 

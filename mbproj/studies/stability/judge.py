@@ -36,7 +36,7 @@ HOLDS, DEGRADES, FAILS = "holds", "degrades", "fails"
 SAMPLES = 400
 #: Energies below this part of the work of gravity over the mechanism's length count as zero.
 STILL = 1e-9
-#: Values that are judged in one block at most.
+#: The most values that are judged in one block.
 BLOCK = 50
 #: The name of the track, and the relative precision of its limits: each point costs little.
 NAME, PRECISION = "small motions", 1e-8
@@ -115,15 +115,15 @@ def judged(subject: Subject, value: float) -> StabilityPoint:
 
 
 def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float]) -> dict[int, StabilityPoint]:
-    """The points of those values that arrays judge, with the bits that each has alone, by their numbers. `changed`
-    gives the subject at a value: its numbers of the scene alone may differ."""
+    """The points of the values that arrays can judge, with the bits of single runs, by the values' numbers. `changed`
+    returns the subject at a value; only numbers of its scene may differ."""
 
     def together(group: Sequence[float]) -> list[StabilityPoint | None]:
         subjects = [changed(value) for value in group]
         own = subjects[0]
         if own.setting.energy_row or any(replace(each, scene=own.scene) != own for each in subjects):
             raise OneByOne
-        # the texts of what was changed have no say in a run
+        # a run does not depend on the texts of changes
         scenes = [replace(each.scene, overrides=own.scene.overrides) for each in subjects]
         signature = signature_of(as_one(scenes), settings_of(own))
         blocks, ended = observed(signature, len(group))
@@ -180,7 +180,7 @@ class _Watch:
         self._energies.append(np.column_stack([block[f"diagnostics/{name}"] for name in names]))
 
     def of_case(self, at: int) -> _Watch:
-        """What was recorded of one case of a block."""
+        """The recorded data of one case of a block."""
         watch = copy(self)
         vars(watch).update({name: lane(value, at) for name, value in vars(self).items()})
         return watch

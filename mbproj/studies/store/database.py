@@ -1,7 +1,8 @@
 """The store's file: values of bytes by two names in an SQLite database, which many processes may use at once.
 
-It is bounded: what was used longest ago makes room. A file that is damaged, or not of mbproj, is set aside and a new
-one begun; where none can be had, nothing is kept. Each of these is said once, and none of them stops a study.
+Its size is bounded: values used longest ago are dropped. A file that is damaged, or of another program, is renamed, and
+a new one begun. Where no file can be opened, nothing is stored. A warning tells each of these once, and none of them
+stops a study.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ from mbproj.errors import warn_once
 
 Result = TypeVar("Result")
 
-#: Size of the file at most, and of one value, bytes.
+#: The largest size of the file, and of one value, in bytes.
 BOUND, LARGEST = 256 << 20, 64 << 20
-#: For another process that writes, s.
+#: Time to wait for another process that writes, s.
 PATIENCE = 10.0
-#: What SQLite keeps in the file's header for the program: whose file it is ("mbpr"), and in which format.
+#: The application id ("mbpr") and the format, which SQLite stores in the file's header.
 OURS, FORMAT = 0x6D627072, 1
 SCHEMA = (
     "CREATE TABLE kept (study TEXT NOT NULL, item TEXT NOT NULL, used REAL NOT NULL, value BLOB NOT NULL, "
@@ -35,7 +36,7 @@ SCHEMA = (
 
 
 class ForeignStore(sqlite3.DatabaseError):
-    """A database, and not one of ours."""
+    """The error for a database of another program, or of another format."""
 
 
 def read(study: str) -> dict[str, bytes]:
@@ -51,7 +52,7 @@ def read(study: str) -> dict[str, bytes]:
 
 
 def write(study: str, item: str, value: bytes) -> None:
-    """Keeps a value, in place of one of the same names, until its room is needed."""
+    """Stores a value, in place of one with the same names, until its space is needed."""
 
     def work(database: sqlite3.Connection) -> None:
         _make_room(database, len(value))
@@ -68,7 +69,7 @@ def forget(study: str) -> None:
 
 
 def _done(work: Callable[[sqlite3.Connection], Result], otherwise: Result) -> Result:
-    """What `work` gives, in a transaction of its own; `otherwise` where there is no store to be had."""
+    """The result of `work` in a transaction; `otherwise` where no store can be opened."""
     try:
         path = _private_folder() / "store.sqlite3"
         before = _identity(path)
@@ -77,7 +78,7 @@ def _done(work: Callable[[sqlite3.Connection], Result], otherwise: Result) -> Re
         except sqlite3.OperationalError:
             raise
         except sqlite3.DatabaseError as error:
-            if _identity(path) == before:  # or another process has set it aside already
+            if _identity(path) == before:  # else another process has replaced it already
                 _set_aside(path, str(error))
             return _in_transaction(path, work)
     except (OSError, sqlite3.Error) as error:
@@ -89,7 +90,7 @@ def _in_transaction(path: Path, work: Callable[[sqlite3.Connection], Result]) ->
     if path.exists() and not path.is_file():
         raise ForeignStore("it is no file")
     with closing(sqlite3.connect(path, timeout=PATIENCE, isolation_level=None)) as database:
-        # Nothing waits for the disk: a power cut may cost the store, whose values have checksums, and no study.
+        # No write waits for the disk: a power cut may damage the store, whose values have checksums, but no study.
         database.execute("PRAGMA synchronous = OFF")
         with _transaction(database):
             _check(database)
@@ -103,13 +104,13 @@ def _transaction(database: sqlite3.Connection) -> Iterator[None]:
         yield
         database.execute("COMMIT")
     except BaseException:
-        with suppress(sqlite3.Error):  # the database may be what is wrong
+        with suppress(sqlite3.Error):  # the database itself may be damaged
             database.execute("ROLLBACK")
         raise
 
 
 def _check(database: sqlite3.Connection) -> None:
-    """Makes the tables of a new file. Raises ForeignStore where the file has others."""
+    """Makes the tables of a new file. Raises ForeignStore where the file has other tables."""
     tables = database.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL").fetchall()
     owner, version = (database.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
     if not tables and not owner and not version:
@@ -120,12 +121,12 @@ def _check(database: sqlite3.Connection) -> None:
 
 
 def _make_room(database: sqlite3.Connection, size: int) -> None:
-    """Drops what was used longest ago until so many bytes fit: pages that are free are filled before the file grows."""
+    """Drops the values used longest ago until `size` bytes fit: SQLite fills free pages before the file grows."""
     page = database.execute("PRAGMA page_size").fetchone()[0]
     oldest = "DELETE FROM kept WHERE rowid = (SELECT rowid FROM kept ORDER BY used LIMIT 1)"
     while True:
         pages, free = (database.execute(f"PRAGMA {name}").fetchone()[0] for name in ("page_count", "freelist_count"))
-        needed = size + size // 50 + 16 * page  # with what SQLite adds to them
+        needed = size + size // 50 + 16 * page  # with SQLite's overhead
         if (pages - free) * page + needed <= BOUND or not database.execute(oldest).rowcount:
             return
 
@@ -135,9 +136,9 @@ def _identity(path: Path) -> int | None:
 
 
 def _set_aside(path: Path, why: str) -> None:
-    """Renames what stands where the store is to be, in place of what was renamed before."""
+    """Renames the file at the store's path; it replaces a file renamed before."""
     aside = path.with_name("store.aside")
-    journal = path.with_name(f"{path.name}-journal")  # of this file: played back into the next it would destroy that
+    journal = path.with_name(f"{path.name}-journal")  # SQLite would play it back into the new file
     journal.unlink(missing_ok=True)
     path.replace(aside)
     warn_once(f"'{path}' is not what mbproj has kept there ({why}): it is now '{aside.name}', and studies begin anew")
@@ -150,8 +151,8 @@ def _folder() -> Path:
 
 
 def _private_folder() -> Path:
-    """The folder `studies` in there, made where it is missing, that nobody else can read or write. Raises OSError where
-    it cannot be made, or belongs to somebody else."""
+    """The folder `studies` in the cache, which only the user can read or write; it is made where it is missing. Raises
+    OSError where it cannot be made, or belongs to another user."""
     try:
         parent = _folder().expanduser()
     except RuntimeError as error:

@@ -1,11 +1,11 @@
-"""Values of studies by what they follow from; the code of mbproj and of plug-ins is part of that.
+"""Values of studies, stored by the data that determine them, with the code of mbproj and of plug-ins.
 
 A value is stored as bytes that hold data only: numbers, text, lists, tuples, mappings, arrays, and records of classes
-that the reader names. Bytes that are anything else are refused with a ValueError.
+that the reader names. Any other bytes raise ValueError.
 
     crc32 of the rest (4 bytes) | length of the text (8 bytes) | JSON | the arrays one after another
 
-In the JSON, what is neither a number, text nor a list is an object of one key that says what it is.
+In the JSON, a value that is neither a number, a text nor a list is an object whose single key names its type.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ Value = TypeVar("Value")
 
 
 def cached(what: Any, compute: Callable[[], Value], records: Sequence[type]) -> Value:
-    """The value that `compute` gives for `what` (anything JSON can hold), from the store where it is there. `records`:
-    the classes of the records that it consists of."""
+    """Return the value for the key `what` (any JSON data): from the store, or by `compute`. `records`: the classes of
+    the records in the value."""
     study = key_of(what)
     for data in database.read(study).values():
         with suppress(ValueError):  # written by a version with other fields, or damaged
@@ -47,11 +47,10 @@ def cached(what: Any, compute: Callable[[], Value], records: Sequence[type]) -> 
 
 
 class ValueCache:
-    """What a study has done, by name, so that it resumes where it was interrupted: numbers, text, lists and mappings.
-
-    A study is known by `what` it is about (anything JSON can hold) and by the machine, because times are among its
-    numbers. Without `what` all is in memory alone; with `fresh` nothing of before counts. `records` are the classes of
-    the records among its values."""
+    """The results of a study by name, with which it resumes after an interruption: numbers, text, lists and mappings.
+    The key of a study is `what` (any JSON data) and the machine, because results contain times. Without `what` results
+    are in memory only; with `fresh` earlier results are dropped. `records` are the classes of the records among its
+    values."""
 
     def __init__(self, what: Any = None, fresh: bool = False, records: Sequence[type] = ()) -> None:
         self._study = None if what is None else key_of([platform.node(), what])
@@ -74,20 +73,21 @@ class ValueCache:
         return self._records.items()
 
     def add(self, name: str, record: Any) -> None:
-        """Keeps a record; it is on the disk when this returns."""
+        """Stores a record; it is on the disk when this returns."""
         self._records[name] = record
         if self._study is not None:
             database.write(self._study, name, encoded(record))
 
 
 def key_of(what: Any) -> str:
-    """The key of what follows from `what` (anything JSON can hold), the code of mbproj, its kernel and plug-ins."""
+    """The key of values that `what` (any JSON data) and the code of mbproj, its kernel and plug-ins determine."""
     return hashlib.sha256(json.dumps([_code(), build_info(), what, *marks()], default=_plain).encode()).hexdigest()
 
 
 @cache
 def _code() -> str:
-    """A checksum of all that mbproj runs. Its version stays the same in a checkout, while records get other fields."""
+    """A checksum of all code of mbproj. The version alone is not enough: in a checkout it stays the same while code
+    changes."""
     checksum, kernel = hashlib.sha256(), core()
     for path in sorted(Path(mbproj.__file__).parent.rglob("*.py")):
         checksum.update(path.read_bytes())
@@ -97,17 +97,17 @@ def _code() -> str:
 
 
 def _plain(number: Any) -> Any:
-    """A number of NumPy's as Python's."""
+    """A number of NumPy as Python's."""
     return number.item()
 
 
-#: Types of the numbers in arrays: floating, whole, yes or no.
+#: Types of arrays: floats, integers, booleans.
 NUMBERS = ("<f8", "<i8", "|b1")
 CHECKSUM, LENGTH = 4, 8
 
 
 def encoded(value: Any) -> bytes:
-    """The bytes of a value. Raises TypeError for what is not data of these kinds."""
+    """The bytes of a value. Raises TypeError for other types of data."""
     arrays: list[bytes] = []
     text = json.dumps(_written(value, arrays)).encode()
     rest = b"".join([len(text).to_bytes(LENGTH, "little"), text, *arrays])
@@ -115,7 +115,8 @@ def encoded(value: Any) -> bytes:
 
 
 def decoded(data: bytes, records: Sequence[type] = ()) -> Any:
-    """The value, with records of these classes alone. Raises ValueError where the bytes are not `encoded`'s."""
+    """The value, which may contain records of these classes only. Raises ValueError for bytes that `encoded` has not
+    written."""
     rest = memoryview(data)[CHECKSUM:]
     if crc32(rest) != int.from_bytes(data[:CHECKSUM], "little"):
         raise ValueError("its checksum is wrong")
@@ -177,7 +178,7 @@ def _read(tree: Any, arrays: memoryview, records: Mapping[str, type]) -> Any:
 
 
 def _array(number: str, shape: list[int], start: int, arrays: memoryview) -> Array:
-    """A copy, which can be written to."""
+    """A writable copy of an array in the bytes."""
     if number not in NUMBERS or not all(isinstance(size, int) and size >= 0 for size in (*shape, start)):
         raise ValueError("an array is not described as such")
     return np.frombuffer(arrays, np.dtype(number), prod(shape), start).reshape(shape).copy()

@@ -1,4 +1,4 @@
-"""One case of a sweep: the scene with its values, run and measured. Whatever goes wrong is in its row."""
+"""One case of a sweep: the scene with its values, run and measured. Any error is in its row."""
 
 from __future__ import annotations
 
@@ -33,16 +33,17 @@ from mbproj.studies.together.block import run_block
 from mbproj.studies.together.groups import FEWEST, by_arrays, shared
 from mbproj.studies.together.signature import signature_of, values_of
 
-#: Blocks of which none went by arrays until no further one is tried.
+#: After this many blocks in a row without a case that runs in arrays, arrays are not tried any more.
 TRIALS = 3
-#: Scenes that a process keeps taken apart.
+#: The number of parsed scenes in the cache of a process.
 SCENES = 4
 
 
 @dataclass(frozen=True)
 class CaseWork:
-    """What all cases share: the scene's text and what messages call it; the paths of what varies; what is measured; for
-    how long (s) a case may run; what results files are kept of ("none", "failed", "all"), and where."""
+    """The common data of all cases: the scene's text and its `name` in messages; the paths of the varied values; the
+    measures; the longest time (s) of a case. `keep` tells which cases keep their results files in `folder`: "none",
+    "failed" or "all"."""
 
     text: str
     name: str
@@ -62,7 +63,7 @@ class CaseTask:
 
 
 def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
-    """Runs a case. Its results file is written under a private name, and renamed when it is whole."""
+    """Runs a case. Its results file is written under a temporary name, and renamed when it is complete."""
     started = perf_counter()
     try:
         with time_limit(work.timeout):
@@ -70,7 +71,7 @@ def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
     except TimeIsUp:
         row = CaseRow(Status.TIMEOUT, message=f"stopped: it took longer than {work.timeout:g} s")
     except InputError as error:
-        by_the_machine = isinstance(error.__cause__, OSError)  # no room, say: not a fault of the case
+        by_the_machine = isinstance(error.__cause__, OSError)  # a full disk, for example: not a fault of the case
         status = Status.CRASHED if by_the_machine else Status.FAILED
         row = CaseRow(status, message="; ".join(problem.line() for problem in error.problems))
     except OutputError as error:
@@ -84,7 +85,7 @@ def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
 
 
 def run_cases(work: CaseWork, tasks: Sequence[CaseTask]) -> tuple[CaseRow, ...]:
-    """The rows of several cases, by arrays where these know their way, with the bits that each has alone."""
+    """The rows of several cases. They run together in arrays where this is supported, with the bits of single runs."""
     tried = _tried(work.text, work.paths, work.measures)
     rows: dict[int, CaseRow] = {}
     if work.keep != "all" and len(tasks) >= FEWEST and tried.count < TRIALS:
@@ -94,7 +95,7 @@ def run_cases(work: CaseWork, tasks: Sequence[CaseTask]) -> tuple[CaseRow, ...]:
 
 
 class _Tried:
-    """How many blocks in a row had no case that went by arrays."""
+    """The number of blocks in a row without a case that ran in arrays."""
 
     count = 0
 
@@ -105,7 +106,7 @@ def _tried(text: str, paths: tuple[str, ...], measures: tuple[Expectation, ...])
 
 
 def _by_arrays(work: CaseWork, tasks: Sequence[CaseTask]) -> dict[int, CaseRow]:
-    """The rows of those cases that come to their end by arrays, by their numbers."""
+    """The rows of the cases that arrays can run to their end, by the cases' numbers."""
 
     def holds(task: CaseTask, row: CaseRow) -> bool:
         return np.array_equal(run_case(work, task).values, row.values, equal_nan=True)
@@ -114,7 +115,7 @@ def _by_arrays(work: CaseWork, tasks: Sequence[CaseTask]) -> dict[int, CaseRow]:
 
 
 def _run_together(work: CaseWork, tasks: Sequence[CaseTask]) -> list[CaseRow | None]:
-    """The rows of cases of a group; None of those that have to go alone."""
+    """The rows of the cases of a group; None for cases that must run alone."""
     begun = perf_counter()
     values = values_of([task.values for task in tasks])
     scene = scene_of(work, CaseTask("", tuple(values)))
@@ -152,8 +153,8 @@ def _taken_apart(text: str, name: str) -> SceneText:
 
 
 def sparse(settings: Settings, measures: Sequence[Expectation], *, counts: bool = True) -> Settings:
-    """Return the settings without samples before the end where only that is measured. In an error-controlled run that
-    `counts` its evaluations they stay: the count depends on them, the motion does not."""
+    """Return the settings without samples before the end where only that is measured. Where the count of evaluations
+    `counts`, a run with error control keeps its samples: they change the count, but not the motion."""
     late = all(each.at == "end" and each.quantity != "energy_drift_relative" for each in measures)
     if late and settings.step is not None:
         return replace(settings, output_step=whole_steps(settings) * settings.step)
@@ -163,7 +164,7 @@ def sparse(settings: Settings, measures: Sequence[Expectation], *, counts: bool 
 def _measured(
     work: CaseWork, mechanism: Mechanism, settings: Settings, kept: MeasuredSamples, keep: Keep | None = None
 ) -> tuple[CaseRow, Report]:
-    """The case's row; `keep` takes the states that a run can go on from."""
+    """The case's row and its report; `keep` receives the marks from which the run can be continued."""
     report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep, accounts=keep is not None)
     measurements = {each.name: measured(each, kept, settings.duration) for each in work.measures}
     values = tuple(np.nan if one is None else float(one.values[0]) for one in measurements.values())
@@ -184,7 +185,7 @@ def _failed(error: MbprojError) -> CaseRow:
 
 
 def _recorded(work: CaseWork, task: CaseTask, mechanism: Mechanism, settings: Settings) -> CaseRow:
-    """The case, with its results file."""
+    """The case's row; its results file is written."""
     assert work.folder is not None
     whole, private = work.folder / f"{task.key}.h5", work.folder / f".{task.key}-{uuid4().hex[:8]}.h5"
     started, system = perf_counter(), mechanism.system

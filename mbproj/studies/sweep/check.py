@@ -1,4 +1,4 @@
-"""All that a sweep has written, held against its checksums (`info --check DIR`). Nothing is changed."""
+"""Checks all files of a sweep against their checksums (`info --check DIR`). Nothing is changed."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from mbproj.studies.sweep.summary import KIND
 
 @dataclass(frozen=True)
 class SweepSoundness:
-    """What is wrong, a sentence each; how many rows the store has, how many results files were read; which files have
-    no checksums, because an older mbproj wrote them; which results files are damaged: a sweep keeps them, unless they
-    are deleted."""
+    """The result of the check. `faults`: a sentence for each. `rows`: the number of rows of the store; `files`: of
+    results files read. `unguarded`: the files of older versions of mbproj, without checksums. `damaged`: the damaged
+    results files, which a sweep keeps until they are deleted."""
 
     faults: tuple[str, ...]
     rows: int
@@ -31,7 +31,7 @@ class SweepSoundness:
 
 
 def check_sweep(folder: Path) -> SweepSoundness:
-    """Reads the store, both tables and the results files that are kept. Raises InputError where there is no sweep."""
+    """Reads the store, both tables and all results files. Raises InputError where there is no sweep."""
     store, table, arrays = folder / STORE, folder / TABLE, folder / NAME
     if not store.is_file():
         hint = "give a results file, or the folder that 'mbproj sweep SPEC' has written"
@@ -66,8 +66,8 @@ def check_sweep(folder: Path) -> SweepSoundness:
 
 
 def _looked(store: Path) -> tuple[database.Looked, str | None]:
-    """A look at the store, and the table's checksum where it has one. Where SQLite has left a log beside the store, a
-    sweep is at work, or was killed: it is locked."""
+    """The check of the store, and the table's checksum, if any. A log of SQLite beside the store means that a sweep is
+    running, or was killed: then the store is opened with a lock."""
     database.check_no_links(store)
     if store.with_name(store.name + "-wal").exists():
         with closing(database.locked(store)) as opened:

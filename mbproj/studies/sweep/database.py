@@ -1,6 +1,5 @@
-"""The file of a sweep's store: an SQLite database that one process has at a time. Every row has a checksum.
-
-What is whole of a file that is damaged, or of format 1, goes into a new one, which takes its place.
+"""The file of a sweep's store: an SQLite database that only one process can open. Every row has a checksum. A damaged
+file, or one of format 1, is replaced by a new one with its undamaged rows.
 """
 
 from __future__ import annotations
@@ -19,12 +18,11 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem, warn_once
 from mbproj.studies.sweep.row import from_stored
 
-#: What SQLite keeps in the file's header for the program: whose file it is ("mbsw"), and in which format. Format 1 has
-#: no checksums.
+#: The application id ("mbsw") and the format, which SQLite stores in the file's header. Format 1 has no checksums.
 OURS, FORMAT, WITHOUT_CHECKSUMS = 0x6D627377, 2, 1
-#: Where the first of these stands in a file.
+#: The bytes of a file with the application id.
 OURS_AT = slice(68, 72)
-#: The columns of format 1, by table; after them stands the checksum of a row.
+#: The columns of format 1, by table. Format 2 has the row's checksum after them.
 TABLES: Mapping[str, str] = {
     "about": "name TEXT PRIMARY KEY, value TEXT NOT NULL",
     "cases": "key TEXT PRIMARY KEY, parameters TEXT NOT NULL, status TEXT NOT NULL, measures TEXT NOT NULL, "
@@ -35,22 +33,21 @@ CHECKSUM = ", checksum INTEGER NOT NULL"
 #: Endings of the files that SQLite writes beside its own.
 BESIDE = ("-wal", "-journal", "-shm")
 OTHER = "choose another folder with -o"
-#: Words of SQLite's where the machine is in the way, not the bytes of the file.
+#: Words in SQLite's messages whose cause is the machine, not the content of the file.
 MACHINE = ("locked", "full", "I/O", "unable to open")
 
 
-#: What a damaged store is called from then on.
+#: The name to which a damaged store is renamed.
 ASIDE = "store.damaged"
 
 
 class Foreign(sqlite3.DatabaseError):
-    """A database of another program, or of another format."""
+    """The error for a database of another program, or of another format."""
 
 
 @dataclass(frozen=True)
 class Looked:
-    """What a look at all rows has found: the format, how many cases there are, how many of them are damaged, and what
-    else is wrong."""
+    """The result of reading all rows: the format, the numbers of cases and of damaged cases, and other faults."""
 
     version: int
     cases: int
@@ -59,12 +56,12 @@ class Looked:
 
     @property
     def is_whole(self) -> bool:
-        """Whether nothing is damaged."""
+        """Whether no row is damaged and there is no other fault."""
         return not (self.damaged or self.faults)
 
 
 def locked(path: Path) -> sqlite3.Connection:
-    """The database at `path`, made where there is none, for this process alone. Raises sqlite3.Error."""
+    """The database at `path`, locked for this process and made where there is none. Raises sqlite3.Error."""
     database = sqlite3.connect(path, timeout=0.0, isolation_level=None)
     try:
         prepare(database)
@@ -80,12 +77,12 @@ def locked(path: Path) -> sqlite3.Connection:
 
 
 def prepare(database: sqlite3.Connection) -> None:
-    """Damaged text is read, too: its checksum then differs."""
+    """Let damaged text be read, too: its checksum then differs."""
     database.text_factory = lambda data: data.decode(errors="replace")
 
 
 def make(database: sqlite3.Connection) -> None:
-    """The tables of a new file."""
+    """Make the tables of a new file."""
     about = (f"PRAGMA application_id = {OURS}", f"PRAGMA user_version = {FORMAT}")
     for statement in ("BEGIN IMMEDIATE", *schema(FORMAT), *about, "COMMIT"):
         database.execute(statement)
@@ -98,7 +95,8 @@ def schema(version: int) -> list[str]:
 
 
 def version_of(database: sqlite3.Connection) -> int:
-    """The format of a file; 0 where there is nothing in it. Raises Foreign where it is none of ours."""
+    """The format of a file; 0 for an empty file. Raises Foreign for a file of another program, or of an unknown
+    format."""
     owner, version = (database.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
     if not owner and not database.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
         return 0
@@ -108,7 +106,7 @@ def version_of(database: sqlite3.Connection) -> int:
 
 
 def look(database: sqlite3.Connection) -> Looked:
-    """Reads all of a database. Raises sqlite3.Error where that does not come to an end."""
+    """Reads a whole database. Raises sqlite3.Error where it cannot be read to its end."""
     version = version_of(database)
     statements = {sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")}
     faults = [] if statements == {*schema(version)} else ["its tables are not those of a sweep"]
@@ -123,7 +121,8 @@ def look(database: sqlite3.Connection) -> Looked:
 
 
 def whole_values(table: str, version: int, row: Sequence[Any]) -> Sequence[Any] | None:
-    """The values of a row without its checksum; None where it is damaged, as far as the format can tell."""
+    """The values of a row without its checksum; None where the row is damaged. Without checksums only wrong types count
+    as damage."""
     if version == FORMAT:
         return row[:-1] if sealed(row[:-1])[-1] == row[-1] else None
     try:
@@ -135,7 +134,7 @@ def whole_values(table: str, version: int, row: Sequence[Any]) -> Sequence[Any] 
 
 
 def sealed(values: Sequence[Any]) -> list[Any]:
-    """A row with its checksum: text that can be written, numbers as SQLite gives them back."""
+    """A row with its checksum, in the form in which SQLite returns it."""
     row = [_storable(value) for value in values]
     return [*row, crc32(json.dumps(row, default=repr).encode())]
 
@@ -143,11 +142,11 @@ def sealed(values: Sequence[Any]) -> list[Any]:
 def _storable(value: Any) -> Any:
     if isinstance(value, str):
         return value.encode(errors="backslashreplace").decode()
-    return value + 0.0 if isinstance(value, float) else value  # -0.0 comes back as 0.0
+    return value + 0.0 if isinstance(value, float) else value  # SQLite returns -0.0 as 0.0
 
 
 def check_no_links(path: Path) -> None:
-    """Raises InputError where the database at `path` would be written somewhere else."""
+    """Raises InputError where the database at `path`, or a file that SQLite writes beside it, is a link."""
     for each in (path, *(path.with_name(path.name + ending) for ending in BESIDE)):
         if each.is_symlink():
             what = f"'{each}' is a link, and a sweep keeps its rows in its own folder"
@@ -155,7 +154,7 @@ def check_no_links(path: Path) -> None:
 
 
 def is_damage(path: Path, error: sqlite3.Error) -> bool:
-    """Whether SQLite complains of the bytes of a file that is ours. May raise OSError."""
+    """Whether the cause of SQLite's error is damage of a file of ours. May raise OSError."""
     said = str(error)
     by_the_machine = any(word in said for word in MACHINE) or ("readonly" in said and not os.access(path, os.W_OK))
     if isinstance(error, Foreign) or by_the_machine:
@@ -165,7 +164,7 @@ def is_damage(path: Path, error: sqlite3.Error) -> bool:
 
 
 def refused(path: Path, error: sqlite3.Error) -> InputError:
-    """A database that cannot be opened."""
+    """The error for a database that cannot be opened."""
     if "locked" in str(error):
         hint = f"wait until it has ended, or {OTHER}"
         return InputError(Problem(f"another sweep is at work in '{path.parent}'", hint=hint))
@@ -175,8 +174,8 @@ def refused(path: Path, error: sqlite3.Error) -> InputError:
 
 
 def open_whole(path: Path) -> sqlite3.Connection:
-    """The database at `path`, which no other process has and in which nothing is damaged; made where there is none.
-    Raises InputError where it is not ours, or another sweep has it open."""
+    """The undamaged database at `path`, locked for this process, and made where there is none. Raises InputError where
+    it is of another program, or another sweep has it open."""
     check_no_links(path)
     try:
         return _opened(path)
@@ -205,7 +204,8 @@ def _opened(path: Path) -> sqlite3.Connection:
 
 
 def _replace(path: Path, old: sqlite3.Connection | None, aside: bool) -> None:
-    """Puts a new database in the place of an old one, which may be set aside. The old connection is closed."""
+    """Replaces a database by a new one with its undamaged rows, and closes the `old` connection. With `aside` the old
+    files are renamed, else deleted."""
     draft = path.with_name(f".mbproj-{os.urandom(8).hex()}.sqlite")
     try:
         with closing(sqlite3.connect(draft, isolation_level=None)) as new:
@@ -214,7 +214,7 @@ def _replace(path: Path, old: sqlite3.Connection | None, aside: bool) -> None:
         if old is not None:
             old.close()
         name = next(name for name in _names(path) if not name.exists())
-        for ending in ("", *BESIDE):  # a log of the old file would be played back into the new one
+        for ending in ("", *BESIDE):  # SQLite would play back a log of the old file into the new one
             with suppress(FileNotFoundError):
                 left = path.with_name(path.name + ending)
                 left.replace(name.with_name(name.name + ending)) if aside else left.unlink()
@@ -237,7 +237,7 @@ def _names(path: Path) -> Iterator[Path]:
 
 
 def _copy(old: sqlite3.Connection | None, new: sqlite3.Connection) -> int:
-    """How many whole cases were found and copied."""
+    """Copy the undamaged rows, and return the number of cases among them."""
     new.execute("BEGIN")
     for table in TABLES:
         for values in () if old is None else _whole(old, table):
@@ -249,7 +249,7 @@ def _copy(old: sqlite3.Connection | None, new: sqlite3.Connection) -> int:
 
 
 def _whole(old: sqlite3.Connection, table: str) -> Iterator[Sequence[Any]]:
-    """The rows that are whole, from both ends: what SQLite cannot read may stand between them."""
+    """Yield the undamaged rows, read from both ends: SQLite may fail at a part between them."""
     first = TABLES[table].partition(" ")[0]
     for order in ("ASC", "DESC"):
         with suppress(sqlite3.DatabaseError):

@@ -16,17 +16,17 @@ from mbproj.dataclass import dataclass
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.ranges import Item, Points, Range
 
-#: (dimensions d, samples n, seed) -> (n, d), or more rows.
+#: A function of dimensions d, samples n and seed that returns samples (n, d), or more rows.
 Sampler: TypeAlias = "Callable[[int, int, int], Array]"
 MONTECARLO, LHS, SOBOL, SALTELLI = "montecarlo", "lhs", "sobol", "saltelli"
-#: Designs that are balanced only where there are 2, 4, 8, .. samples.
+#: Designs that are balanced only with 2, 4, 8, .. samples.
 POWERS_OF_TWO = frozenset({SOBOL, SALTELLI})
 #: The values of a case, in the order of the design's paths.
 Case: TypeAlias = tuple[Item, ...]
 
 
 def montecarlo(dimensions: int, samples: int, seed: int) -> Array:
-    """Independent samples; more of them begin with the same ones."""
+    """Independent samples; a larger number begins with the same samples."""
     return np.random.default_rng(seed).random((samples, dimensions))
 
 
@@ -39,7 +39,7 @@ def latin_hypercube(dimensions: int, samples: int, seed: int) -> Array:
 
 
 def sobol(dimensions: int, samples: int, seed: int) -> Array:
-    """Sobol's sequence, scrambled; more of them begin with the same ones."""
+    """Sobol's sequence, scrambled; a larger number begins with the same samples."""
     from scipy.stats import qmc
 
     points: Array = qmc.Sobol(dimensions, seed=np.random.default_rng(seed)).random(samples)
@@ -47,8 +47,8 @@ def sobol(dimensions: int, samples: int, seed: int) -> Array:
 
 
 def saltelli(dimensions: int, samples: int, seed: int) -> Array:
-    """Saltelli's design for Sobol' indices, (n (d + 2), d): samples A, other ones B, and A with one column of B each
-    (Saltelli et al. 2010, Computer Physics Communications 181, 259-270)."""
+    """Saltelli's design for Sobol' indices, (n (d + 2), d): samples A, further samples B, and A with each one of its
+    columns from B (Saltelli et al. 2010, Computer Physics Communications 181, 259-270)."""
     both = sobol(2 * dimensions, samples, seed)
     A, B = both[:, :dimensions], both[:, dimensions:]
     mixed = np.repeat(A[None], dimensions, axis=0)
@@ -64,35 +64,35 @@ SAMPLERS: Mapping[str, Sampler] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Design(ABC):
-    """What varies, by path, and how it is combined; `name` is the word for that."""
+    """The ranges of the varied values, by path, and their combination, which has a `name`."""
 
     name: str
     ranges: Mapping[str, Range]
 
     @property
     def paths(self) -> tuple[str, ...]:
-        """What varies."""
+        """The paths of the varied values."""
         return tuple(self.ranges)
 
     @property
     @abstractmethod
     def count(self) -> int:
-        """How many cases there are."""
+        """The number of cases."""
 
     @abstractmethod
     def case(self, number: int) -> Case:
-        """The values of one of them."""
+        """The values of case `number`."""
 
 
 @dataclass(frozen=True)
 class Grid(Design):
-    """Every combination; the last quantity varies fastest."""
+    """All combinations of the values; the last quantity varies fastest."""
 
     ranges: Mapping[str, Points]
 
     @cached_property
     def shape(self) -> tuple[int, ...]:
-        """How many values each quantity has."""
+        """The number of values of each quantity."""
         return tuple(each.count for each in self.ranges.values())
 
     @property
@@ -109,7 +109,7 @@ class Grid(Design):
 
 @dataclass(frozen=True)
 class Zip(Design):
-    """The first values of all, then the second ones; what has one value keeps it."""
+    """Case k has the k-th value of each quantity; a quantity with one value has it in all cases."""
 
     ranges: Mapping[str, Points]
 
@@ -123,8 +123,8 @@ class Zip(Design):
 
 @dataclass(frozen=True)
 class Sampled(Design):
-    """Samples in the unit cube, each coordinate taken for a share of its quantity's distribution. `samples` were asked
-    for; Saltelli's design makes more of them."""
+    """Samples of the unit cube, whose coordinates are probabilities in the distributions of the quantities. `samples`
+    is the requested number; Saltelli's design makes more."""
 
     samples: int
     seed: int
@@ -153,7 +153,7 @@ class Sampled(Design):
 def design_of(
     ranges: Mapping[str, Range], name: str, samples: int | None, seed: int | None, reading: Reading
 ) -> Design | None:
-    """The design of this name; None where it cannot be made of these, which is reported."""
+    """The design of this name; None where these ranges do not allow it, which is reported."""
     before = len(reading.problems)
     if name in SAMPLERS:
         _check_samples(name, samples, reading)
@@ -174,7 +174,7 @@ def design_of(
     return Zip(name, points) if len(reading.problems) == before else None
 
 
-#: How cases are made of ranges, by name; the first where nothing is said.
+#: The combinations of ranges, by name; the first is the default.
 COMBINATIONS = ("grid", "zip", *SAMPLERS)
 
 

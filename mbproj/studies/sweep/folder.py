@@ -1,8 +1,8 @@
 """The folder of a sweep: its spec and store, the results files that are kept, the summary.
 
-The store has what a sweep has done: one SQLite file, a row a case, written by the sweep's leading process. A row is on
-the disk when `add` returns, so that a sweep that is killed loses only what was at work. The file is locked as long as
-it is open: two sweeps never share a folder.
+The store holds the results of a sweep: one SQLite file with a row for each case, written by the sweep's main process. A
+row is on the disk when `add` returns, so that a killed sweep loses only the cases in work. The file is locked as long
+as it is open: two sweeps never share a folder.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ from mbproj.studies.sweep.spec import SweepSpec
 from mbproj.version import __version__
 
 STORE, CASES, TABLE = "store.sqlite", "cases", "summary.csv"
-#: Names of the results files of cases, and of those that are being written.
+#: Names of the results files of cases, complete and unfinished.
 CASE_FILE = re.compile(r"\.?[0-9a-f]{32}(-[0-9a-f]{8})?\.h5(\.part)?")
 PRIVATE = re.compile(r"\.[0-9a-f]{32}-[0-9a-f]{8}\.h5(\.part)?")
 OTHER = "choose another folder with -o"
 
 
 class Folder:
-    """The folder at `path`. Raises InputError where it holds what is not this sweep's; `fresh` drops all that an
-    earlier one has done."""
+    """The folder at `path`. Raises InputError where it holds files that are not of this sweep. `fresh` drops all
+    earlier results."""
 
     def __init__(self, path: Path, spec: SweepSpec, fresh: bool) -> None:
         self.path = make_folder(path, OTHER)
@@ -72,7 +72,7 @@ class Folder:
             make_folder(self.cases, OTHER)
 
     def remove_unfinished(self) -> None:
-        """Removes results files that nobody goes on with: the processes that wrote them are gone."""
+        """Removes unfinished results files, whose processes have ended."""
         self._remove(PRIVATE)
 
     def _remove(self, names: re.Pattern[str]) -> None:
@@ -91,7 +91,7 @@ def checksum_of(table: Path) -> str:
 
 
 def _scene_of(spec: SweepSpec) -> str:
-    """What a sweep is of, wherever its folder is moved: the name of the scene's file."""
+    """The name of the scene's file, which identifies a sweep wherever its folder is moved."""
     return as_text(spec.scene.path.name) if spec.scene.path is not None else ""
 
 
@@ -112,22 +112,24 @@ def _now() -> str:
 
 
 class StoreLost(MbprojError):
-    """The store cannot be read or written any more: the disk is full or gone, or something else has changed it."""
+    """The error for a store that cannot be read or written any more: the disk is full or gone, or another program has
+    changed it."""
 
     exit_code = ExitCode.FAILED
 
 
 class Store:
-    """Rows by the keys of their cases, and facts about the sweep by name. `measures` are the identities of what is
-    measured, in the order of a row's values. Methods raise StoreLost."""
+    """Rows by the keys of their cases, and facts about the sweep by name. `measures` are the identities of the
+    measures, in the order of a row's values. Methods raise StoreLost."""
 
     def __init__(self, path: Path, measures: Sequence[str]) -> None:
-        """Opens the file, or makes it. Raises InputError where it is not ours, or another sweep has it open."""
+        """Opens the file, or makes it. Raises InputError where it is of another program, or another sweep has it
+        open."""
         self.path, self._measures = path, tuple(measures)
         self._database = open_whole(path)
 
     def close(self) -> None:
-        """Ends the lock."""
+        """Closes the file, which ends the lock."""
         self._database.close()
 
     def __enter__(self) -> Store:
@@ -137,12 +139,12 @@ class Store:
         self.close()
 
     def about(self) -> dict[str, str]:
-        """The facts."""
+        """The stored facts, by name."""
         with self._at_work():
             return dict(self._database.execute("SELECT name, value FROM about").fetchall())
 
     def describe(self, facts: Mapping[str, str]) -> None:
-        """Keeps facts."""
+        """Stores facts."""
         with self._at_work():
             self._database.executemany("INSERT OR REPLACE INTO about VALUES (?, ?, ?)", map(sealed, facts.items()))
 
@@ -152,19 +154,19 @@ class Store:
             self._database.execute("DELETE FROM cases")
 
     def add(self, key: str, parameters: Mapping[str, Any], row: CaseRow) -> None:
-        """Keeps a row, in place of one of the same case."""
+        """Stores a row, in place of an earlier one of the same case."""
         values = sealed(as_stored(key, parameters, self._measures, row))
         with self._at_work():
             self._database.execute(f"INSERT OR REPLACE INTO cases VALUES ({', '.join('?' * len(values))})", values)
 
     def row(self, key: str) -> CaseRow | None:
-        """The row of a case; None where there is none, or it has not all that is measured now."""
+        """The row of a case; None where there is none, or it lacks a present measure."""
         with self._at_work():
             stored = self._database.execute("SELECT * FROM cases WHERE key = ?", [key]).fetchone()
             return None if stored is None else self._row(stored)
 
     def rows(self) -> Iterator[tuple[str, CaseRow]]:
-        """All rows that have what is measured now, by their keys."""
+        """All rows with all present measures, by their keys."""
         with self._at_work():
             for record in self._database.execute("SELECT * FROM cases"):
                 row = self._row(record)

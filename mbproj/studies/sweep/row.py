@@ -1,5 +1,5 @@
-"""A case of a sweep: its key, a hash of all that its numbers follow from; what became of it, a row of the table; and
-how the store has that row."""
+"""A case of a sweep: its key, a hash of all data that determine its numbers; its result, a row of the table; and the
+stored form of this row."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from mbproj.scene.ranges import Item
 from mbproj.scene.records import Expectation
 from mbproj.version import __version__
 
-#: Bytes of a key: among 1e9 cases no two agree by chance.
+#: The bytes of a key: two of 1e9 cases do not agree by chance.
 SIZE = 16
 
 
 class Status(str, Enum):
-    """How a case ended. What took too long, or lost its process, its memory or its room on the disk, is run again when
-    the sweep is started again; what failed would fail again."""
+    """The end of a case. A restarted sweep runs cases again that took too long, or lost their process, memory or disk
+    space. Failed cases would fail again."""
 
     DONE = "done"
     FAILED = "failed"
@@ -33,9 +33,9 @@ class Status(str, Enum):
 
 @dataclass(frozen=True)
 class CaseRow:
-    """The status of a case; its measures in their order (empty where it is not done). Where it failed: why, when in s
-    and at which joint, as far as that is known; the formulation that ran; how long it took, in s of the clock; whether
-    its results file is kept; and whether it was made by arrays, which is not stored."""
+    """The result of a case: its status, and its measures in their order, empty for a case that is not done. For a
+    failure: `message`, `time` in s and `joint`, where known. `seconds` is the duration by the clock, `kept` whether the
+    results file is kept. `by_arrays` tells whether the case ran in arrays, and is not stored."""
 
     status: Status
     values: tuple[float, ...] = ()
@@ -48,7 +48,7 @@ class CaseRow:
     by_arrays: bool = False
 
 
-#: The columns of a stored case, and what SQLite may give for them.
+#: The columns of a stored case, with the types that SQLite may return.
 _KINDS: Mapping[str, tuple[type, ...]] = {
     "key": (str,),
     "parameters": (str,),
@@ -64,7 +64,7 @@ _KINDS: Mapping[str, tuple[type, ...]] = {
 
 
 def as_stored(key: str, parameters: Mapping[str, Any], names: Sequence[str], row: CaseRow) -> list[Any]:
-    """The columns of a case, whose measures are known by these names."""
+    """The columns of a case, whose measures have these names in the store."""
     values = {name: None if isnan(value) else value for name, value in zip(names, row.values, strict=False)}
     time = None if row.time is None or isnan(row.time) else float(row.time)
     texts = [key, json.dumps(dict(parameters)), row.status.value, json.dumps(values)]
@@ -72,8 +72,8 @@ def as_stored(key: str, parameters: Mapping[str, Any], names: Sequence[str], row
 
 
 def from_stored(columns: Sequence[Any]) -> tuple[dict[str, float | None], CaseRow]:
-    """The measures of a stored case by their names, and its row without them. Raises ValueError where it is not as
-    `as_stored` gives it."""
+    """The measures of a stored case by their names, and its row without them. Raises ValueError for columns that
+    `as_stored` has not made."""
     kinds = _KINDS.values()
     if len(columns) != len(kinds) or not all(map(isinstance, columns, kinds)):
         raise ValueError("a column has another type")
@@ -94,13 +94,14 @@ class Keys:
         self._paths = tuple(paths)
 
     def of(self, values: Sequence[Item]) -> str:
-        """The key of the case with these values, in hexadecimal digits; the order of the paths has no part in it."""
+        """The key of the case with these values, in hexadecimal digits; it does not depend on the order of the
+        paths."""
         digest = self._common.copy()
         digest.update(json.dumps(sorted(zip(self._paths, values, strict=True))).encode())
         return digest.hexdigest()
 
 
 def identity(measure: Expectation) -> str:
-    """What a measure is known by, whatever it is called: what it is of and what it takes of that."""
+    """The identity of a measure, which does not depend on its name: its object, quantity, component and time."""
     further = [measure.over, *measure.between] if measure.over or measure.between else []
     return json.dumps([measure.of, measure.item, measure.quantity, measure.component, measure.at, *further])

@@ -1,4 +1,4 @@
-"""run_sweep(): computes the cases that nobody has computed yet, and keeps each as it comes."""
+"""run_sweep(): computes the cases that are not in the store yet, and stores each result at once."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.spec import SweepSpec
 
-#: A case that does not stop by itself when its time is up is given so many times as long, and so many s.
+#: A case that does not stop by itself at its time limit is ended after this multiple of the limit plus this time in s.
 PATIENCE, GRACE = 2.0, 5.0
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How many cases there are, were computed now, are known from before, and have failed (of both); how many
-    of those computed were made by arrays."""
+    """The numbers of all cases, of those computed now, those known from before, the failed ones of both, and the
+    computed ones that ran in arrays."""
 
     whole: int
     computed: int = 0
@@ -31,7 +31,7 @@ class Progress:
 
     @property
     def left(self) -> int:
-        """Cases that are to be computed yet."""
+        """The number of cases still to be computed."""
         return self.whole - self.computed - self.reused
 
 
@@ -45,9 +45,9 @@ def run_sweep(
     retry_failed: bool = False,
     tell: Callable[[Progress], None] = lambda progress: None,
 ) -> Progress:
-    """Runs what is missing of a sweep; how far it came. More than `most_failures` failed cases end it. A case may take
-    `timeout` s. With `retry_failed` those that had failed run again. Raises KeyboardInterrupt after SIGINT or SIGTERM,
-    StoreLost where a row cannot be kept; what was computed before is kept."""
+    """Runs the missing cases of a sweep, and returns its progress. It ends after more than `most_failures` failed
+    cases. A case may take `timeout` s. With `retry_failed` failed cases run again. Raises KeyboardInterrupt after
+    SIGINT or SIGTERM, and StoreLost where a row cannot be stored; earlier results stay stored."""
     work = CaseWork(
         spec.scene.text,
         str(spec.scene.path),
@@ -93,14 +93,14 @@ def _lost(task: CaseTask, why: str, seconds: float) -> CaseRow:
 
 
 class _Missing(Iterator[CaseTask]):
-    """The cases that are not among the known ones, each once. `reused` counts the others as they are met, `failed`
-    those of them that have failed."""
+    """An iterator over the cases that are not known yet, each once. `reused` counts the other cases passed so far,
+    `failed` the failed ones of these."""
 
     def __init__(self, spec: SweepSpec, keys: Keys, known: dict[str, Status]) -> None:
         self._spec, self._keys, self._met = spec, keys, {*known}
         self.reused = self.failed = 0
         numbers: Iterable[int] = range(spec.design.count)
-        if known:  # the time that is left cannot be told before it is known what is missing
+        if known:  # counted first, because the time left depends on the number of missing cases
             states = [(number, known.get(self._key(number))) for number in numbers]
             numbers = [number for number, status in states if status is None]
             self.reused = spec.design.count - len(numbers)
@@ -121,7 +121,7 @@ class _Missing(Iterator[CaseTask]):
 
 
 def _is_whole(key: str, row: CaseRow, spec: SweepSpec, folder: Folder, retry_failed: bool) -> bool:
-    """Whether a case need not run again. What was stopped or crashed may get to its end now."""
+    """Whether a case need not run again. A case that was stopped or crashed may reach its end now."""
     if row.status in (Status.TIMEOUT, Status.CRASHED) or (retry_failed and row.status == Status.FAILED):
         return False
     began = row.status == Status.DONE or row.time is not None

@@ -1,4 +1,4 @@
-"""The file that says what a sweep is: a scene, what varies in it, how that is combined, what is measured."""
+"""The file of a sweep: a scene, the ranges of its varied values, their combination, and the measures."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ from mbproj.scene.text.nodes import Node, from_value
 from mbproj.studies.sweep.design import COMBINATIONS, Design, Zip, design_of
 
 FORMAT = "1"
-#: Values of a list, or cases of a zip, that are looked at; of the others each that does not fit is a failed case.
+#: The most values of a list, or cases of a zip, that are checked before the sweep. Any other value that does not fit
+#: makes a failed case.
 MOST = 300
-#: What results files are kept of.
+#: The cases whose results files are kept.
 KEEP = ("none", "failed", "all")
 #: Columns of the summary that are neither parameters nor measures.
 COLUMNS = ("case", "status", "message", "time", "joint", "formulation", "seconds", "file")
@@ -53,8 +54,8 @@ SPEC: Record[dict[str, Any]] = Record(
 
 @dataclass(frozen=True, eq=False)
 class SweepSpec:
-    """A sweep as its file has it. `units` are those of the parameters, by their paths, "" where nobody knows; `places`
-    where each key stands."""
+    """The content of a sweep's file. `units` are those of the parameters, by path, "" where unknown. `places` are those
+    of the keys."""
 
     path: Path
     text: str = field(repr=False)
@@ -66,7 +67,7 @@ class SweepSpec:
     places: Mapping[KeyPath, Place] = field(repr=False)
 
     def place(self, *path: str | int) -> Place | None:
-        """Where a key of the file stands."""
+        """The place of a key in the file."""
         return self.places.get(path)
 
 
@@ -112,8 +113,8 @@ def _check_names(blocks: Mapping[str, Any], reading: Reading) -> None:
 def _misfits(
     scene: SceneText, design: Design, measures: Mapping[str, Given], places: Mapping[KeyPath, Place]
 ) -> list[Problem]:
-    """What the scene's reader says of values of the sweep, before anything runs, and what a run with them does not
-    measure."""
+    """The problems that the scene's reader finds with values of the sweep, and the measures that runs with these values
+    would not have."""
     problems: list[Problem] = []
     for changes in _probes(design, places):
         try:
@@ -128,7 +129,7 @@ def _misfits(
 
 
 def _probes(design: Design, places: Mapping[KeyPath, Place]) -> Iterator[dict[str, Change]]:
-    """Cases in which each value that is written down occurs."""
+    """Yield cases such that each value written in the file occurs."""
     where = {path: places[("vary", path)] for path in design.paths}
     if isinstance(design, Zip):
         for number in range(min(design.count, MOST)):
@@ -143,7 +144,7 @@ def _probes(design: Design, places: Mapping[KeyPath, Place]) -> Iterator[dict[st
 
 
 def _node(values: Points, number: int, place: Place) -> Node:
-    """A value as it is written down, or as a number where it follows from others."""
+    """A value as written in the file, or as a number where it follows from the ends of a range."""
     if isinstance(values, Listed):
         return values.nodes[number if values.count > 1 else 0]
     ends = {0: 0, values.count - 1: 1}

@@ -1,4 +1,5 @@
-"""The summary of a sweep as tables: a row a case in CSV, and arrays over what varies in HDF5 as netCDF-4 has it."""
+"""The summary of a sweep: a CSV table with a row for each case, and arrays over the varied values in HDF5, in the
+layout of netCDF-4."""
 
 from __future__ import annotations
 
@@ -24,17 +25,17 @@ from mbproj.version import __version__
 if TYPE_CHECKING:
     import h5py
 
-#: How our table is known, whatever varies in it.
+#: The kind of our table, recognised for any varied values.
 KIND: FileKind = csv(COLUMNS[:1], COLUMNS[1:])
 ARRAYS = hdf5(FORMAT)
 SECONDS = frozenset({"time", "seconds"})
-#: What stands where nothing is known, and its type: of texts, of seconds.
+#: The value where nothing is known, and its type: for texts, for seconds.
 MISSING: tuple[tuple[Any, Any], ...] = (("", object), (np.nan, float))
 
 
 @dataclass(frozen=True)
 class CaseEntry:
-    """A case, its row (None: it has not run), and its results file's name where that is kept."""
+    """A case, its row (None where it has not run), and the name of its results file ("" where it is not kept)."""
 
     values: Case
     row: CaseRow | None
@@ -42,7 +43,7 @@ class CaseEntry:
 
     @property
     def status(self) -> str:
-        """In a word."""
+        """The status in a word."""
         return NOT_RUN if self.row is None else self.row.status.value
 
 
@@ -59,7 +60,8 @@ def entries(spec: SweepSpec, folder: Folder) -> Iterator[CaseEntry]:
 
 
 def headings(spec: SweepSpec) -> list[str]:
-    """The columns of the CSV table: what varies and what is measured, with units in brackets, and how cases ended."""
+    """The columns of the CSV table: the varied values and the measures, with units in brackets, and the ends of
+    cases."""
     varied = [with_unit(column_of(path), spec.units[path]) for path in spec.design.paths]
     measured = [with_unit(each.name, each.unit) for each in spec.measures]
     first, *others = COLUMNS
@@ -67,7 +69,7 @@ def headings(spec: SweepSpec) -> list[str]:
 
 
 def check_summary(folder: Folder, force: bool) -> None:
-    """Raises InputError where a file of the summary must not be replaced, unless `force`."""
+    """Raises InputError where a file of another kind is in the way of the summary, unless `force`."""
     for path, kind in ((folder.table, KIND), (folder.arrays, ARRAYS)):
         check_replaceable(path, kind, force=force, hint=OTHER)
 
@@ -85,7 +87,7 @@ def write_table(spec: SweepSpec, folder: Folder, force: bool = False) -> Path:
 
 
 def cells(spec: SweepSpec, folder: Folder) -> Iterator[Sequence[Any]]:
-    """The rows of the table, as `headings` has the columns; None where a case has no number."""
+    """Yield the rows of the table with the columns of `headings`; None where a case has no number."""
     for number, entry in enumerate(entries(spec, folder)):
         row = entry.row or CaseRow(Status.DONE)
         numbers = row.values or (None,) * len(spec.measures)
@@ -95,7 +97,8 @@ def cells(spec: SweepSpec, folder: Folder) -> Iterator[Sequence[Any]]:
 
 
 def write_arrays(spec: SweepSpec, folder: Folder, force: bool = False) -> Path:
-    """Writes summary.h5: a grid has a dimension for each quantity that varies, other designs have one for the cases."""
+    """Writes summary.h5. Arrays of a grid have a dimension for each varied quantity, those of other designs one for the
+    cases."""
     import h5py
 
     path = folder.arrays
@@ -119,15 +122,15 @@ def write_arrays(spec: SweepSpec, folder: Folder, force: bool = False) -> Path:
 
 
 class _Columns:
-    """All cases by columns, of which a million take tens of megabytes: what is `measured` (m, N), how each ended, and,
-    but of a grid, what varies."""
+    """All cases by columns; a million cases take tens of megabytes. `measured` (m, N) are the measures, `endings` the
+    ends of cases. `varied` are the varied values, empty for a grid."""
 
     def __init__(self, spec: SweepSpec, folder: Folder) -> None:
         count = spec.design.count
         self.measured = np.full((len(spec.measures), count), np.nan)
         self.endings = {name: np.full(count, *MISSING[name in SECONDS]) for name in ENDINGS}
         self.varied = [] if isinstance(spec.design, Grid) else [np.empty(count, object) for _ in spec.design.paths]
-        texts: dict[str, str] = {}  # the same text of many cases is kept once
+        texts: dict[str, str] = {}  # equal texts of many cases share one object
         for number, entry in enumerate(entries(spec, folder)):
             for column, item in zip(self.varied, entry.values, strict=bool(self.varied)):
                 column[number] = item
@@ -162,7 +165,7 @@ def _about(spec: SweepSpec) -> dict[str, Any]:
 
 
 def _axes(file: h5py.File, spec: SweepSpec, columns: _Columns) -> list[h5py.Dataset]:
-    """The dimensions, and what varies as coordinates on them."""
+    """The dimensions; the varied values are written as coordinates on them."""
     design = spec.design
     if isinstance(design, Grid):
         axes = []
@@ -180,7 +183,7 @@ def _axes(file: h5py.File, spec: SweepSpec, columns: _Columns) -> list[h5py.Data
 
 
 def _column(values: Iterable[float | str]) -> npt.NDArray[Any]:
-    """Numbers, or else text, as in the table: without ends of lines."""
+    """An array of numbers, or of texts without line ends, as in the table."""
     items = list(values)
     if all(isinstance(value, float) for value in items):
         return np.array(items, dtype=float)

@@ -1,4 +1,5 @@
-"""Many designs of one topology at once, brought to what is wanted by damped least squares in closed form."""
+"""Candidates for a synthesis: many designs of one topology are fitted at once by damped least squares, with poses in
+closed form."""
 
 from __future__ import annotations
 
@@ -17,25 +18,26 @@ from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.spec import Wanted
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES, bounds
 
-#: Designs that are looked at for each one that is brought to an end, and the steps of that: a path of free timing needs
-#: more.
+#: The number of random designs for each one that is optimised, and the steps of its optimisation, with given and with
+#: free timing of a path.
 LOOKED_AT, STEPS, MORE_STEPS = 128, 100, 300
-#: Step of differences in parts of a bound's range; where damping begins, and where it gives up.
+#: The step of differences as a part of a number's range, the initial damping, and the damping at which a design is
+#: given up.
 STEP, DAMPING, LOST = 1e-6, 1e-3, 1e8
-#: The least damping: JᵀJ of slopes that depend on each other has an inverse with it, and round-off with less.
+#: The least damping with which JᵀJ of dependent slopes is regular beyond round-off.
 LEAST_DAMPING = 1e-12
-#: Crank angles at which a curve of free timing is drawn.
+#: The number of crank angles of the polyline on which nearest points are sought.
 FINE = 60
-#: Steps by which the nearest angle is refined, and how long one may be, in rad.
+#: The number of steps that refine the nearest angle, and the longest step in rad.
 REFINED, NEAR = 3, 0.1
-#: How far a second point is from the first of a body whose positions are wanted, in parts of their size.
+#: The distance of the second point of a body with wanted positions from the first, as a part of their extent.
 ARM = 0.5
-#: A design is exact where it is off by this part of the size. Positions are looked for with new starts until one is
-#: found, so many times at most: five of them have few designs, or none.
+#: A design is exact where its error is at most this part of the extent. For positions the search begins again until an
+#: exact design is found, at most this many times: for five positions few designs exist, or none.
 EXACT, ROUNDS = 1e-9, 12
-#: Crank angles from one position to the next at which a design has to close.
+#: The number of crank angles from one position to the next at which a design must close.
 BETWEEN = 24
-#: Designs that are handed on.
+#: The number of best candidates that are returned.
 HANDED_ON = 3
 SPATIAL = "spatial_four_bar"
 #: Residuals (B, m) of designs (B, d).
@@ -46,21 +48,20 @@ Slopes: TypeAlias = "Callable[[Array, Array], Array]"
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A design of a topology: its numbers by name, with `side`s and the crank's direction `turn`; how far it is from
-    what is wanted, as a root mean square in m or rad. It `locks` where it does not close all the way from one position
-    to the next."""
+    """A design of a topology: its numbers by name, with the `side`s and the crank's direction `turn`. `rms`: its error
+    in m or rad. It `locks` where it does not close at all angles from one position to the next."""
 
     numbers: Mapping[str, float]
     rms: float
     locks: bool
 
     def rank(self) -> tuple[bool, float]:
-        """The smaller, the better."""
+        """Designs that lock come last, then the error decides: a smaller rank is better."""
         return self.locks, self.rms
 
 
 def names_for(kind: str) -> tuple[str, ...]:
-    """The topologies that can do this."""
+    """The names of the topologies for this kind of task."""
     names = [name for name, ways in TOPOLOGIES.items() if kind in ways]
     return (*names, SPATIAL) if kind == FUNCTION else tuple(names)
 
@@ -124,8 +125,8 @@ def _of_one_assembly(
 def brought_down(
     residuals: Residuals, x: Array, low: Array, high: Array, slopes: Slopes | None = None
 ) -> tuple[Array, Array]:
-    """Designs (B, d) after steps of Levenberg and Marquardt within their bounds, and sums of squares (B,). The
-    residuals' `slopes` are taken by differences where none are given."""
+    """Return designs (B, d) after Levenberg-Marquardt steps within their bounds, and their sums of squares (B,).
+    Without `slopes` of the residuals differences are taken."""
     steps, slopes = (STEPS, partial(_slopes, residuals)) if slopes is None else (MORE_STEPS, slopes)
     if not len(x):
         return x, np.zeros(0)
@@ -160,9 +161,9 @@ def _slopes(residuals: Residuals, x: Array, range_: Array) -> Array:
 def _slopes_along_normals(
     mechanism: Linkage, numbers: Callable[[Array], Numbers], points: Any, x: Array, range_: Array
 ) -> Array:
-    """The same of a path of free timing, (B, 2N, d). The nearest point of the curve moves along it to first order, and
-    that is of no account: what the distance changes by is the normal part of the change at the same crank angle. So no
-    neighbour has nearest points to find."""
+    """Return ∂r/∂(x / range), (B, 2N, d), for a path of free timing. To first order the nearest point only moves along
+    the curve. So the distance changes by the normal part of the change at a fixed crank angle. Nearest points of
+    neighbouring designs are not needed."""
     count, d = x.shape
     p = numbers(x)
     angles = _nearest(mechanism, p, points)
@@ -177,7 +178,7 @@ def _slopes_along_normals(
 
 
 def bounds_of(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> dict[str, tuple[float, float]]:
-    """Within which bounds each number of a topology is sought; equal ones are fixed."""
+    """Return the bounds of each number of a topology; a number with equal bounds is fixed."""
     if isinstance(mechanism, SpatialFourBar):
         return mechanism.bounds()
     box = bounds(mechanism, wanted.kind, wanted.centre, wanted.size)
@@ -190,7 +191,7 @@ def bounds_of(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> dict[str, 
 
 
 def _off(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Array:
-    """How far designs (B, 1) are from what is wanted, (B, m), in m or rad."""
+    """Return the residuals of designs with numbers (B, 1), (B, m), in m or rad."""
     if wanted.kind == FUNCTION:
         angle = output_of(mechanism, p, p["start"] + wanted.values[:, 0] - wanted.values[0, 0])
         return _turned(angle - angle[:, :1] - (wanted.values[:, 1] - wanted.values[0, 1]))
@@ -209,27 +210,27 @@ def _off(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Arr
 
 
 def _swung(p: Numbers, count: int) -> Array:
-    """The crank's angles (B, count) at positions."""
+    """Return the crank's angles (B, count) at the positions."""
     swings = [np.zeros_like(p["start"]), *(p[f"swing_{k}"] for k in range(2, count + 1))]
     return np.asarray(p["start"] + np.concatenate(swings, axis=1))
 
 
 def swung_between(p: Numbers, count: int, t: Array) -> Array:
-    """The crank's angles (B, T) on the way through so many positions: the polynomial that has them at t = 0, 1, .., as
-    in the scene."""
+    """Return the crank's angles (B, T) at times t on the way through `count` positions: the polynomial of the scene,
+    with position k at t = k."""
     powers = np.linalg.solve(np.vander(np.arange(float(count)), increasing=True), _swung(p, count).T)
     return np.asarray((np.vander(t, count, increasing=True) @ powers).T)
 
 
 def _locks(mechanism: Linkage, p: Numbers, count: int) -> Flags:
-    """Which designs (B,) do not close all the way through so many positions."""
+    """Return whether each design (B,) fails to close somewhere on the way through `count` positions."""
     t = np.linspace(0.0, count - 1.0, BETWEEN * (count - 1) + 1)
     known = mechanism.solved(p, swung_between(p, count, t))
     return np.any([np.isnan(point).any(axis=1) for point in known.values()], axis=0)
 
 
 def body_of(mechanism: Linkage, p: Numbers, known: Mapping[str, Points]) -> Points:
-    """The direction of the body that is carried, of length 1, where the mechanism's points are known."""
+    """Return the direction of the carried body, as a complex number of size 1, from the mechanism's points."""
     link = mechanism.link(mechanism.traced)
     return np.asarray((known[link.toward] - known[link.origin]) / p[link.length] * np.exp(1j * p["lean"]))
 
@@ -242,7 +243,7 @@ def crank_of(wanted: Wanted, p: Numbers) -> Array:
 
 
 def period(wanted: Wanted) -> float:
-    """How long a turn of a closed path takes: to its last point, and a step back to the first one."""
+    """Return the period of a closed path in s: the time of the last point, and a mean step back to the first."""
     assert wanted.times is not None
     return float(wanted.times[-1] * len(wanted.times) / (len(wanted.times) - 1))
 
@@ -265,8 +266,8 @@ def _traced(mechanism: Linkage, p: Numbers, crank: Array) -> Any:
 
 
 def _nearest(mechanism: Linkage, p: Numbers, points: Any) -> Array:
-    """The crank's angles (B, N) at which the curve is nearest to given points (N,): on a polyline, then by Gauss-Newton
-    steps."""
+    """Return the crank's angles (B, N) at which the curve is nearest to given points (N,). The search is on a polyline,
+    then by Gauss-Newton steps."""
     angles = np.linspace(0.0, 2.0 * np.pi, FINE + 1)
     curve = _traced(mechanism, p, p["start"] + angles)
     start, way = curve[:, None, :-1], np.diff(curve)[:, None]

@@ -1,5 +1,5 @@
-"""Linkages made of a crank and dyads: where their points are, in closed form, for many designs and crank angles at
-once. Points are complex numbers, x + iz."""
+"""Linkages of a crank and dyads: their points in closed form, for many designs and crank angles at once. Points are
+complex numbers, x + iz."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Link:
 
 @dataclass(frozen=True)
 class Dyad:
-    """Two links that meet at the point both lead `toward`. The parameter `side` is 1 where that is to the left of the
-    way from the first origin to the second one, and -1 to the right."""
+    """Two links with the same point `toward`. The parameter `side` is 1 where this point is to the left of the line
+    from the first origin to the second, and -1 to the right."""
 
     first: str
     second: str
@@ -45,7 +45,7 @@ class Dyad:
 @dataclass(frozen=True)
 class Slide:
     """A link whose end moves on a line through the crank's pivot, tilted by the angle `tilt` and shifted across by
-    `offset`; `side` is 1 where it is ahead of the link's origin."""
+    `offset`. `side` is 1 where the end is ahead of the link's origin along the line."""
 
     link: str
     tilt: str
@@ -65,16 +65,17 @@ class Linkage:
     traced: str = ""
 
     def link(self, name: str) -> Link:
-        """The link of a name."""
+        """The link with this name."""
         return next(each for each in self.links if each.name == name)
 
     @property
     def sides(self) -> tuple[str, ...]:
-        """The parameters that choose among assemblies."""
+        """The parameters ±1 that select the assembly."""
         return tuple(step.side for step in self.steps)
 
     def solved(self, p: Numbers, crank: Array) -> Mapping[str, Points]:
-        """Where the points of designs (B, 1) are at crank angles (B, N) or (N,); NaN where one does not close."""
+        """Return the points, by name, of designs with numbers (B, 1) at crank angles (B, N) or (N,); NaN where a design
+        does not close."""
         with np.errstate(all="ignore"):
             return dict(self._points(p, crank))
 
@@ -100,8 +101,8 @@ class Linkage:
 
 
 def met(a: Points, b: Points, from_a: Array, from_b: Array, side: Array) -> Points:
-    """The point at these distances from a and from b, to the left of the way from a to b where `side` is 1; NaN where
-    they are too far apart, or too near."""
+    """Return the point at given distances from a and from b, to the left of the line from a to b where `side` is 1. NaN
+    where a and b are too far apart or too near."""
     apart = np.abs(b - a)
     along = (from_a**2 - from_b**2 + apart**2) / (2.0 * apart)
     points: Points = a + (b - a) / apart * (along + 1j * side * np.sqrt(from_a**2 - along**2))

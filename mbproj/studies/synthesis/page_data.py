@@ -1,4 +1,4 @@
-"""What a page shows of a synthesis: how the best design of each topology moves, and what was wanted."""
+"""The data of a synthesis for its page: the motion of the best design of each topology, and the task."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from mbproj.studies.synthesis.spec import Wanted
 from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, mechanism_of
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
 
-#: Frames of a motion.
+#: The number of frames of a motion.
 FRAMES = 121
 
 
 def shown(synthesis: Synthesis) -> dict[str, Any]:
-    """Plain data: what is wanted, and for each design lines (frames, points, 2) in x and z, in m, and its `trace`.
-    Positions of a body are `marks`, lines of two points; `carried` (frames, 2, 2) is that of the design."""
+    """Return plain data: the wanted points, and for each design lines (frames, points, 2) in x and z, in m, and its
+    `trace`. Wanted positions of a body are `marks`, lines of two points; `carried` (frames, 2, 2) is the design's
+    body."""
     wanted = synthesis.wanted
     points = [] if wanted.kind == FUNCTION else wanted.values.tolist()
     marks = []
@@ -50,7 +51,7 @@ def _design(wanted: Wanted, each: Synthesised) -> dict[str, Any]:
 
 
 def _mark(wanted: Wanted, place: Any, direction: Any) -> list[Any]:
-    """Lines (N, 2, 2) from the places of a body along its directions."""
+    """Return lines (N, 2, 2) from the places of a body along its directions."""
     return np.stack([_plane(place), _plane(place + ARM * wanted.size * direction)], axis=1).tolist()
 
 
@@ -92,6 +93,6 @@ def _lines(mechanism: Linkage | SpatialFourBar, p: Numbers, crank: Any) -> tuple
 
 
 def _plane(points: Any) -> Any:
-    """Points (N, 2) with six digits, which a picture has at most."""
+    """Return points (N, 2) with six digits, enough for a picture."""
     values = np.stack([points.real, points.imag], axis=1)
     return np.where(np.isfinite(values), np.round(values, 6), 0.0)

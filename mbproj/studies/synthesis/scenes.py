@@ -1,5 +1,5 @@
-"""Scenes of what was synthesised: their numbers are parameters, and what follows from these is written as it is
-computed, so that the scene closes with other numbers, too."""
+"""Scenes of synthesised linkages. Their numbers are parameters, and dependent values are expressions of these, so that
+the scene also closes with other numbers."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.spec import Wanted
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
 
-#: Numbers that are angles; the others are lengths, but for those without a unit.
+#: The beginnings of names of angles. Other numbers are lengths, except those without a unit.
 ANGLES = ("start", "tilt", "twist", "lean", "angle", "swing")
-#: Samples of a turn whose timing is free, and of a function whose inputs are not even.
+#: The number of samples of a path with free timing, and of a function with uneven inputs.
 FINE = 120
 _AXIS = "axis: {{{0}: [0, -1, 0], {1}: [0, -1, 0]}}"
 _BODY = "mass: 1, inertia: [0.01, 0.01, 0.01]"
 
 
 def unit_of(name: str) -> str:
-    """The unit of a number."""
+    """The unit of the number with this name."""
     if name == "turn" or name.endswith("side"):
         return ""
     return "rad" if name.startswith(ANGLES) else "m"
@@ -57,13 +57,13 @@ def scene_of(wanted: Wanted, mechanism: Linkage | SpatialFourBar, numbers: Mappi
 
 
 def even_inputs(wanted: Wanted) -> bool:
-    """Whether the inputs of a function are at equal distances: a sample each then."""
+    """Whether the inputs of a function are evenly spaced: then each is a sample of the run."""
     steps = np.diff(wanted.values[:, 0])
     return bool(np.allclose(steps, steps.mean(), rtol=1e-9, atol=0.0))
 
 
 def _motion(wanted: Wanted) -> tuple[str, str]:
-    """What the crank does over time, and the run."""
+    """The text of the crank's motion and of the run."""
     count = len(wanted.values)
     if wanted.kind == POSITIONS:
         return _through(count), f"duration: {count - 1} s, output_step: 1"
@@ -80,7 +80,7 @@ def _motion(wanted: Wanted) -> tuple[str, str]:
 
 
 def _through(count: int) -> str:
-    """The polynomial in t that is 0 at 0 and `swing_k` at k - 1, as Lagrange has it."""
+    """Lagrange's polynomial in t that is 0 at t = 0 and `swing_k` at t = k - 1."""
     terms = []
     for k in range(1, count):
         others = [j for j in range(count) if j != k]
@@ -100,7 +100,7 @@ def _markers(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> Iterator[st
 
 
 def _planar(linkage: Linkage) -> tuple[Sequence[tuple[str, str]], Sequence[str], Sequence[str]]:
-    """What follows from the parameters, the bodies, the joints."""
+    """Return the expressions of dependent values, the bodies, and the joints."""
     crank = linkage.links[0]
     at = dict(linkage.pivots)
     follows: list[tuple[str, str]] = []
@@ -161,7 +161,7 @@ def _slid(linkage: Linkage, step: Slide, at: Mapping[str, tuple[str, str]]) -> I
 
 
 def _joints(linkage: Linkage, at: Mapping[str, tuple[str, str]]) -> Iterator[str]:
-    """A pin at each link's origin, one where the links of a dyad meet."""
+    """Return the joints: a pin at each link's origin, and one where the links of a dyad meet."""
     carriers = {name: (each, f"[{x}, 0, {z}]") for each in linkage.links for name, (x, z) in each.carries.items()}
     crank = linkage.links[0]
     carriers[crank.toward] = crank, f"[{crank.length}, 0, 0]"

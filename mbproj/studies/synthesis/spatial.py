@@ -14,7 +14,8 @@ LENGTHS = ("crank_length", "rod_length", "lever_length")
 
 
 class SpatialFourBar:
-    """For functions alone: the rod may turn about itself, so that a point of it has no path."""
+    """A spatial four-bar, for functions only: the rod may turn about its axis, so that its points have no unique
+    path."""
 
     sides = ("side",)
 

@@ -1,4 +1,4 @@
-"""What is to be synthesised: the file that says so, and the points, angles or positions that it names."""
+"""The file of a synthesis, and the wanted points, angles or positions that it names."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COLUMNS: Mapping[str, tuple[tuple[str, str], ...]] = {
 }
 TIME = ("time", "s")
 GIVEN, FREE = "given", "free"
-#: A path whose ends are not farther apart than so many of its longest steps is closed.
+#: A path is closed where its ends are at most this many of its longest steps apart.
 CLOSED = 2.0
 FEWEST, MOST_POSITIONS = {PATH: 3, FUNCTION: 3, POSITIONS: 3}, 5
 _WANTED: Record[dict[str, Any]] = Record(
@@ -48,15 +48,15 @@ SYNTHESIS: Record[dict[str, Any]] = Record(
     dict,
     required=("design", "synthesis"),
 )
-#: Designs that are brought to an end for each way to assemble a topology.
+#: The default number of designs that are optimised for each assembly of a topology, and the default seed.
 STARTS, SEED = 40, 0
 
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """What N rows say, in `values`: points x, z of a path (N, 2), at `times` (N,); or input and output angles (N, 2).
-    Positions are x, z, angle (N, 3). `turns`: a path is closed, and the crank turns once. Without times the timing is
-    free."""
+    """The task, from a table of N rows. `values` are points x, z of a path (N, 2), at `times` (N,), or input and output
+    angles (N, 2), or positions x, z, angle (N, 3). `turns`: the path is closed, and the crank turns once. Without times
+    the timing is free."""
 
     path: Path
     text: str
@@ -69,7 +69,7 @@ class Wanted:
 
     @property
     def centre(self) -> complex:
-        """Of the points; a function has none."""
+        """The centre of the points, x + iz; 0 for a function."""
         if self.kind == FUNCTION:
             return 0.0
         middle = 0.5 * (self.values.min(axis=0) + self.values.max(axis=0))
@@ -77,7 +77,7 @@ class Wanted:
 
     @property
     def size(self) -> float:
-        """Their extent in m; 1 m of a function."""
+        """The extent of the points in m; 1 m for a function."""
         return 1.0 if self.kind == FUNCTION else float(np.ptp(self.values[:, :2], axis=0).max())
 
 
@@ -87,7 +87,8 @@ def is_synthesis(path: Path) -> bool:
 
 
 def read_wanted(path: Path) -> Wanted:
-    """What the file at `path` asks for. Raises InputError with every problem, at its place there or in its table."""
+    """The task in the file at `path`. Raises InputError with all problems, each at its place in the file or in its
+    table."""
     text, root, reading = opened(path, SYNTHESIS.what, "it begins with 'design: 1'")
     if "synthesis" not in root.values:
         hint = "add synthesis: {path: FILE.csv}, or leave out --topologies"

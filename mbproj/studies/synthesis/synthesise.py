@@ -1,4 +1,4 @@
-"""synthesise(): the best design of each topology, and the simplest topology that does what is wanted."""
+"""synthesise(): the best design of each topology, and the simplest topology that fulfils the task."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.spec import Wanted
 from mbproj.studies.synthesis.topologies import FUNCTION, POSITIONS, TOPOLOGIES
 
-#: A topology is as good as the best one where it is off by so many times as much at most, or is exact.
+#: A topology is as good as the best one where its error is at most this multiple, or it is exact.
 AS_GOOD = 1.5
 OTHER = "choose another folder with -o"
-#: How the files begin.
+#: The beginning of the written files.
 MARK = "# Found by mbproj"
 #: The topologies with two loops.
 SIX_BARS = ("watt", "stephenson")
-#: So many positions a four-bar can take whatever its pivots in the ground are.
+#: The number of positions that a four-bar can take with any pivots in the ground.
 THREE = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Synthesised:
-    """What came of one topology: its best `design`, None where none runs, for which there is a `cause`; how far a run
-    of it is from what is wanted (rms in m or rad), and how many bodies it has. `numbers` are all of it, by name. Of a
-    design the `cause` is a doubt that there is no better one."""
+    """The result of one topology: its number of bodies, its best `design`, and the `rms` error of its run in m or rad.
+    `numbers` are all numbers of the design by name. Without a design that runs, `design` is None and `cause` the
+    reason. With a design, `cause` is a doubt that it is the best."""
 
     topology: str
     bodies: int
@@ -54,7 +54,7 @@ class Synthesised:
 
 @dataclass(frozen=True, eq=False)
 class Synthesis:
-    """The topologies, the chosen one first, the others by how far they are off."""
+    """The results of all topologies: the chosen one first, the others in the order of their errors."""
 
     wanted: Wanted
     found: tuple[Synthesised, ...]
@@ -70,9 +70,9 @@ def synthesise(
     force: bool = False,
     tell: Tell = lambda *_: None,
 ) -> Synthesis:
-    """Looks for designs of these topologies (all that can do it where none is named); their scenes and searches are
-    files in the folder, which `mbproj fit` takes. Raises InputError for a topology that is not there, or where nothing
-    is found."""
+    """Finds designs of these topologies, by default of all that suit the task. Their scenes, and search files for
+    `mbproj fit`, are written into the folder. Raises InputError for an unknown topology, or where no design is
+    found."""
     able = names_for(wanted.kind)
     for name in names:
         if name not in able:
@@ -94,7 +94,8 @@ def _listed(times: Array | None) -> list[float] | None:
 
 
 def in_order(results: Sequence[Synthesised], size: float) -> Iterator[Synthesised]:
-    """First the one with the fewest bodies of those that are as good as the best."""
+    """Yield the topology with the fewest bodies of those as good as the best, and then the others in the order of their
+    errors."""
     by_error = sorted(results, key=lambda each: each.rms if each.design else np.inf)
     enough = max(AS_GOOD * by_error[0].rms, EXACT * size)
     good = [each for each in results if each.design and each.rms <= enough]
@@ -104,7 +105,7 @@ def in_order(results: Sequence[Synthesised], size: float) -> Iterator[Synthesise
 
 
 def mechanism_of(wanted: Wanted, name: str) -> Linkage | SpatialFourBar:
-    """The topology of a name, as it does what is wanted."""
+    """The mechanism of the topology `name` for this task."""
     return SpatialFourBar() if name == SPATIAL else TOPOLOGIES[name][wanted.kind]
 
 
@@ -117,7 +118,8 @@ def _brought_to_an_end(
     fresh: bool,
     force: bool,
 ) -> Synthesised:
-    """The best candidate that runs, after the ordinary search has brought it to its end."""
+    """The result for a topology: the design that the search of `find_design` reaches from the best candidate that
+    runs."""
     mechanism, cause = mechanism_of(wanted, name), "no design closes at all of its points"
     bodies = 3 if isinstance(mechanism, SpatialFourBar) else len(mechanism.links) + (name == "slider_crank")
     for candidate in looked:
@@ -134,14 +136,15 @@ def _brought_to_an_end(
 
 
 def doubt(wanted: Wanted, name: str, rms: float) -> str:
-    """Where a search may well have missed an exact design: that of a six-bar which carries a body. Empty elsewhere."""
+    """The doubt whether a search has missed an exact design, in words: for a six-bar that carries a body without an
+    exact design; else ""."""
     if wanted.kind != POSITIONS or name not in SIX_BARS or rms <= EXACT * wanted.size:
         return ""
     return "may be missed: searches of six-bars that carry a body are not reliable; more 'starts' look further"
 
 
 def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Path, force: bool) -> Path:
-    """The scene, its search, and the tables that it matches, as files in the folder; the search's path."""
+    """Write the scene, its search file, and the tables to match into the folder. Return the path of the search file."""
     mechanism = mechanism_of(wanted, name)
     make_folder(folder, OTHER)
 
@@ -166,8 +169,9 @@ def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Pat
 
 
 def _chosen(wanted: Wanted, mechanism: Linkage | SpatialFourBar, free: int) -> set[str]:
-    """Of so many free numbers those that positions leave free, so that the ones found stay. Three leave the pivots in
-    the ground. Where there are more numbers than positions tell, pivots stay, too, and then points that links carry."""
+    """Return the names of the numbers that stay as found, because the positions do not determine them. Three positions
+    leave the pivots in the ground free. The pivots, and then points carried by links, also stay where more than this
+    number of `free` numbers would be undetermined."""
     if wanted.kind != POSITIONS or isinstance(mechanism, SpatialFourBar):
         return set()
     told = 4 * len(wanted.values)
@@ -179,7 +183,7 @@ def _chosen(wanted: Wanted, mechanism: Linkage | SpatialFourBar, free: int) -> s
 
 
 def _matches(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> Iterator[tuple[dict[str, str], str]]:
-    """What a scene is to match, and the tables of that."""
+    """Yield the matches of a scene, each with its table."""
     if wanted.kind == FUNCTION:
         turned = wanted.values - wanted.values[0]
         match = {"name": "output", "joint": output_joint(mechanism), "quantity": "angle", "through": "function.csv"}
@@ -209,7 +213,7 @@ def _table(headings: str, *columns: Any) -> str:
 
 
 def table(synthesis: Synthesis) -> Table:
-    """A row a topology, the chosen one first."""
+    """A table with a row for each topology, the chosen one first."""
     rows = [
         (each.topology, None if each.design is None else each.rms, each.bodies, each.cause) for each in synthesis.found
     ]

@@ -1,4 +1,4 @@
-"""The library of topologies, and within which bounds their numbers are sought."""
+"""The library of topologies, and the bounds of their numbers."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ _STEPHENSON = Linkage(
     "lever",
     "rod",
 )
-#: By their names, and for what is wanted: the links that carry the point of a path, or have the angle of a function.
+#: The topologies by name and kind of task. The kinds differ in the link that carries the point of a path, or has the
+#: angle of a function.
 TOPOLOGIES: Mapping[str, Mapping[str, Linkage]] = MappingProxyType(
     {
         "four_bar": {PATH: _FOUR_BAR, FUNCTION: _FOUR_BAR, POSITIONS: _FOUR_BAR},
@@ -74,12 +75,12 @@ TOPOLOGIES: Mapping[str, Mapping[str, Linkage]] = MappingProxyType(
         "stephenson": {PATH: _STEPHENSON, FUNCTION: _STEPHENSON, POSITIONS: _STEPHENSON},
     }
 )
-#: Numbers that a function does not depend on, or that only make the whole larger or turn it: its frame is 1 m.
+#: Fixed numbers of a function, which only shift, turn or scale the mechanism: its frame is 1 m.
 _STILL = {"ax": 0.0, "az": 0.0, "dx": 1.0, "dz": 0.0}
 
 
 def bounds(linkage: Linkage, wanted: str, centre: complex, size: float) -> dict[str, tuple[float, float]]:
-    """Within which bounds each number is sought; equal ones are fixed. What is wanted has this centre and size."""
+    """Return the bounds of each number for a task with this centre and extent; a number with equal bounds is fixed."""
     limits: dict[str, tuple[float, float]] = {}
     for x, z in linkage.pivots.values():
         limits[x] = (centre.real - 2.0 * size, centre.real + 2.0 * size)

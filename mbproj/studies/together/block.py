@@ -1,4 +1,4 @@
-"""run_block(): the steps of each case of a block, and what is measured of all; samples_of_block(): their samples."""
+"""run_block(): the runs of all cases of a block, and their measures; samples_of_block(): their samples."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from mbproj.scene.records import Expectation
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.together.signature import Signature
 
-#: So many samples of all cases are observed at once: their arrays stay in the processor's cache.
+#: The number of samples, over all cases, that are observed at once: their arrays fit into the processor's cache.
 CASE_SAMPLES = 5000
-#: What the kernel gives of each sample, whatever it has counted.
+#: The arrays of the kernel's samples, without counters.
 OF_SAMPLES = ("t", "y", "acceleration", "angles", "multipliers", "step_size")
 
 
 def observed(signature: Signature, count: int, timeout: float | None = None) -> tuple[Iterator[Block], list[bool]]:
-    """The samples of so many cases, part by part, and which cases have come to their end within `timeout` in s. Others
-    have the samples of one that has; where none has there are no samples."""
+    """Return the samples of `count` cases, part by part, and whether each case has come to its end within `timeout` in
+    s. Cases that have not get the samples of one that has; where none has there are no samples."""
     mechanism, compiled = signature.mechanism, signature.choice.compiled
     assert compiled is not None
     runs = _integrated(compiled, compiled.run(mechanism.state, signature.settings), count, timeout)
@@ -51,15 +51,15 @@ def _parts(signature: Signature, runs: Sequence[Mapping[str, Any] | None]) -> It
 def run_block(
     signature: Signature, measures: Sequence[Expectation], count: int, timeout: float | None = None
 ) -> list[tuple[float, ...] | None]:
-    """What is measured of each of so many cases. None of one whose run does not come to its end, or takes longer than
-    `timeout` in s."""
+    """Return the measures of each of `count` cases; None for a case whose run does not come to its end, or takes longer
+    than `timeout` in s."""
     samples, ended = _measured_samples(signature, measures, count, timeout)
     columns = [_values(each, samples, signature.settings.duration, count) for each in measures if any(ended)]
     return [tuple(column[at] for column in columns) if whole else None for at, whole in enumerate(ended)]
 
 
 def samples_of_block(signature: Signature, measures: Sequence[Expectation], count: int) -> list[OfLane | None]:
-    """The samples of each of so many cases that the measures read; None where `run_block` has none."""
+    """Return the samples that the measures read, for each of `count` cases; None where `run_block` returns None."""
     samples, ended = _measured_samples(signature, measures, count)
     return [OfLane(samples, at) if whole else None for at, whole in enumerate(ended)]
 
@@ -67,7 +67,7 @@ def samples_of_block(signature: Signature, measures: Sequence[Expectation], coun
 def _measured_samples(
     signature: Signature, measures: Sequence[Expectation], count: int, timeout: float | None = None
 ) -> tuple[MeasuredSamples, list[bool]]:
-    """The samples of all cases that the measures read, and which cases have come to their end."""
+    """Return the samples of all cases that the measures read, and whether each case has come to its end."""
     mechanism = signature.mechanism
     samples = MeasuredSamples(mechanism, measures)
     blocks, ended = observed(signature, count, timeout)
@@ -78,9 +78,9 @@ def _measured_samples(
 
 
 def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None) -> list[Mapping[str, Any] | None]:
-    """Return the samples of each run, or None where it has not come to its end. Runs go side by side in packs as far
-    as these compute them; each goes on by itself from where packs have left it. A limit of time is for single runs."""
-    runs = run.items if isinstance(run, Each) else [run]  # nothing that varies has a say
+    """Return the samples of each run, or None where it has not come to its end. Packs make runs side by side, as far as
+    they can; each run goes on by itself from there. With a `timeout` all runs are single."""
+    runs = run.items if isinstance(run, Each) else [run]  # all cases have the same run
     ends: list[Mapping[str, Any] | None] = [None] * len(runs)
     if timeout is None and len(runs) > 1:
         with interruption() as asked:
@@ -94,7 +94,7 @@ def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None)
 
 
 def _to_its_end(compiled: Compiled, run: Any, parts: list[Mapping[str, Any]]) -> Mapping[str, Any] | None:
-    """The samples of a run, of which there are some; None where it has not come to its end."""
+    """Continue a run to its end, and return its samples with those in `parts`; None where it fails."""
     status, most = compiled.core.Status, block_samples(compiled.system.bodies)
     with interruption() as asked:
         while run.outcome.status == status.running:

@@ -1,4 +1,5 @@
-"""by_arrays(): cases that differ in numbers alone, in groups of those that go one way. What is left goes one by one."""
+"""by_arrays(): runs cases that differ in numbers alone in groups with the same decisions. The caller runs all other
+cases one by one."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from mbproj.scene.text.changes import SIMULATION
 
 Case = TypeVar("Case")
 Result = TypeVar("Result")
-#: Cases at least that are worth a group: of 4, six-bars take 0.8 and five-bars 0.65 of the time that they take alone.
+#: The fewest cases of a group: in groups of 4, six-bars take 0.8 and five-bars 0.65 of the time of single runs.
 FEWEST = 5
 
 
@@ -21,10 +22,11 @@ def by_arrays(
     holds: Callable[[Case, Result], bool] = lambda case, result: True,
     apart: Callable[[Case], Hashable] = lambda case: None,
 ) -> dict[int, Result]:
-    """The results of those cases that arrays bring to their end, by their numbers.
+    """Return the results of the cases that arrays can run to their end, by the cases' numbers.
 
-    `together` gives the results of a group, and None for a case that has to go alone. A group has cases with the same
-    `apart`. Where the result of the first case of a group does not `hold` beside that of its own run, none counts.
+    `together` returns the results of a group, None for a case that must run alone. Cases of a group have the same
+    `apart`. `holds` compares the first result of a group with that of a single run; where they differ, the group's
+    results are dropped.
     """
     by_place: dict[int, Result] = {}
     groups: dict[Any, list[int]] = {}
@@ -43,7 +45,7 @@ def by_arrays(
                 parts.setdefault(key, []).append(at)
             waiting += parts.values() if len(parts) > 1 else ()
             continue
-        except Exception:  # whatever is wrong, a case alone says it in words
+        except Exception:  # single runs report any error in words
             continue
         ended = {at: result for at, result in zip(own, results, strict=True) if result is not None}
         first = next(iter(ended), None)
@@ -55,6 +57,6 @@ def by_arrays(
 
 
 def shared(paths: Sequence[str], values: Sequence[float | str]) -> tuple[float | str, ...]:
-    """What all cases of a group share of the values at these paths: their texts, and their settings."""
+    """Return the values that must be equal in all cases of a group: texts and settings of the run."""
     pairs = zip(paths, values, strict=True)
     return tuple(each for path, each in pairs if isinstance(each, str) or path.startswith(f"{SIMULATION}."))

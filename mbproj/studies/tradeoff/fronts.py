@@ -1,5 +1,5 @@
-"""What a grid of settings shows: Pareto fronts, the settings near them that are timed, and the families of
-settings that are the lines of the diagrams."""
+"""Pareto fronts of a grid of settings, the settings near them that are timed, and the families of settings that are
+lines in diagrams."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from mbproj.arrays import Array, Integers
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
 
-#: A setting is timed where its first time is within this factor of the cheapest one that is as good. At most
-#: `MOST_TIMED` settings are.
+#: A setting is timed where its first time is within this factor of the cheapest setting that is as good. At most
+#: `MOST_TIMED` settings are timed.
 NEAR_IN_TIME, MOST_TIMED = 1.5, 40
 #: Errors below this count as zero, before a logarithm is taken. They occur where nothing moves, or the span is zero.
 NONE = 1e-300

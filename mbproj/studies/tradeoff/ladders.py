@@ -80,7 +80,7 @@ def tradeoff(
     for projection, name in product(projections, names):
         free = name == registry.AUTOMATIC  # raises InputError for an unknown name
         Setting(projection, name, None if free else 1.0, 1e-3 if free else None).settings(1.0, 1.0)
-    # all runs are in one formulation: the seconds of several do not compare
+    # all runs are in one formulation: seconds of different formulations are not comparable
     own = replace(own, formulation=formulation or ("full" if only_full(projections) else own.formulation))
     base = replace(own, step=None, tolerance=None)
     truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)

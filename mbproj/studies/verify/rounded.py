@@ -1,8 +1,8 @@
 """Numbers with a bound on their round-off, carried along through a formula: a running error analysis.
 
 To first order in ε, componentwise (Higham, Accuracy and Stability of Numerical Algorithms, 2002: Eq. 3.13 for
-products, Theorem 9.4 for Gaussian elimination with partial pivoting). No number is chosen: the bounds follow from what
-is computed, condition and scale included.
+products, Theorem 9.4 for Gaussian elimination with partial pivoting). No constant is chosen: the bounds follow from the
+computation, with its condition and scale.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ def _frictions(system: System, channels: NamesOfSystem) -> Frictions | None:
 
 
 def _names_read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
-    """The names that functions of a scene read; elements list those of their own functions themselves."""
+    """The names that functions of a scene read, without those of elements, which list their names themselves."""
     yield from (name for programs in system.forces.programs.reads for name in programs)
     for programs in () if system.frictions is None else system.frictions.varies.values():
         yield from (name for program in programs for name in program.reads)
@@ -104,8 +104,8 @@ def _names_read(system: System, elements: Sequence[Element], signals: Sequence[S
 
 
 def _named_forces(elements: Sequence[Element]) -> Iterator[tuple[str, tuple[str, Callable[[NamesOfSystem], Program]]]]:
-    """The forces of elements that have names, as functions: the coordinate each acts along, and its program once the
-    names that its element reads have channels."""
+    """The named forces of elements by name: the coordinate along which each acts, and its program with channels in
+    place of names."""
 
     def push(channels: NamesOfSystem, element: Element, force: Force) -> Program:
         return _Naming(element, channels, channels.of_element(element))(force.push)
@@ -138,7 +138,7 @@ def _states_after(before: ElementStates, own: ElementStates) -> ElementStates:
 
 @dataclass(frozen=True, eq=False)
 class _Naming:
-    """Resolves the names in the programs of an element: `codes` are the codes of the names that the element reads."""
+    """Resolves the names in the programs of an element: `codes` are those of the names that the element reads."""
 
     element: Element
     channels: NamesOfSystem

@@ -19,7 +19,8 @@ CONSTANT = Program(number(0.0))
 
 
 def held_by_controllers(controllers: Sequence[Controller]) -> list[Element]:
-    """Return the states of the controllers: outputs held, outputs computed but delayed, and remembered values."""
+    """Return the states of the controllers: held outputs, delayed outputs that are already computed, and remembered
+    values."""
     return [Element(controller.name, states=tuple(_states(controller))) for controller in controllers]
 
 

@@ -43,7 +43,7 @@ def with_measured(system: System, elements: Sequence[Element], read: Iterable[st
 
 
 def _named(element: Element) -> Iterator[str]:
-    """The names of all coordinates that an element names; for a force that it reads, also the force's coordinate."""
+    """The names of all coordinates that an element names, and the coordinate of each force that it reads."""
     yield from _measured(element.reads)
     yield from (force.along for force in element.forces)
     yield from (name for row in element.rows for name in row.of)

@@ -1,5 +1,5 @@
-"""Derivatives of what a trial gives by what varies: by dual numbers along its run, or by differences of runs, whose
-step follows from how exact a run is. Runs with error control follow the steps of the one that they are beside."""
+"""Derivatives of a trial's results by the varied numbers: by dual numbers along its run, or by differences of runs. The
+step of differences follows from the accuracy of a run. Runs with error control follow the steps of the original run."""
 
 from __future__ import annotations
 
@@ -15,27 +15,27 @@ from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, VariedNumber
 from mbproj.studies.design.trial import Trial, Wish, trial_of, tried, tried_together
 
-#: What a run with fixed steps, or a kinematic one, is exact to as a function of its numbers, in parts of its values.
+#: The relative round-off of a run with fixed steps, or of a kinematic run, as a function of its numbers.
 GRAIN = 1e-15
-#: Of a function that is exact to ε: the step of central differences, and of those to one side, ε to these powers.
+#: For a function with the relative error ε, the steps of central and of one-sided differences are ε to these powers.
 CENTRAL, ONE_SIDED = 1.0 / 3.0, 0.5
-#: So many of the last trials keep what slopes along their runs need.
+#: The number of last trials whose data for slopes along their runs are kept.
 RUNS = 2
 
 
 def is_exact(settings: Settings) -> bool:
     """Whether a run is a smooth function of its numbers to round-off. Steps that error control chooses change with the
-    numbers: such a run is smooth to its tolerance only, unless it follows the steps of another."""
+    numbers: such a run is smooth only to its tolerance, unless it follows the steps of another run."""
     return settings.tolerance is None or bool(settings.kinematic)
 
 
 def grain_of(settings: Settings) -> float:
-    """What a run is exact to, as a function of its numbers, in parts of its values."""
+    """The relative error of a run as a function of its numbers."""
     return GRAIN if settings.tolerance is None or is_exact(settings) else max(settings.tolerance, GRAIN)
 
 
 def step_of(settings: Settings, power: float) -> float:
-    """The step of differences in parts of a number's range."""
+    """The step of differences as a part of a number's range."""
     return float(grain_of(settings) ** power)
 
 
@@ -47,15 +47,15 @@ def derivative(
     central: bool,
     columns: Iterable[int] | None = None,
 ) -> Array:
-    """∂value/∂u (k, d) at u (d,), within the bounds 0 and 1, or some of its columns; `at` (k,) is the value there. A
-    design beside it that does not run has values that are NaN: the other side is taken; where neither runs, the column
-    is NaN."""
+    """Return ∂value/∂u (k, d), or some of its columns, at u (d,) within the bounds 0 and 1; `at` (k,) is the value
+    there. Values of a design that does not run are NaN: then the other side is taken. Where neither side runs, the
+    column is NaN."""
     chosen = range(len(u)) if columns is None else columns
     return np.stack([_column(value, u, at, index, h, central=central) for index in chosen], axis=1)
 
 
 def _sides(u: Array, index: int, h: float) -> list[Array]:
-    """The designs beside u within the bounds 0 and 1."""
+    """The designs at u ± h in one number that are within the bounds 0 and 1."""
     step = h * np.eye(len(u))[index]
     return [beside for beside in (u + step, u - step) if 0.0 <= beside[index] <= 1.0]
 
@@ -74,15 +74,15 @@ def _column(value: Callable[[Array], Array], u: Array, at: Array, index: int, h:
 
 
 class Counted:
-    """Trials of a wish by their shares u: each is run once, and counted. `why` the last slopes came from differences
-    of runs, for all measures; empty where dual numbers gave them."""
+    """Trials of a wish by their shares u: each is run once, and counted. `why`: the reason why the last slopes of all
+    measures came from differences of runs; empty where dual numbers gave them."""
 
     def __init__(self, wish: Wish) -> None:
         self._wish, self._last, self._ahead = wish, dict[bytes, Trial](), dict[bytes, Trial]()
         self.count, self.why = 0, ""
 
     def __call__(self, u: Array) -> Trial:
-        """The trial at u; the last ones are remembered, without their runs but for two."""
+        """The trial at u. The last trials are cached, and the last two of them with the data of their runs."""
         key = u.tobytes()
         if key not in self._last:
             if len(self._last) > 4 * len(u) + 8:
@@ -94,14 +94,14 @@ class Counted:
         return self._last[key]
 
     def ahead(self, points: Sequence[Array]) -> None:
-        """Run designs together that are asked for next."""
+        """Run the designs at these points together, for the calls that follow."""
         missing = [u for u in points if u.tobytes() not in self._last]
         trials = tried_together(self._wish, missing)
         self._ahead = {u.tobytes(): trial for u, trial in zip(missing, trials, strict=True)}
 
     def slopes(self, part: Callable[[Trial], Array], u: Array, *, central: bool) -> Array:
-        """∂part/∂u (k, d) of what a trial has, within the bounds: by dual numbers along its run, and where these are
-        not known by differences of trials."""
+        """Return ∂part/∂u (k, d) of a `part` of a trial: by dual numbers along its run, and by differences of trials
+        where these give no slope."""
         base = self(u)
         if base.runs and base.followed is None:
             base = tried(self._wish, u)
@@ -126,7 +126,7 @@ class Counted:
         return slopes
 
     def _number(self, u: Array, index: int, *, central: bool) -> VariedNumber:
-        """A share, within the bounds 0 and 1."""
+        """One of the shares as a number that varies within the bounds 0 and 1."""
 
         def scene(away: float) -> Scene:
             beside = u.copy()
@@ -140,8 +140,8 @@ class Counted:
     def _by_differences(
         self, part: Callable[[Trial], Array], u: Array, base: Trial, columns: Iterable[int], *, central: bool
     ) -> Array:
-        """Trials beside the one at u follow its steps; where they cannot, differences are central ones, with a step
-        that the tolerance allows."""
+        """Return slopes by differences of trials that follow the steps of the trial at u. Where they cannot,
+        differences are central, with a step according to the tolerance."""
         settings = settings_to_run(self._wish.scene(u), by_options=False)
         at, is_smooth = part(base), base.steps.known or is_exact(settings)
         grain = GRAIN if is_smooth else grain_of(settings)

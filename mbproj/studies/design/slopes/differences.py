@@ -1,5 +1,5 @@
-"""Slopes of measures by differences of runs, each with what it may be off by. Runs beside the scene's own follow its
-steps, so that they are exact to round-off; differences are of fourth order where two runs are not enough."""
+"""Slopes of measures by differences of runs, each with its uncertainty. Runs with other numbers follow the steps of the
+scene's run, so that differences are exact to round-off. They are of fourth order where two runs are not enough."""
 
 from __future__ import annotations
 
@@ -21,22 +21,23 @@ from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 
-#: Runs with error control are made to the first tolerance where others can follow their steps. Else to the second: what
-#: they are uncertain by is divided by the step.
+#: The tolerance of runs with error control where others can follow their steps, and where they cannot: then the error
+#: of a run is divided by the step of differences.
 FOLLOWED, TOLERANCE = 1e-11, 1e-12
-#: Runs beside the scene's own, in steps. The pair is enough where its slope is certain to this part of itself;
-#: elsewhere there are two more, for a formula of fourth order. Where one side does not run, both are on the other.
+#: The shifts of a number in steps. The pair is enough where the relative uncertainty of its slope is at most CERTAIN.
+#: Else two further runs give a formula of fourth order. Where one side does not run, both runs of the pair are on the
+#: other side.
 PAIR, CERTAIN, FARTHER = (-1.0, 1.0), 1e-7, (-2.0, 2.0)
-#: A fourth difference of values with noise is about so many times as large as that.
+#: The ratio of a fourth difference of noisy values to the noise.
 FOURTH = 4.0
-#: Noise that is larger, in parts of a value, does not widen the steps any more.
+#: Relative noise above this does not widen the steps any more.
 NOISIEST = 1e-9
 LEAVE_OUT = "leave this number out"
 
 
 @dataclass(frozen=True)
 class DifferenceWork:
-    """What all runs share: the scene, the numbers' `paths`, the measures, and the `steps` that they follow."""
+    """The common data of all runs: the scene, the numbers' `paths`, the measures, and the `steps` to follow."""
 
     scene: Scene
     settings: Settings
@@ -47,9 +48,10 @@ class DifferenceWork:
 
 @dataclass(frozen=True, eq=False)
 class DifferenceSlopes:
-    """Of k measures by d numbers: `values` (k,), `slopes` (k, d), what they may be off by (k, d), and how many `runs`
-    there were. NaN where runs could not follow the scene's own. `why` (k, d) dual numbers were not taken; empty where
-    they were. `failed` (d,) says why runs with other numbers fail on both sides; empty where one runs."""
+    """Slopes of k measures by d numbers: `values` (k,), `slopes` (k, d), their `uncertainty` (k, d), and the number of
+    `runs`. Slopes are NaN where runs could not follow the scene's run. `why` (k, d): the reason why a slope is not from
+    dual numbers; empty where it is. `failed` (d,): the reason why runs fail on both sides of a number; empty where one
+    side runs."""
 
     values: Array
     slopes: Array
@@ -60,7 +62,8 @@ class DifferenceSlopes:
 
 
 def differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> DifferenceSlopes:
-    """At the numbers x (d,) of sizes `scale` (d,). Raises InputError where the scene's own run fails."""
+    """Return the slopes at the numbers x (d,) of sizes `scale` (d,). Raises InputError where the scene's own run
+    fails."""
     first = tight(work, FOLLOWED)
     steps = FollowedSteps()
     own = _values(first, -1, _run(first, (-1, 0.0), steps)[0])
@@ -84,7 +87,7 @@ def differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> D
 
 
 def tight(work: DifferenceWork, tolerance: float) -> DifferenceWork:
-    """The same to this tolerance, where the scene's own is a larger one."""
+    """Return the work with this tolerance, where the scene's own tolerance is larger."""
     settings = work.settings
     if settings.tolerance is None:
         return work
@@ -92,7 +95,8 @@ def tight(work: DifferenceWork, tolerance: float) -> DifferenceWork:
 
 
 def _beside(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Where) -> DifferenceSlopes:
-    """By runs beside the scene's `own`, whose steps they follow if these are known."""
+    """Return the slopes by runs with changed numbers, which follow the steps of the scene's `own` run if these are
+    known."""
     noise, made = _noise(work, x, scale, own, where)
     part = float(np.max(noise / np.where(own == 0.0, np.inf, np.abs(own)), initial=_grain(work)))
     h = min(part, NOISIEST) ** CENTRAL * scale
@@ -106,7 +110,7 @@ def _beside(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Whe
         if not runs.has_left(j):
             slopes[:, j], off[:, j] = runs.slope(j)
     off += noise[:, None] / h
-    # A measure that a number hardly moves has no slope to be certain of, but for round-off.
+    # For a measure that a number hardly changes, the slope cannot be more certain than round-off.
     enough = np.maximum(CERTAIN * np.abs(slopes), 2.0 * noise[:, None] / h)
     again = [j for j in everything if runs.side(j) == 0.0 and not runs.has_left(j) and np.any(off[:, j] > enough[:, j])]
     runs.make([(j, shift) for j in again for shift in FARTHER])
@@ -117,8 +121,8 @@ def _beside(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Whe
 
 
 def _noise(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Where) -> tuple[Array, int]:
-    """How far values (k,) are from smooth functions, as runs with one of the numbers show it, and how many these are.
-    Runs with fixed steps are known to be as exact as numbers are."""
+    """Return the deviation of the measures (k,) from smooth functions, estimated by runs with one of the numbers, and
+    the count of these runs. Runs with fixed steps are exact to round-off."""
     least = _grain(work) * np.abs(own)
     if is_exact(work.settings):
         return least, 0
@@ -132,12 +136,12 @@ def _noise(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Wher
 
 
 def _grain(work: DifferenceWork) -> float:
-    """What runs are exact to, in parts of their values, as functions of their numbers."""
+    """The relative error of runs as functions of their numbers."""
     return GRAIN if work.steps.known else grain_of(work.settings)
 
 
 class _Runs:
-    """Runs at some shifts of one number, in steps `h` (d,) of it: each is made once."""
+    """Runs with one number shifted by multiples of its step in `h` (d,): each run is made once."""
 
     def __init__(self, work: DifferenceWork, x: Array, h: Array, own: Array, where: Where) -> None:
         self._work, self._x, self._h, self._own, self._where = work, x, h, own, where
@@ -145,36 +149,36 @@ class _Runs:
 
     @property
     def count(self) -> int:
-        """How many were made."""
+        """The number of runs."""
         return len(self._found)
 
     def make(self, wanted: Sequence[tuple[int, float]]) -> None:
-        """Those that are not made yet."""
+        """Make the wanted runs (number, shift) that are not made yet."""
         items = [each for each in dict.fromkeys(wanted) if each not in self._found]
         moved = [(j, float(self._x[j] + shift * self._h[j])) for j, shift in items]
         for number, values in in_parallel(_run, self._work, moved, self._where):
             self._found[items[number]] = values
 
     def failure(self, j: int) -> str:
-        """Why neither side of number j runs; empty where one does."""
+        """The reason why neither side of number j runs; empty where one does."""
         first, second = (self._found[j, shift][0] for shift in PAIR)
         return first if isinstance(first, str) and isinstance(second, str) else ""
 
     def has_left(self, j: int) -> bool:
-        """Whether runs with another number j could not follow."""
+        """Whether runs with another value of number j could not follow the steps."""
         return any(self._found[j, shift][1] for shift in PAIR)
 
     def side(self, j: int) -> float:
-        """On which side of its own value, ±1, number j has runs; 0 where it has them on both."""
+        """The side ±1 of its own value on which number j runs; 0 for both sides."""
         fails = [isinstance(self._found[j, shift][0], str) for shift in PAIR]
         return float(fails[0]) - float(fails[1])
 
     def at(self, j: int, shift: float) -> Array:
-        """The measures (k,) of the run with number j so many steps away."""
+        """The measures (k,) of the run with number j shifted by this multiple of its step."""
         return self._own if shift == 0.0 else _values(self._work, j, self._found[j, shift][0])
 
     def slope(self, j: int) -> tuple[Array, Array]:
-        """Of second order, and what it may be off by, (k,)."""
+        """The slope of second order and its uncertainty, (k,) each."""
         side, h = self.side(j), float(self._h[j])
         if side == 0.0:
             slope = (self.at(j, 1.0) - self.at(j, -1.0)) / (2.0 * h)
@@ -184,20 +188,21 @@ class _Runs:
         return slope, off_by(slope, side * (near - self._own) / h)
 
     def better_slope(self, j: int) -> tuple[Array, Array]:
-        """Of fourth order, and what it may be off by, (k,)."""
+        """The slope of fourth order and its uncertainty, (k,) each."""
         slope, h = self.slope(j)[0], float(self._h[j])
         wide = (self.at(j, 2.0) - self.at(j, -2.0)) / (4.0 * h)
         better = (4.0 * slope - wide) / 3.0
         return better, off_by(better, slope)
 
     def noise(self, j: int) -> Array:
-        """How far measures (k,) are from smooth functions of a number: a fourth difference of them is that alone."""
+        """The deviation of the measures (k,) from smooth functions of a number, by a fourth difference, in which
+        nothing else remains."""
         parts: Mapping[float, float] = {-2.0: 1.0, -1.0: -4.0, 0.0: 6.0, 1.0: -4.0, 2.0: 1.0}
         return np.abs(sum(part * self.at(j, shift) for shift, part in parts.items())) / FOURTH
 
 
 def off_by(better: Array, rough: Array) -> Array:
-    """What the better one of two formulas is off by: about the square of what they differ by, in parts of the value."""
+    """The error of the better one of two formulas: relatively, about the square of their difference."""
     apart = np.abs(better - rough)
     return np.asarray(apart**2 / np.maximum(np.abs(better), apart + 1e-300))
 
@@ -213,7 +218,8 @@ def _values(work: DifferenceWork, j: int, values: list[float] | str) -> Array:
 def _run(
     work: DifferenceWork, item: tuple[int, float], steps: FollowedSteps | None = None
 ) -> tuple[list[float] | str, bool]:
-    """The measures of a run with another value of one number, or why there are none; whether it could not follow."""
+    """The measures of a run with another value of one number, or the reason of its failure; and whether it could not
+    follow the steps."""
     j, value = item
     own = steps or (work.steps.of_another() if work.steps.known else None)
     try:

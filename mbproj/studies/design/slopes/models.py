@@ -1,4 +1,4 @@
-"""Models beside one that ran: their numbers, how they start, and what is seen of states that they would have."""
+"""Models with changed numbers beside one that ran: their numbers, their initial states, and samples at given states."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from mbproj.model.planar import Plane, planar_reduction
 from mbproj.model.system import System
 from mbproj.studies.measure.mechanism import Mechanism
 
-#: Datasets that need accelerations, and those that need multipliers, by parts of their paths.
+#: Parts of the paths of datasets that need accelerations, and of those that need multipliers.
 ACCELERATIONS, MULTIPLIERS = ("acceleration", "forces/"), ("reaction", "motions/force", "ropes/")
 
 
 def chosen_of(samples: Samples, rows: Array) -> Samples:
-    """Some of the samples, by their numbers."""
+    """Return the samples with these numbers."""
     names = ("t", "y", "acceleration", "carried", "step_size", "work")
     counters = {name: values[rows] for name, values in samples.counters.items()}
     return replace(samples, **{name: getattr(samples, name)[rows] for name in names}, counters=counters)
 
 
 class Model:
-    """A system in the kernel, and how it starts."""
+    """A system in the kernel, with its numbers and its initial state."""
 
     def __init__(self, compiled: Compiled, mechanism: Mechanism) -> None:
         self.compiled, self.mechanism = compiled, mechanism
@@ -39,13 +39,13 @@ class Model:
         self.start = compiled.beginning(mechanism.state)
 
     def states(self, samples: Samples) -> Array:
-        """The kernel's states (T, S) at samples."""
+        """Return the kernel's states (T, S) at samples."""
         layout = self.compiled.layout
         bodies = self.compiled.state(samples.q, samples.v).reshape(len(samples.t), -1)
         return layout.joined({"bodies": bodies} | samples.layout.shared(samples.y, layout))
 
     def samples(self, beside: Samples, counted: Array, y: Array, paths: Iterable[str]) -> Samples:
-        """Samples (T,) where the kernel's states are y (T, S), next to others, whose coordinates are `counted`."""
+        """Return T samples at the kernel's states y (T, S), near other samples with the joint coordinates `counted`."""
         compiled, system = self.compiled, self.compiled.system
         bodies = np.ascontiguousarray(compiled.bodies_of(y))
         acceleration = np.zeros((*bodies.shape[:2], bodies.shape[2] // 2))
@@ -66,7 +66,7 @@ class Model:
         )
 
     def _solved(self, beside: Samples, bodies: Array, counted: Array) -> tuple[Array, Array]:
-        """Accelerations and multipliers at samples. Raises SimulationError where they are not unique."""
+        """Return accelerations and multipliers at samples. Raises SimulationError where they are not unique."""
         equations, solutions = self.compiled.equations(), []
         for t, body, along, x in zip(beside.t, bodies, counted, beside.y[:, beside.layout["states"]], strict=True):
             solution = equations.accelerations(body, float(t), [*self.compiled.turns(along).tolist(), *x.tolist()])
@@ -78,7 +78,7 @@ class Model:
 
 
 def compiled_like(like: Compiled, system: System, q: Array) -> Compiled:
-    """A system in the coordinates of another."""
+    """Return a system in the kernel's coordinates of the system `like`."""
     if isinstance(like, Reduced):
         model = Reduced(like.core, system)
         model.model.rows = like.model.rows

@@ -1,5 +1,5 @@
-"""What runs beside one would measure, to the first order, from that run alone: dual numbers follow it, and models that
-are compiled beside its own say how numbers of a scene act. Neighbours are not run."""
+"""Slopes of measures along one run, by numbers of the scene. Dual numbers follow the run. Their directions come from
+models of neighbours, scenes with slightly changed numbers, which are compiled but not run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from mbproj.studies.design.slopes.models import Model, chosen_of, compiled_like
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 
-#: What is seen of a state, without contacts, works and tolerances.
+#: Datasets that depend on the state alone, not on contacts, works or tolerances.
 SEEN = (
     "bodies/",
     "markers/",
@@ -44,25 +44,27 @@ SEEN = (
     "ropes/",
 )
 SEEN_ENERGIES = tuple(f"diagnostics/{name}_energy" for name in ("kinetic", "potential", "total"))
-#: Formulas for slopes: how many steps neighbours are away, and their weights. The first is taken where models on both
-#: sides are alike.
+#: Formulas for slopes: the shifts of neighbours in steps, and their weights. The first one whose models have the
+#: structure of the run's model is taken.
 FORMULAS = (
     ((-1.0, 1.0), (-0.5, 0.5)),
     ((0.0, 1.0, 2.0), (-1.5, 2.0, -0.5)),
     ((0.0, -1.0, -2.0), (1.5, -2.0, 0.5)),
 )
-#: One of fourth order.
+#: A formula of fourth order.
 WIDE = ((-2.0, -1.0, 1.0, 2.0), (1.0 / 12.0, -2.0 / 3.0, 2.0 / 3.0, -1.0 / 12.0))
-#: The same to one side, of first order: for searches, whose slopes need not be exact.
+#: One-sided formulas of first order, for searches, whose slopes need not be exact.
 SIDES = (((0.0, 1.0), (-1.0, 1.0)), ((0.0, -1.0), (1.0, -1.0)))
-#: What numbers usually change by from neighbour to neighbour, in parts of themselves, or of this.
+#: The usual relative change of a model's numbers from neighbour to neighbour, and the least size to which it is
+#: relative.
 CHANGES, SMALL = 1e-5, 0.1
 Formula = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 @dataclass(frozen=True, eq=False)
 class VariedNumber:
-    """One that a scene has, by name: its scenes where it is so much larger, and the step of differences."""
+    """A number of a scene, by name: a function that returns the scene with the number increased, and the step of
+    differences."""
 
     name: str
     scene: Callable[[float], Scene]
@@ -71,9 +73,9 @@ class VariedNumber:
 
 @dataclass(frozen=True, eq=False)
 class Slope:
-    """Of k measures by a number: the `values` (n, k) of its neighbours, and the formula that makes slopes of them. They
-    bend with the number only where what is measured does; by how much the slopes of the model's numbers are off is
-    `cut`, in parts of these. Where slopes are not known, `why`."""
+    """The slopes of k measures by a number: the `values` (n, k) of its neighbours, and the formula for slopes. The
+    states of neighbours are linear in the number, so that only the measures may be nonlinear. `cut`: the relative error
+    of the slopes of the model's numbers. `why`: the reason where slopes are not known."""
 
     values: Array
     formula: Formula
@@ -83,16 +85,16 @@ class Slope:
 
     @classmethod
     def unknown(cls, why: str) -> Slope:
-        """One that is not known, for a reason."""
+        """Return an unknown slope, with the reason."""
         return cls(np.zeros((0, 0)), SIDES[0], 1.0, 0.0, why)
 
     @property
     def slopes(self) -> Array:
-        """(k,)."""
+        """The slopes, (k,)."""
         return np.tensordot(self.formula[1], self.values, 1) / self.step
 
     def rough(self, own: Array) -> Array:
-        """By a formula of lower order, (k,), with the scene's `own` values."""
+        """The slopes by a formula of lower order, (k,), with the scene's `own` values."""
         away, values = self.formula[0], self.values
         if len(away) == len(WIDE[0]):
             return (values[2] - values[1]) / (2.0 * self.step)
@@ -100,26 +102,26 @@ class Slope:
 
 
 class Followed:
-    """A run, and what is measured beside it."""
+    """A run that dual numbers can follow, with its measures."""
 
     def __init__(self, mechanism: Mechanism, settings: Settings, measures: Sequence[Expectation]) -> None:
         self.mechanism, self.settings, self.measures = mechanism, settings, tuple(measures)
         self.steps: FollowedSteps = TracedSteps()
         self.event_times = np.zeros(0)
         self._kept: list[Samples] = []
-        self.rows: Array | None = None  # the samples that measures look at; all where it is none
+        self.rows: Array | None = None  # the samples that measures depend on; None for all
         self._models: dict[tuple[str, float], Model] = {}
         self._seen_ones = tuple(each for each in measures if not self.unseen(each))
         self._paths = {path for each in self._seen_ones for path in self._datasets(each)}
 
     def again(self, settings: Settings) -> Followed:
-        """The same with other steps, which is still to be run: neighbours are compiled once for both."""
+        """Return the run with other steps, not yet made. Models of neighbours are compiled once for both."""
         copy = Followed(self.mechanism, settings, self.measures)
         copy._models = self._models
         return copy
 
     def run(self, steps: FollowedSteps | None = None) -> MeasuredSamples:
-        """Runs, with the steps of another where these are given, and has the samples of the measures. Raises
+        """Make the run, with the steps of another run if given, and return the samples of the measures. Raises
         SimulationError."""
         self.steps = TracedSteps() if steps is None else steps.of_another()
         samples = MeasuredSamples(self.mechanism, self.measures, self)
@@ -128,21 +130,21 @@ class Followed:
         return samples
 
     def write(self, block: Block) -> None:
-        """Takes the samples of the run."""
+        """Keep a block of samples."""
         self._kept.append(block.samples)  # type: ignore[attr-defined]
 
     def events(self, events: Sequence[Event]) -> None:
-        """Takes its events."""
+        """Keep the times of the events."""
         self.event_times = np.array([event.time for event in events])
 
     @property
     def trace(self) -> Trace | None:
-        """The run as it was made; None where it was not made by the kernel, or followed another."""
+        """The trace of the run; None where the kernel did not make it, or it followed another run."""
         return self.steps.trace if isinstance(self.steps, TracedSteps) else None
 
     @property
     def why(self) -> str:
-        """Why dual numbers do not follow the run; empty where they do."""
+        """The reason why dual numbers do not follow the run; empty where they do."""
         system, settings = self.mechanism.system, self.settings
         kinematic = self.trace is not None and self.trace.settings.kinematic is True
         if not (kinematic or is_explicit(settings.integrator)):
@@ -156,18 +158,18 @@ class Followed:
         return ""
 
     def unseen(self, measure: Expectation) -> str:
-        """Why neighbours do not have what a measure asks of a run; empty where they do."""
+        """The reason why a measure is not known for neighbours, which are not run; empty where it is known."""
         odd = next((path for path in self._datasets(measure) if not _is_seen(path)), "")
         return f"'{odd}' is no function of the state" if odd else ""
 
     @property
     def missing(self) -> dict[Expectation, str]:
-        """The measures that neighbours do not have, and why."""
+        """The measures that are not known for neighbours, with the reasons."""
         return {each: why for each in self.measures if (why := self.unseen(each))}
 
     @property
     def misses(self) -> str:
-        """Why dual numbers give nothing of what is measured; empty where they give some."""
+        """The reason why dual numbers give no slope of any measure; empty where they give some."""
         missing = [*self.missing.values()]
         return self.why or (missing[0] if missing and len(missing) == len(self.measures) else "")
 
@@ -180,7 +182,7 @@ class Followed:
         measure: Callable[[Scene, MeasuredSamples], Array],
         formulas: Sequence[Formula] = FORMULAS,
     ) -> list[Slope]:
-        """Of what is measured of samples, by each of the numbers."""
+        """Return the slopes of `measure`, a function of a scene and its samples, by each of the numbers."""
         trace = self.trace
         assert trace is not None
         own = Model(trace.compiled, self.mechanism)
@@ -225,7 +227,8 @@ class Followed:
     def _alike(
         self, own: Model, number: VariedNumber, formulas: Sequence[Formula]
     ) -> tuple[Formula, list[Model]] | str:
-        """The first of the formulas whose neighbours are alike, with these; why there is none."""
+        """Return the first of the formulas whose neighbours have models of the same structure, with these models; else
+        the reason why there is none."""
         why = ""
         for formula in formulas:
             models = []
@@ -241,7 +244,7 @@ class Followed:
         return why
 
     def _neighbour(self, own: Model, scene: Scene) -> Model:
-        """The model of a scene beside. Raises InputError where it is no neighbour of the one that ran."""
+        """Return the model of a neighbour. Raises InputError where its structure differs from the model that ran."""
         trace = self.trace
         assert trace is not None
         if _without_steps(settings_to_run(scene, by_options=False)) != _without_steps(self.settings):
@@ -261,7 +264,7 @@ class Followed:
         return model
 
     def _seen(self, near: Model, samples: Samples, counted: Array, y: Array) -> MeasuredSamples:
-        """What a neighbour has at samples where its states are y (T, S)."""
+        """Return the measured samples of a neighbour at its states y (T, S)."""
         measured, mechanism = MeasuredSamples(near.mechanism, self._seen_ones), near.mechanism
         with may_overflow():
             own = near.samples(samples, counted, y, self._paths)
@@ -275,8 +278,8 @@ def _is_seen(path: str) -> bool:
 
 
 def _cut(formula: Formula, models: Sequence[Model], own: Model) -> float:
-    """What a formula may be off by for the numbers of models and their starts, in parts of them: about the square of
-    what one of lower order differs by."""
+    """The relative error of a formula for the numbers of models and their initial states: about the square of the
+    difference to a formula of lower order."""
     worst = 0.0
     for of in ("numbers", "start"):
         values, at = np.array([getattr(near, of) for near in models]), getattr(own, of)

@@ -1,5 +1,5 @@
 """Slopes of measures by numbers of a scene: by dual numbers along its own run where the kernel can, else by differences
-of runs. What they may be off by counts the error of the run's steps, too."""
+of runs. Their uncertainty includes the error of the run's steps."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.hand_out import Where
 
-#: Neighbours are so far away, in parts of a number: what formulas cut off is then as small as round-off.
+#: The shift of a neighbour relative to the number: the truncation of formulas is then as small as round-off.
 STEP = 1e-5
-#: Beside a run with error control coarser ones have tolerances so many times as large, and errors more than so many
-#: times; beside one with fixed steps they are twice as long, and errors more than so many times.
+#: Coarser runs show the error of steps. With error control: the factors of their tolerance, and the least factors of
+#: their error. With fixed steps: the least factor of the error with steps twice as long.
 LOOSER, WORSE_BY_TWO = ((1e4, 1e3), (1e2, 30.0)), 4.0
-#: One run beside is enough where it leaves slopes certain to this part of them.
+#: One coarser run is enough where the relative uncertainty of slopes is at most this.
 ENOUGH = 1e-3
-#: What is largest or smallest among samples changes with these.
+#: Measures among samples, which depend on the times of samples.
 OF_SAMPLES = ("largest", "maximum", "minimum", "range")
 
 
 def slopes_of(work: DifferenceWork, x: Array, scale: Array, where: Where) -> DifferenceSlopes:
-    """At the numbers x (d,) of sizes `scale` (d,). Measures that dual numbers do not see are found by differences, and
-    so are all of a number that these do not follow. Raises InputError or SimulationError where the own run fails."""
+    """Return the slopes at the numbers x (d,) of sizes `scale` (d,). Where dual numbers give no slope for a measure or
+    a number, differences of runs do. Raises InputError or SimulationError where the scene's own run fails."""
     first = tight(work, FOLLOWED)
     own, followed = _own_run(first)
     seen = [k for k, each in enumerate(work.measures) if not followed.unseen(each)]
@@ -73,7 +73,8 @@ def slopes_of(work: DifferenceWork, x: Array, scale: Array, where: Where) -> Dif
 
 
 def _by_differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> DifferenceSlopes:
-    """By differences of runs; where steps are fixed, once more with others, for their error."""
+    """Return slopes by differences of runs. With fixed steps they are computed again with other steps, for the
+    error."""
     slopes = differences(work, x, scale, where)
     if work.settings.tolerance is not None or work.settings.step is None:
         return slopes
@@ -88,7 +89,7 @@ def _by_differences(work: DifferenceWork, x: Array, scale: Array, where: Where) 
 
 
 def _own_run(work: DifferenceWork) -> tuple[Array, Followed]:
-    """The measures (k,) of the scene's own run, and that run. Raises InputError or SimulationError where it fails."""
+    """The measures (k,) of the scene's own run, and the run. Raises InputError or SimulationError where it fails."""
     followed = Followed(Mechanism.of(work.scene), work.settings, work.measures)
     samples = followed.run()
     followed.rows = _rows(work, samples)
@@ -101,7 +102,8 @@ def _values(work: DifferenceWork, samples: MeasuredSamples) -> Array:
 
 
 def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Array | None:
-    """The samples that the measures look at, ascending, with the first and the last; None where some look at all."""
+    """The ascending numbers of the samples that the measures depend on, with the first and the last; None where a
+    measure depends on all."""
     time = samples["time"]
     rows = {0, len(time) - 1}
     for each in work.measures:
@@ -117,8 +119,8 @@ def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Array | None:
 def _by_duals(
     work: DifferenceWork, followed: Followed, own: Array, x: Array, scale: Array, *, rough_ones: bool = False
 ) -> list[tuple[Slope, Array]]:
-    """Along the run, by each number, and what that may be off by beside the error of steps. Where a formula is not
-    certain to CERTAIN, by one of higher order, unless `rough_ones` will do."""
+    """Return the slopes along the run by each number, and their uncertainty without the error of steps. Where the
+    relative uncertainty exceeds CERTAIN, a formula of higher order is taken, unless `rough_ones` are enough."""
 
     def number(j: int) -> VariedNumber:
         path, at = work.paths[j], float(x[j])
@@ -142,7 +144,8 @@ def _by_duals(
         if not better.why:
             slopes[j], off[j] = better, _off(better, own)
     rough = [j for j in rough if uncertain(j)]
-    for j, side in zip(rough, by(rough, SIDES), strict=True):  # what the slopes of the model's numbers make of them
+    # the effect of errors in the slopes of the model's numbers
+    for j, side in zip(rough, by(rough, SIDES), strict=True):
         if not side.why:
             less = off_by(slopes[j].slopes, side.slopes)
             off[j] = np.minimum(off[j], _off(replace(slopes[j], cut=0.0), own) + less)
@@ -150,20 +153,20 @@ def _by_duals(
 
 
 def _grain(slope: Slope, own: Array) -> Array:
-    """What round-off of measures (k,) makes of a slope."""
+    """The error of a slope by round-off of the measures (k,)."""
     return np.asarray(GRAIN * np.abs(own) / slope.step)
 
 
 def _off(slope: Slope, own: Array) -> Array:
-    """What the formula of a slope may be off by, (k,), beside the error of steps."""
+    """The uncertainty of a slope, (k,), without the error of steps."""
     return off_by(slope.slopes, slope.rough(own)) + slope.cut * np.abs(slope.slopes) + _grain(slope, own)
 
 
 def _add_discretisation(
     work: DifferenceWork, followed: Followed, x: Array, scale: Array, slopes: Array, off: Array, seen: list[int]
 ) -> int:
-    """Adds the error of steps to what slopes of the measures `seen` may be off by, as coarser runs or a finer one show
-    it. How many runs there were."""
+    """Add the error of steps, estimated by coarser runs or a finer one, to the uncertainty of the measures `seen`.
+    Return the number of these runs."""
     trace = followed.trace
     if trace is None or trace.settings.kinematic is True:
         return 0
@@ -188,7 +191,7 @@ def _add_discretisation(
 
 
 def beside(settings: Settings, measures: tuple[Expectation, ...]) -> list[tuple[Settings, float]]:
-    """Settings of runs that show the error of steps, and what the difference to them is divided by."""
+    """Settings of runs that show the error of steps, each with the divisor of the difference to it."""
     if settings.step is None:
         assert settings.tolerance is not None
         return [(replace(settings, tolerance=settings.tolerance * looser), worse) for looser, worse in LOOSER]
