@@ -59,8 +59,8 @@ def _places(rows: Numbers) -> Integers:
 
 
 def _places_of_all(rows: Any) -> Integers | None:
-    """Return the same of several cases. None unless all cases have the places of the first, and different sums tell
-    that distinct rows of it are distinct in all."""
+    """Return the result of `distinct_rows` for several cases. None unless all cases have the indices of the first, and
+    different sums show that rows distinct there are distinct in all cases."""
     every = rows.values
     place: Integers = _places(every[0])
     first = np.unique(place, return_index=True)[1]
@@ -70,6 +70,6 @@ def _places_of_all(rows: Any) -> Integers | None:
 
 
 def may_overflow() -> np.errstate:
-    """A context in which NumPy does not warn of overflow. Numbers overflow in a step that is far too large, and in all
-    that is computed from a state that has diverged. The caller tests whether its result is finite, or records it."""
+    """A context in which NumPy does not warn of overflow. Numbers overflow in a step that is far too large, and in
+    results computed from a diverged state. The caller tests whether its result is finite, or records it."""
     return np.errstate(over="ignore", invalid="ignore")

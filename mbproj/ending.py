@@ -7,7 +7,7 @@ import traceback
 
 from mbproj.errors import ExitCode, InputError, MbprojError
 
-#: Errors of the operating system on a path that the user gave, and can mend.
+#: Errors of the operating system on a path that the user gave, which the user can mend.
 WRONG_PATH = frozenset({
     errno.ENOENT, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EROFS,
     errno.EEXIST, errno.ENXIO, errno.ENODEV, errno.ENOTEMPTY, errno.EXDEV,
@@ -19,8 +19,8 @@ OUR_FAULT = "error: this is a fault of mbproj, not of your input; please report 
 
 
 def ending(error: Exception) -> tuple[str, ExitCode]:
-    """Return the message and the exit code for an exception that nobody caught. One that neither the input nor the
-    state of the machine explains is a fault of mbproj: its message has the traceback that a report needs."""
+    """Return the message and the exit code for an exception that nobody caught. An exception that neither the input nor
+    the state of the machine explains is a fault of mbproj. Its message has the traceback, for a report."""
     if isinstance(error, InputError):
         return str(error), error.exit_code
     if isinstance(error, MbprojError):

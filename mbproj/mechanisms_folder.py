@@ -1,4 +1,4 @@
-"""Where the example mechanisms are: in the installed package, or beside it in a checkout."""
+"""The folder of the example mechanisms: in the installed package, or beside it in a checkout."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def folder() -> Path:
-    """The folder of the example scenes; its folder `validation` has those that others computed too."""
+    """The folder of the example scenes; its folder `validation` has scenes with results of other programs."""
     package = Path(__file__).parent
     for place in (package / "mechanisms", package.parent / "mechanisms"):
         if place.is_dir():

@@ -1,7 +1,6 @@
-"""Plug-ins: what other packages add to the registries, by an entry point of the group `mbproj.plugins` or by a call.
-
-An entry point names a module, which registers what it has when it is imported, or a function that does so when it is
-called. Looking for them takes 10 ms, so that a name that mbproj itself has is found without.
+"""Plug-ins: entries that other packages add to the registries, by an entry point of the group `mbproj.plugins` or by a
+call. An entry point names a module that registers its entries when it is imported, or a function that does so when it
+is called. The search for entry points takes 10 ms, so that names of mbproj itself are found without it.
 """
 
 from __future__ import annotations
@@ -68,7 +67,7 @@ class Registry(Mapping[str, Entry], Generic[Entry]):
 
 def load_installed() -> None:
     """Import the plug-ins of installed packages, once a process. One that fails gives a warning; the others load."""
-    if GROUP in _looked_for:  # a plug-in may read a registry while it is imported, which leads here again
+    if GROUP in _looked_for:  # a plug-in that reads a registry during its import calls this again
         return
     _looked_for.add(GROUP)
     from importlib.metadata import entry_points

@@ -1,4 +1,4 @@
-"""What a user may choose, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
+"""The choices of a user, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
 
 A new projection method is one file under `mbproj/projection/methods` and one entry here; a new integrator is one
 tableau under `mbproj/integrate/steppers`, in `tableaus` or `implicit_tableaus`. Plug-ins add theirs by a call. The
@@ -19,7 +19,7 @@ from mbproj.plugins import Registry
 
 
 def named(where: str) -> Any:
-    """What `where` names as "module:name". Its module is imported when somebody first asks."""
+    """The object that `where` names as "module:name". Its module is imported at the first use."""
     module, _, name = where.partition(":")
     return getattr(import_module(module), name)
 
@@ -86,7 +86,7 @@ FORMULATIONS = ("auto", "full", "reduced", "planar")
 ACCELERATIONS = ("bordered", "eliminated")
 #: The law of impact at rigid stops: restitution relates speeds (Newton), impulses (Poisson), or energies (Stronge).
 IMPACT_LAWS = ("newton", "poisson", "energetic")
-#: What follows a position correction that does not converge: nothing, or a second one with GOPM's metric.
+#: The fallback for a position correction that does not converge: none, or a second correction with GOPM's metric.
 FALLBACKS = ("none", "gopm")
 #: When a position correction is accepted: |C|∞ <= tolerance, or the paper's ΔqᵀMΔq <= tolerance.
 STOP_TESTS = ("violation", "paper")

@@ -1,9 +1,9 @@
 """An HDF5 file is read in a child process first, where time and memory are limited.
 
 HDF5 trusts what it reads: some damaged files make it spin for ever, take all memory, or crash, and nothing within the
-process can stop it. So a child process does once what the reader is about to do. Where the child does not come to its
-end, the reader does not begin. To fork takes some 7 ms, and the child as long as the reader: 100 ms for all parts of a
-usual results file. So what a child has read without fault is not read in another one while the file stays as it was.
+process can stop it. So a child process first does what the reader will do. Where the child does not come to its end,
+the reader does not begin. To fork takes some 7 ms, and the child as long as the reader: 100 ms for all parts of a usual
+results file. So a part that a child has read without fault is not rehearsed again while the file is unchanged.
 
 Every limit is in processor time of the child, which does not grow while other processes have the processor.
 """
@@ -30,29 +30,28 @@ try:
 except ImportError:  # Windows, which has no fork either
     resource = None  # type: ignore[assignment]
 
-#: The most processor time of the child: SECONDS, and 1 s more for each BYTES_A_SECOND of the file. A processor on which
-#: the sum of NUMBERS takes longer than USUAL, in s, gets as many times more.
+#: The most processor time of the child: SECONDS, and 1 s more for each BYTES_A_SECOND of the file. Where the sum of
+#: NUMBERS numbers takes longer than USUAL s on this processor, the time grows in proportion.
 SECONDS, BYTES_A_SECOND = 2, 2**28
 NUMBERS, USUAL = range(10**4), 1e-3
 #: The longest time in s in which the child waits, as for a slow disk or network, and uses no processor time.
 PATIENCE = 60.0
-#: A file that changed less than this long ago, in s, may change once more and keep its time of change.
+#: A file that changed within this time, in s, may change again without a new time of change.
 SETTLED = 2.0
 #: The most memory that the child may allocate: MEMORY in bytes, and MEMORY_BY_SIZE times the size of the file.
 MEMORY, MEMORY_BY_SIZE = 2**30, 4
 
 ENDLESS = "reading it does not come to an end"
-#: What is wrong with the file, by the signal that ended the child. It kills itself where memory runs out.
+#: The fault of the file, by the signal that ended the child. The child kills itself where memory runs out.
 ENDS: dict[int, str] = {signal.SIGXCPU: ENDLESS, signal.SIGKILL: "reading it takes too much memory"} if resource else {}
 
-#: What children have read without fault: the name of the act, and the identity of the file.
+#: The rehearsals without fault: the name of the act, and the identity of the file.
 _passed: set[tuple[object, ...]] = set()
 
 
 def rehearse(act: Callable[[], object], path: Path, name: str = "") -> bool:
-    """Call `act`, which reads the file at `path`, in a child process; return whether a child has done that.
-
-    An act with a `name`, the same for all acts that read the same, is done once for each state of the file. Raises the
+    """Call `act`, which reads the file at `path`, in a child process; return whether a child has done so. An act with a
+    `name` is rehearsed once for each state of the file; acts that read the same parts have the same name. Raises the
     InputError that `act` raises. Raises one that says the file is damaged where the child does not come to its end
     within the limits. Where a process cannot be forked (Windows) nothing is done.
     """
@@ -103,7 +102,7 @@ def _perform(act: Callable[[], object], size: int, reading: int, writing: int) -
         said = json.dumps([[problem.message, problem.hint] for problem in error.problems]).encode()
     except MemoryError:
         os.kill(os.getpid(), signal.SIGKILL)
-    except BaseException:  # a fault of ours, or Ctrl-C: the parent meets it again and says so
+    except BaseException:  # a fault of mbproj, or Ctrl-C: it occurs again in the parent, which reports it
         pass
     finally:
         with os.fdopen(writing, "wb") as pipe:
@@ -131,8 +130,8 @@ def _lower(kind: int, limit: int) -> None:
 
 
 def _listen(descriptor: int, child: int) -> tuple[bytes, bool]:
-    """Return what the child writes to the pipe until it ends, and whether it ended before it waited too long. Where
-    this process is stopped for a while (Ctrl-Z), that counts as one part of the time."""
+    """Return the bytes that the child writes to the pipe, and whether it ended in time. A pause of this process
+    (Ctrl-Z) counts as a single part of the child's waiting time."""
     said, used, parts, waited = b"", 0.0, 20, 0
     with DefaultSelector() as selector:
         selector.register(descriptor, EVENT_READ)

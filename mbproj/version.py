@@ -1,3 +1,3 @@
-"""The version of mbproj: the one place that says it."""
+"""The version of mbproj, which stands only here."""
 
 __version__ = "0.1.0"

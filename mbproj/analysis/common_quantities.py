@@ -18,7 +18,7 @@ KINDS = {"n": "bodies", "k": "markers", "nj": "joints", "nc": "coordinates", "nf
 #: The kind of names that holds the units of columns, where each column has its own unit.
 UNITS = {"nc": "coordinate_units", "nf": "force_units", "nm": "motion_units"}
 ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "work", "dissipation")
-#: Datasets that tell how well joints are closed, not what the motion is.
+#: Datasets of the accuracy with which joints are closed, not of the motion.
 LEFT_OUT = ("joints/violation", "joints/violation_length", "joints/violation_angle")
 #: The datasets that are compared.
 COMPARED = tuple(
@@ -90,8 +90,8 @@ def _by_unit(results: Results, symbol: str, unit: str, names: list[str]) -> Iter
 
 
 def floors(first: Results, second: Results) -> dict[str, float]:
-    """The size, by unit, that a tolerance refers to at least. So a quantity of nothing but round-off is not compared
-    with zero. Sizes are made from the mechanism's extent L, the duration T and the exchanged energy E."""
+    """The least sizes to which a tolerance refers, by unit. So a quantity that is only round-off is not compared with
+    zero. Sizes are made from the mechanism's extent L, the duration T and the exchanged energy E."""
     extent = max(float(np.ptp(results["bodies/position"], axis=(0, 1)).max()) for results in (first, second))
     length = extent or max(float(np.abs(results["bodies/position"]).max()) for results in (first, second)) or 1.0
     duration = max(float(np.ptp(results.time)) for results in (first, second)) or 1.0

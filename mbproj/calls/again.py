@@ -87,7 +87,7 @@ def stored_scene(results: Results) -> tuple[Scene, str]:
 
 
 def require_whole(results: Results) -> None:
-    """Raises InputError where a Python function acted on the run, because the file does not have it."""
+    """Raises InputError where a Python function acted on the run, because the file does not contain the function."""
     if "controller_period" in results.attributes:
         message = f"'{results.path}': a function in Python acted on the run, and is not in the file"
         raise InputError(Problem(message, hint="run it again in Python, with controller=f"))

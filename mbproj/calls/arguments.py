@@ -23,7 +23,7 @@ Given: TypeAlias = "Scene | str | Path | Mapping[str, object]"
 Quantity: TypeAlias = "SupportsFloat | str"
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
-#: Options of the command line in a message. The caller of a function knows them as arguments.
+#: The pattern of options of the command line in messages, which a caller of functions knows as arguments.
 _OPTION = re.compile(r"--([a-z][a-z-]*)")
 #: Options whose argument has another name.
 _RENAMED = {"from": "low", "to": "high", "limit": "limits", "set": "parameters"}

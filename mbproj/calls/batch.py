@@ -55,8 +55,8 @@ def batch(
 ) -> Batch:
     """Runs the scenes at `paths` (files, folders or patterns such as "**/*.yaml") and checks their expectations.
 
-    A scene may take `timeout` s. `keep` is the folder for results files, which are removed otherwise. What is complete
-    there, of the same scene and by the same code, is not computed again, unless `fresh`. Raises InputError where there
+    A scene may take `timeout` s. `keep` is the folder for results files, which are removed otherwise. Complete results
+    there, of the same scene and by the same code, are not computed again, unless `fresh`. Raises InputError where there
     are no scenes, or a batch is to `resume` without `keep`. A scene that fails is a row of the result.
     """
     given = [paths] if isinstance(paths, (str, Path)) else list(paths)
@@ -78,7 +78,8 @@ def batch(
 @contextmanager
 def handed_out(scenes: Sequence[Path], keep: Path | None, *, fresh: bool, resume: bool) -> Iterator[list[Task]]:
     """Yield a task for each scene. Results are in the folder `keep`, from which the batch resumes unless it is `fresh`.
-    Otherwise they are in a temporary folder that is removed when the block ends: to `resume` raises InputError."""
+    Without `keep` they are in a temporary folder, which is removed when the block ends; then `resume` raises
+    InputError."""
     if resume and keep is None:
         raise InputError(
             Problem("there is nothing to resume from", Place("--resume"), "add --keep, as at the first time")

@@ -1,4 +1,4 @@
-"""The results that a command shows: opened with a note on what is missing, and reduced to what was asked for."""
+"""The results that a command shows: opened with a note where they are incomplete, and reduced to the selected part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Study`: what all commands that run many simulations share, from their options to their files and their report."""
+"""`Study`: the common part of all commands that run many simulations: their options, their files and their report."""
 
 from __future__ import annotations
 
@@ -79,7 +79,8 @@ class Study:
         return telling(hidden=hidden or self.quiet)
 
     def result(self, function: Callable[..., Found], *what: Any, **given: Any) -> Found:
-        """What `function` finds of `what`. It has its own defaults for options that are None; progress is shown."""
+        """Return function(what) with the study's options; those that are None get the function's defaults. Progress is
+        shown."""
         chosen = {name: value for name, value in given.items() if value is not None}
         with self.telling() as tell:
             return function(*what, **chosen, **self._effort, tell=tell)
@@ -95,10 +96,9 @@ class Study:
         left: str = "",
     ) -> None:
         """Write the table and the figure, and print the report: `text`, notes, the names of files. With --json, print
-        one object instead: `numbers`, notes, files. `left` is what --quiet leaves of the text.
-
-        `draw` gives the figure, or in words why there is none. `beside` are files of the study's folder that are
-        written already. The names of files that options give go to stderr."""
+        one object instead: `numbers`, notes, files. `left` is the part of the text that --quiet leaves. `draw` returns
+        the figure, or the reason why there is none. `beside` are files of the study's folder that are already written.
+        The names of files that options give go to stderr."""
         from mbproj.figures.save import save
 
         folder: list[Path] = []

@@ -46,8 +46,8 @@ class Held:
 @dataclass(frozen=True)
 class Controller:
     """A controller that acts at the times start + k period, k = 0, 1, ... It computes the values that it will `hold`,
-    which take effect `delay` later, and the next values of its `states`. All are computed from values before the
-    action."""
+    which take effect `delay` later, and the next values of its `states`. All new values are computed from values before
+    the action."""
 
     name: str
     period: float

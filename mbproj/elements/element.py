@@ -45,7 +45,7 @@ def called(channel: str) -> str:
 @dataclass(frozen=True)
 class State:
     """A state x' = rate(t, channels) from `start`, in `unit`; the absolute tolerance is relative to `scale`. A state
-    that `counts`, as heat does, goes on changing where all else rests. Only lost energies depend on it."""
+    that `counts`, as heat does, changes also while the mechanism rests. Only lost energies depend on it."""
 
     name: str
     rate: Program | str
@@ -70,10 +70,11 @@ class Force:
 @dataclass(frozen=True)
 class Row:
     """A constraint Σ kᵢ sᵢ - function(s₀) = constant, with coordinates sᵢ and their weights kᵢ in `of`, s₀ the first. A
-    turn of an angle s₀ changes `function` by nothing, or by whole periods. Its slope does not jump. Where a higher
+    turn of an angle s₀ must change `function` by 0 or by whole periods. Its slope must not jump. Where a higher
     derivative does, at a knot of a table or the 0 of x in max(x, 0)**3, a step ends.
 
-    With one angle, the row's period is a turn of it times its weight. `period` gives that of several angles; 0 is none.
+    With one angle, the row's period is a turn times the angle's weight. `period` gives that of several angles; 0 is
+    none.
 
     With one coordinate of weight 1 and a function of the time, the row is a motion: s = constant + function(t)."""
 
@@ -102,8 +103,8 @@ class Element:
     Examples are a flywheel on a shaft, and an inerter between two points.
 
     `stores`: the energy that it stores; `lost`: the energy that it has lost since the start, as a state of its own;
-    both in J. The work of its forces is taken from these, and only the rest is work from outside. Where all its forces
-    lose energy, the energy that they take and it does not store is lost."""
+    both in J. The work of its forces is taken from these two, and only the difference is work from outside. Where all
+    its forces lose energy, the energy that they take is lost, except what the element stores."""
 
     name: str
     reads: tuple[str, ...] = ()

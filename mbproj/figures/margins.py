@@ -50,7 +50,8 @@ def put_legend(figure: Figure | SubFigure, entries: Mapping[str, Any]) -> None:
 
 
 def _entry(label: str, room: float) -> str:
-    """The label as the legend shows it. A label with mathematics is mbproj's own and short, so it is not wrapped."""
+    """The label as the legend shows it. A label with mathematics is one of mbproj's and short, so that it is not
+    wrapped."""
     plain = label.replace(r"\$", "")
     return label if "$" in plain else fitted(label.replace(r"\$", "$"), room, legend_size(), MOST_LEGEND_LINES)
 

@@ -16,7 +16,7 @@ from mbproj.formats.yaml_text import WIDTH, flow, lines
 
 #: Points (in m, relative to their size) and axes of two bodies that differ by less are the same.
 AGREE = 2e-13
-#: A number that occurs so often becomes a parameter.
+#: A number that occurs at least this often becomes a parameter.
 OFTEN = 4
 #: The keys whose numbers may become parameters.
 SHARED = ("mass", "stiffness", "damping", "coefficient", "reflected_inertia", "torque", "force")

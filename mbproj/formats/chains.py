@@ -17,10 +17,10 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.formats.mechanism import Connection, ImportedBody, ImportedMechanism, ImportedNames, Quantity, Same
 
-#: How exactly axes must be parallel or normal to each other, in rad, and lines must meet, in m.
+#: The tolerances with which axes must be parallel or normal to each other, in rad, and lines must meet, in m.
 EXACT = 1e-9
 
-#: A limit counts as none beyond so many radians or metres.
+#: A limit beyond this number of radians or metres counts as none.
 NO_LIMIT = 1e5
 #: The lower and the upper limit, where there is one.
 Span = tuple[float | None, float | None]
@@ -80,7 +80,7 @@ class BodyTwist:
         return replace(part, velocity=velocity, angular_velocity=part.rotation.T @ self.turning)
 
 
-#: The joint and the coordinate of the scene that a single joint of the model became, by its name there.
+#: By the name of a single joint in the model: the joint and the coordinate of the scene that it became.
 Coordinates = dict[str, tuple[str, str]]
 
 

@@ -53,7 +53,7 @@ def without_refused(mechanism: ImportedMechanism, version: str) -> tuple[str, li
 
 
 def _drop_follower(mechanism: ImportedMechanism, coupler: str) -> None:
-    """Remove the massless body that only this coupler moves, its joint, and the forces on that."""
+    """Remove the massless body that only this coupler moves, its joint, and the forces on this joint."""
     body, joint = mechanism.followers.pop(coupler, ("", ""))
     if body:
         del mechanism.parts[body], mechanism.joints[joint]
@@ -61,8 +61,8 @@ def _drop_follower(mechanism: ImportedMechanism, coupler: str) -> None:
 
 
 def _join_limits(mechanism: ImportedMechanism) -> None:
-    """Give one of two coupled coordinates the limits of both. Two rigid stops that are met at one time would share a
-    load in an undetermined way."""
+    """Give one of two coupled coordinates the limits of both. Two rigid stops that close at one time would share a load
+    in an undetermined way."""
     for coupler in [joint for joint in mechanism.joints.values() if joint.type == "coupler"]:
         of, constant = dict(coupler.keys["of"]), float(coupler.keys.get("constant", 0.0))
         if len(of) != 2 or "function" in coupler.keys or not all(of.values()):
@@ -73,7 +73,7 @@ def _join_limits(mechanism: ImportedMechanism) -> None:
             continue
         ends = sorted((constant - weight * end) / other for end in _ends(own))
         low, high = (choose(pair) for choose, pair in zip((max, min), zip(ends, _ends(kept), strict=True), strict=True))
-        if not low <= 0.0 <= high or low == high:  # the pose is beyond the limit of the other
+        if not low <= 0.0 <= high or low == high:  # the pose is beyond the limit of the other coordinate
             continue
         unit = next(end.unit for end in kept if end is not None)
         both = [Quantity(end, unit) if np.isfinite(end) else None for end in (low, high)]

@@ -19,11 +19,11 @@ class Frame:
     rotation: Array
 
     def then(self, inner: Frame) -> Frame:
-        """The pose `inner`, which is given in this frame, in the frame that this one is given in."""
+        """The pose `inner`, given in this frame, in the frame in which this frame is given."""
         return Frame(self.position + self.rotation @ inner.position, self.rotation @ inner.rotation)
 
     def inverse(self) -> Frame:
-        """The pose of the other frame in this one."""
+        """The pose in this frame of the frame in which it is given."""
         return Frame(-self.rotation.T @ self.position, self.rotation.T)
 
 

@@ -27,7 +27,7 @@ class Curve:
 
     def __call__(self, s: Numbers) -> tuple[Numbers, Numbers, Numbers]:
         """Return f, f' and f'' at s (...), which may be complex."""
-        none = np.zeros(s.shape)  # real: constants follow the time
+        none = np.zeros(s.shape)  # real, where s is complex
         held = np.array(self.held) if self.held else None
         return run(self._set, 0, [(none, none, none), (s, none + 1.0, none)], held)
 

@@ -1,4 +1,4 @@
-"""What a joint type is: its rows, its coordinates, what the scene may say of it, and how it couples coordinates."""
+"""The record of a joint type: its rows, its coordinates, its parameters in a scene, and its coupling of coordinates."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from mbproj.functions.program import COORDINATE, Code, Op, Program, apply, numbe
 
 
 class Ratio(NamedTuple):
-    """The weights of what a row couples, and the period of the sum, None where turns of the angles alone make it; and
-    what the sum is less, a function of the first coordinate."""
+    """A row Σ kᵢ sᵢ - function(s₀) of coordinates: the `weights` kᵢ, the function, and the `period` of the sum. The
+    period None follows from turns of the angles."""
 
     weights: tuple[float, ...]
     period: float | None
@@ -61,13 +61,13 @@ def halve() -> Ratio:
 def geneva(slots: float) -> Ratio:
     """φ2 + f(φ1) in rad, of a driver whose pin is on the line of centres at φ1 = 0, and of its wheel.
 
-    In a slot f = atan2(k sin φ1, 1 - k cos φ1), with k = sin(π/n) as the pin enters its slot along it: that is where
-    cos φ1 = k, and f' = 0. From there on f stays ±π/n, for a step of 2π/n a turn.
+    In a slot f = atan2(k sin φ1, 1 - k cos φ1). k = sin(π/n), so that the pin enters the slot along it, where cos φ1 =
+    k and f' = 0. Outside of slots f stays ±π/n. A turn of the driver is a step of 2π/n.
     """
     k, φ = math.sin(math.pi / slots), variable(COORDINATE)
     sine, cosine = apply(Op.SIN, φ), apply(Op.COS, φ)
     turned = apply(Op.ATAN2, _times(k, sine), apply(Op.SUBTRACT, number(1.0), _times(k, cosine)))
-    # φ less its distance from ±π: that does not jump at a half turn
+    # φ minus its distance from ±π, which does not jump at a half turn
     back = apply(Op.ATAN2, apply(Op.NEGATE, sine), apply(Op.NEGATE, cosine))
     stays = _times(1.0 / slots, apply(Op.SUBTRACT, φ, back))
     locked = apply(Op.ADD, number(0.5), _times(0.5, apply(Op.SIGN, apply(Op.SUBTRACT, number(k), cosine))))
@@ -89,8 +89,8 @@ MayBe: TypeAlias = Literal[
 
 
 class Parameter(NamedTuple):
-    """Numbers that a joint takes, in an SI unit ("": none): one, or so `many`, which messages call by `words`; or a
-    name, of a curve or of a side. `optional`: whether it may be left out."""
+    """A parameter of a joint: a number in an SI unit ("": none), or the name of a curve or of a side. With `many` it is
+    a list of so many, called `words` in messages. `optional`: whether it may be left out."""
 
     unit: str
     may_be: MayBe = "any"
@@ -101,7 +101,8 @@ class Parameter(NamedTuple):
 
 @dataclass(frozen=True)
 class JointType:
-    """One kind of joint; `separate` points in the two bodies are given where it does not bring them together."""
+    """A joint type. `separate`: the scene gives a point in each body, because the rows do not make them coincide.
+    `mbproj.joints.table` describes the fields."""
 
     frame: str
     rows: tuple[Row, ...]
@@ -121,7 +122,8 @@ class JointType:
 
     @property
     def required_parameters(self) -> tuple[str, ...]:
-        """The parameters that have no value of their own at the scene's pose, or that count for more."""
+        """The parameters without a default. A parameter that a row keeps has its value at the scene's pose as default,
+        except for a joint on a plane."""
         able = {} if self.is_on_plane else {*self.kept.values()}
         return tuple(name for name, each in self.parameters.items() if not (each.optional or name in able))
 
@@ -132,7 +134,7 @@ class JointType:
 
     @property
     def turns(self) -> bool:
-        """Whether it turns about an axis of both bodies."""
+        """Whether the joint turns about an axis of both bodies."""
         return "angle" in self.coordinates
 
     @property

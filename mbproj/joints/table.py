@@ -2,31 +2,30 @@
 
 Body 1 and body 2 carry a point p and a right-handed triad x, y, z each; z1 and z2 are the joint's axes. A row names a
 primitive of `mbproj.constraints` and the points and vectors that it binds; "-y2" is minus y2. A coupling of joints
-binds what their coordinates do. The rows are those of Haug (1989), ch. 9: `coincident` (3 rows), `along` (the line from
-p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` in rad to first order.
+binds the points and vectors of their coordinates. The rows are those of Haug (1989), ch. 9: `coincident` (3 rows),
+`along` (the line from p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` in rad to first
+order.
 
     frame "point"    no axis (the triads are the global axes at the pose of the scene)
           "axis"     z1 = z2 = the axis, x1 = x2 normal to it
           "normal"   the axis is fixed in body 1 alone
-          "face"     the same of body 1; z2 is the normal of a face of body 2
+          "face"     as "normal", and z2 is the normal of a face of body 2
           "axes"     z1 fixed in body 1, z2 in body 2; x1 is z2 and x2 is z1, made normal to their own z
           "plane"    z1 is the normal of a plane of body 1 through p1, z2 an axis of body 2 through p2
-          "line"     the same, with the axis in the plane: x1 along it, x2 along the normal; -y1 is where it rolls to
+          "line"     as "plane", with the axis in the plane: x1 along it, x2 along the normal; body 2 rolls along -y1
           "joints"   no frame of its own: it couples coordinates of joints
-          "path"     none either: places on any bodies, one after another, whose rows follow from them
+          "path"     no frame: a row of places on any bodies, from which the rows follow
 
-`coordinates` are what the joint leaves free and can be counted, each a primitive whose value is the coordinate; a
-joint without rows is there for its coordinates.
-`aligned` lists pairs of vectors that the rows make parallel, and that must not end up opposite. `kept` are rows that
-keep the value that they have at the scene's pose, or that of the parameter which they name. `parameters` are what else
-the joint takes; those that no row keeps are required, unless they are optional. A primitive that has parameters takes
-those of their names, and of several numbers name_1, name_2 and so on; one on a curve, that of the parameter `curve`.
-A row that is a `coupling` `couples` coordinates that these primitives measure, and the field of its name gives their
-weights from the parameters. `x_axis`: whether the scene may say the direction of x1 and x2, or has to; `has_axis`:
-whether what is on a plane has an axis. A joint that `merges` makes one rigid body of two unless its reaction is asked
-for. `dry` friction may act on the coordinates of some; in place of these on a `slip`, a row whose rate is that at which
-they slide. `sketch` is the glyph in an animation, by default that of the
-frame.
+`coordinates` are free coordinates of the joint, each a primitive whose value is the coordinate. A joint without rows
+only measures its coordinates. `aligned` lists pairs of vectors that the rows make parallel, and that must not end up
+opposite. `kept` are rows that keep their value at the scene's pose, or the value of the parameter that they name.
+`parameters` are further keys of the joint; those that no row keeps are required, unless they are optional. Parameters
+of primitives are those of the joint with the same names; several numbers are name_1, name_2 and so on. A primitive on a
+curve takes the parameter `curve`. A row `coupling` couples coordinates, which the primitives in `couples` measure; the
+function `coupling` returns their weights from the parameters. `x_axis`: whether the scene may, or must, give the
+direction of x1 and x2. `has_axis`: whether the body on a plane has an axis. A joint that `merges` makes one rigid body
+of two, unless its reaction is wanted. With `dry`, dry friction may act on its coordinates, or in place of these on a
+`slip`, a row whose rate is that of sliding. `sketch` is the glyph in an animation, by default that of the frame.
 """
 
 from __future__ import annotations
@@ -68,7 +67,7 @@ TWO_ANGLES = ("angle", "angle")
 LENGTH = Parameter("m", "positive")
 ON_CURVE = ("x1", "y1", "p1", "p2")
 CURVE = Parameter("", "curve")
-#: What follows a profile: which, with a roller or not, and on which side.
+#: The parameters of a joint that follows a profile: the curve, the roller, and the side.
 FOLLOWS: Mapping[str, Parameter] = MappingProxyType(
     {"curve": CURVE, "roller": LENGTH._replace(optional=True), "side": Parameter("", "side", optional=True)}
 )

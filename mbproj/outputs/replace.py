@@ -21,7 +21,7 @@ def replacing(path: Path, kind: FileKind, *, force: bool = False, hint: str = EL
     """Yield a new empty file beside `path`, to write into. Where the block ends well it becomes `path`; else it is
     removed.
 
-    Nobody else can read or write it before. Raises InputError where `path` must not be replaced (see
+    Before that, no other user can read or write it. Raises InputError where `path` must not be replaced (see
     `check_replaceable`), or cannot be written; `hint` says what to do then.
     """
     target = check_replaceable(path, kind, force=force, hint=hint)
@@ -50,8 +50,8 @@ def write_text(path: Path, text: str, kind: FileKind, *, force: bool = False, hi
 def check_replaceable(path: Path, kind: FileKind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
     """Return where a file for `path` is to be written: `path`, or the target where that is a link.
 
-    Raises InputError where something else than a file is there, or, unless `force`, a file that mbproj did not write as
-    one of this `kind`."""
+    Raises InputError where `path` is no regular file, or, unless `force`, a file that mbproj did not write as one of
+    this `kind`."""
     try:
         target = Path(os.path.realpath(path)) if path.is_symlink() else path
         mode = target.stat().st_mode

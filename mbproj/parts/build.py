@@ -11,7 +11,7 @@ from mbproj.scene.grammar import SCENE
 from mbproj.scene.read import read_scene_text
 from mbproj.scene.records import Scene
 
-#: What messages call a scene that was built.
+#: The name in messages of a scene that was built.
 NAME = "Scene.build"
 
 
@@ -26,7 +26,7 @@ def build(blocks: Mapping[str, Any]) -> Scene:
 
 
 def _at_argument(problem: Problem) -> Problem:
-    """A line of a text that nobody wrote says nothing: the item that stands in it does."""
+    """The problem with the item as its place: lines of a generated text mean nothing to the user."""
     place = problem.place
     if place is None or place.file != NAME or place.line is None:
         return problem

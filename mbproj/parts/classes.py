@@ -1,4 +1,5 @@
-"""The classes, made from the tables that read a scene: names, arguments with their types, what each of them takes."""
+"""The classes of a scene's parts, made from the tables that read a scene: their names, and their arguments with
+types."""
 
 from __future__ import annotations
 
@@ -24,9 +25,9 @@ from mbproj.scene.grammar import JOINT, MARKER
 class ScenePart(Mapping[str, Any]):
     """A mapping of the keys that were given. Raises TypeError for a key that it does not have, or lacks."""
 
-    #: What its type is called in a scene; "" where it needs no type.
+    #: The name of the type in a scene; "" where it needs no type.
     type: ClassVar[str] = ""
-    #: Its keys, and those that must be given.
+    #: The keys, and those that must be given.
     keys_of_scene: ClassVar[tuple[str, ...]] = ()
     required: ClassVar[tuple[str, ...]] = ()
     __slots__ = ("_values",)
@@ -74,12 +75,12 @@ def signature_of(keys: Mapping[str, str], required: tuple[str, ...]) -> Signatur
     )
 
 
-#: What is a number or an array to a scene: also text with a unit or an expression, and NumPy's.
+#: The types of numbers and arrays for a scene, which include texts with units or expressions, and NumPy's types.
 NUMBER, NUMBERS, MAPPING = "Quantity", "Vector", "Mapping[str, Any]"
 
 
 def annotation_of(field: Field[Any]) -> str:
-    """The type of what a field takes, as `__init__.pyi` writes it."""
+    """The type of a field's values, as `__init__.pyi` writes it."""
     if isinstance(field, Converted | Deferred):
         return annotation_of(field.field)
     if isinstance(field, Flag):
@@ -100,7 +101,7 @@ def _several(item: str) -> str:
 
 
 def _by_schema(schema: Mapping[str, Any]) -> str:
-    """The same of a field that has no class of its own here, by what JSON Schema says of it."""
+    """The type of a field's values by its JSON Schema, for fields without a rule of their own."""
     if "anyOf" in schema:
         return " | ".join(dict.fromkeys(part for way in schema["anyOf"] for part in _by_schema(way).split(" | ")))
     if "enum" in schema:
@@ -116,7 +117,7 @@ def _by_schema(schema: Mapping[str, Any]) -> str:
 
 
 def _made(name: str, record: Record[Any], type_name: str = "") -> type[ScenePart]:
-    """A class for what a record reads."""
+    """The class of the items that a record reads."""
     fields = {key: field for key, field in record.keys.items() if key != "type"}
     required = tuple(key for key in record.required if key != "type")
     lines = [f"{key}: {field.expects}{'' if key in required else ', optional'}" for key, field in fields.items()]
@@ -152,7 +153,7 @@ def class_of_plugin(name: str) -> type[ScenePart] | None:
 
 
 def _record(field: Field[Any]) -> Record[Any]:
-    """What a field reads before it converts it."""
+    """The record that a field reads before it converts the values."""
     while isinstance(field, Converted | Deferred):
         field = field.field
     assert isinstance(field, Record)

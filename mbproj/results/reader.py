@@ -58,8 +58,8 @@ def _results(contents: Contents, *, own: bool = False) -> Results:
 
 
 def _look_at_all(results: Results) -> None:
-    """Read all that a reader may ask for; of the samples, every place where the file has some. Damage beside the
-    samples is reported when a reader asks for that part."""
+    """Read everything that a reader may ask for, and of the samples each place where the file stores some. Damage
+    beside the samples is reported when a reader asks for that part."""
     for dataset in results.datasets:
         results.contents.check_room(dataset.path, results.shape(dataset.path)[0])
     for name in BESIDE_SAMPLES:

@@ -8,7 +8,7 @@ from dataclasses import field
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
 
-#: What the unit of the function is kept by, beside those of the coordinates.
+#: The key of the function's unit in `units`, beside those of the coordinates.
 FUNCTION = "f(s)"
 
 

@@ -35,9 +35,9 @@ class DryFriction:
 
         sliding + (static - sliding) exp(-(s'/stribeck_speed)²)
 
-    or with `sliding` alone where there is no `stribeck_speed`. It sticks while the force that this takes is at most
-    `static`. Both are in N m or N, or coefficients of the load of the `bearing`; functions where they change in a run.
-    With `regularised`, in rad/s or m/s, friction is that times tanh(s'/regularised) and never sticks.
+    or with `sliding` alone where there is no `stribeck_speed`. It sticks while a force of at most `static` keeps s at
+    rest. Both are in N m or N, or coefficients of the load of the `bearing`; functions where they change in a run. With
+    `regularised`, in rad/s or m/s, this force is multiplied by tanh(s'/regularised) and never sticks.
     """
 
     unit: str

@@ -96,7 +96,7 @@ class SceneText:
 
     @property
     def whole(self) -> str:
-        """All that its scenes follow from: the text, and the numbers of the files that it names."""
+        """All data that determine its scenes: the text, and the numbers of the files that it names."""
         _, from_files, _ = _with_matrices(self.root, self.path)
         return "\n".join([self.text, *(f"{path}: {numbers}" for path, numbers in from_files.items())])
 

@@ -35,7 +35,8 @@ class Settings:
     """The `simulation` block with defaults resolved. Exactly one of `step` and `tolerance` is set in a run; `duration`
     and both may be None in a scene that leaves them to the command line. Steps end at `break_times` (s) too. `start` is
     one of `registry.STARTS`. Joints may move by `adjust_joints` (m) where loops of rounded numbers do not close.
-    `kinematic`: None does not integrate what has no degrees of freedom, True refuses all else, False integrates all."""
+    `kinematic`: with None, a mechanism without degrees of freedom is not integrated; with False it is. True refuses
+    mechanisms with degrees of freedom."""
 
     duration: float | None = None
     step: float | None = None

@@ -23,7 +23,7 @@ SIMULATION = (
 
 class _Bar(NamedTuple):
     """A bar: its parent's number (-1: the ground); the side to which it leans (+1 or -1); how many joints are above its
-    own; where its upper end is, in units of the parameters `across` and `down`."""
+    own; the place of its upper end, in units of the parameters `across` and `down`."""
 
     parent: int
     side: int

@@ -1,4 +1,4 @@
-"""The numbers that a template is given, by option: as they were written, and in SI units."""
+"""The numbers of a template, by option: as written, and in SI units."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from mbproj.scene.fields.fields import Field
 from mbproj.scene.fields.option_numbers import given_number
 from mbproj.scene.fields.quantities import Integer, Number
 
-#: The most links, loops or slots of a template: the reader would take more, but nobody could read such a scene.
+#: The most links, loops or slots of a template: nobody could read a longer scene.
 MOST = 5000
 
 
@@ -44,7 +44,7 @@ OPTIONS: Mapping[str, TemplateOption] = {
 
 @dataclass(frozen=True)
 class Values:
-    """Numbers by option: `text` as they were written, units and all, `number` in SI units."""
+    """Numbers by option: `text` as written, with units, and `number` in SI units."""
 
     text: Mapping[str, str]
     number: Mapping[str, float]

@@ -1,4 +1,4 @@
-"""When a mechanism touches its stops, and when it stays there; how curves are followed, and how ropes lie."""
+"""Thresholds of contacts with stops, of curves that are followed, and of ropes."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ class Curves:
 
 @dataclass(frozen=True)
 class Ropes:
-    """What ends a run with a rope, and what a path at the scene's pose may be."""
+    """The limits of a rope's path, at the scene's pose and in a run."""
 
     wrong_side: float = threshold(
         5.5,

@@ -1,4 +1,4 @@
-"""One threshold: a number with what it needs to be judged."""
+"""One threshold: a number with its unit, its use and its source."""
 
 from __future__ import annotations
 

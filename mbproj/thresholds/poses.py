@@ -8,7 +8,7 @@ from mbproj.thresholds.entry import threshold
 
 @dataclass(frozen=True)
 class Passages:
-    """With c for the violation of a combination of rows at the distance σ from dependence."""
+    """Passages near singular poses. σ is the distance of a combination of rows from dependence, c its violation."""
 
     near_singular: float = threshold(
         0.1,
@@ -122,7 +122,7 @@ class Passages:
 
 @dataclass(frozen=True)
 class Searches:
-    """Lengths in parts of the mechanism's own unless a unit says otherwise."""
+    """Searches among poses. Lengths are parts of the mechanism's length, unless a unit says otherwise."""
 
     few_bodies: int = threshold(
         20,
@@ -150,7 +150,7 @@ class Searches:
 
 @dataclass(frozen=True)
 class Looks:
-    """Changes are parts of what a function ranges over in one window."""
+    """Searches in functions. Changes are parts of a function's range in one window."""
 
     look_intervals: int = threshold(
         4096, "-", "numpy", "a window is looked at so many times; what is narrower can be missed", "milliseconds"
@@ -187,7 +187,7 @@ class Looks:
 
 @dataclass(frozen=True)
 class Linear:
-    """Parts of sums without their signs, unless a unit says otherwise."""
+    """Equilibria and linear models. Numbers are parts of sums of absolute values, unless a unit says otherwise."""
 
     most_dense: int = threshold(
         1200,

@@ -1,6 +1,5 @@
-"""The solution of the joints' equations: when joints count as closed, and which rows depend on each other.
-
-Also what masses and pivots it can bear, and when rows of the energy and the momenta are left out.
+"""The solution of the joints' equations: when joints count as closed, and when rows depend on each other. Also limits
+of masses and pivots, and of the rows of energy and momenta.
 """
 
 from __future__ import annotations
@@ -154,7 +153,7 @@ class Dependence:
 
 @dataclass(frozen=True)
 class Elimination:
-    """Parts of other masses, moments and pivots."""
+    """Numbers are parts of other masses, moments and pivots."""
 
     lent_part: float = threshold(
         1e-6,
@@ -181,7 +180,7 @@ class Elimination:
 
 @dataclass(frozen=True)
 class Invariants:
-    """Of what the projection keeps beside the joints' rows."""
+    """Rows of energy and momenta, which the projection keeps beside the joints' rows."""
 
     row_rests: float = threshold(
         0.25,

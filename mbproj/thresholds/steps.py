@@ -1,4 +1,4 @@
-"""Steps: how their size changes, what they can tell, and when a force is too stiff for them."""
+"""Steps: their size, their events, and forces that are too stiff for them."""
 
 from __future__ import annotations
 
@@ -211,7 +211,7 @@ class Steps:
 
 @dataclass(frozen=True)
 class Automatic:
-    """Steps are those that were tried."""
+    """The integrator `auto`. Steps are those that were tried."""
 
     look_steps: int = threshold(
         20,

@@ -19,7 +19,8 @@ TANGENTS = ("1", "2")
 class FrictionHistory(TypedDict):
     """The history of a friction. `unit` is that of its coordinate, m or rad. `sticks`, `slips` and `turns` count how
     often it began to stick, began to slip, and reversed its sliding. `sticking_part` is a part of the time.
-    `largest_force` is in N or N m, `energy` the lost energy in J. What samples tell is None where there are none."""
+    `largest_force` is in N or N m, `energy` the lost energy in J. Numbers from samples are None where there are
+    none."""
 
     unit: str
     sticks: int

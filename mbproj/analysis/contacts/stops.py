@@ -9,8 +9,8 @@ from mbproj.results import Results
 
 class StopHistory(TypedDict):
     """The history of a stop. `unit` is that of its coordinate, m or rad. `least_gap` and `largest_force` are over the
-    samples, or None without samples. `impacts` is their number, with the largest impulse (N s or N m s) and the energy
-    (J) that all took."""
+    samples, or None without samples. `impacts` is the number of impacts. The impulse is the largest of them (N s or N m
+    s), the energy the sum of their losses (J)."""
 
     unit: str
     least_gap: float | None

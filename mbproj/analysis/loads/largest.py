@@ -1,5 +1,5 @@
-"""The largest loads of a run, stored by the run or computed from its samples, and their duty: how long each is above a
-level, and how often it swings."""
+"""The largest loads of a run, stored by the run or computed from its samples, and their duty: the time above a level,
+and the number of swings."""
 
 from __future__ import annotations
 

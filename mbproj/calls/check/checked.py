@@ -44,9 +44,9 @@ _NOTHING: Mapping[str, object] = {}
 class SceneCheck(Tabled):
     """The report on a scene at its assembled `state`.
 
-    `choice` is the formulation, or None where none can run. `diagnosis` tells which rows depend on others. `problems`
-    keep the scene from running; `notes` may be mistakes. `frictions` are the dry frictions at the start, `fast` the
-    fast motions of its forces. `mobility` is None where a loop is too large to compute it.
+    `choice` is the formulation, or None where none can run. `diagnosis` names the rows that depend on others.
+    `problems` keep the scene from running; `notes` are on possible mistakes. `frictions` are the dry frictions at the
+    start, `fast` the fast motions of its forces. `mobility` is None where a loop is too large to compute it.
     """
 
     scene: Scene
@@ -189,7 +189,7 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
 
 
 def _locked(what: Scene, ranks: Mobility | None) -> list[Problem]:
-    """Return a note where couplings leave no degree of freedom, and no motion is there to take it."""
+    """Return a note where couplings, not motions, leave no degree of freedom."""
     couplings = [joint.name for joint in what.joints if joint.couples is not None]
     if not couplings or what.motions or ranks is None or ranks.degrees_of_freedom:
         return []

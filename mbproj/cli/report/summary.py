@@ -229,8 +229,8 @@ def _velocity_floor(report: Report) -> str:
 
 
 def lines_on_rows(report: Report) -> list[str]:
-    """How often the rows were closed, the energy that they gave, and the steps without them. Empty where a run has no
-    such rows."""
+    """Lines on the rows: the number of steps that satisfied them, the energy that they added, and the steps without
+    them. Empty where a run has no such rows."""
     projection, rows = report.settings.projection, report.rows
     if not (projection.energy or projection.momentum):
         return []

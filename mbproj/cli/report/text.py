@@ -1,4 +1,4 @@
-"""What commands print: tables in plain text, JSON, notes on a scene."""
+"""Output of commands: tables in plain text, JSON, notes on a scene."""
 
 from __future__ import annotations
 

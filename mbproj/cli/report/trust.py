@@ -15,7 +15,7 @@ MAX_LIMITS, MAX_POINTS = 8, 8
 
 
 def as_numbers(trust: Trust) -> dict[str, Any]:
-    """The horizons as a dictionary for JSON. A time that never comes is infinite; an unknown growth is NaN."""
+    """The horizons as a dictionary for JSON. A time that is never reached is infinite; an unknown growth is NaN."""
     times = ("horizon", "horizon_low", "horizon_high")
     points = {
         name: {

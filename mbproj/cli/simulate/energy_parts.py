@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from mbproj.results import Results
 
 
-#: The parts sum up to this part of themselves and of all energies. An implicit method with error control ends Newton's
-#: iterations by its tolerance, which single steps do not have.
+#: The sum of the parts is the change of energy to within this part of their size and of all energies. An implicit
+#: method with error control ends Newton's iterations by its tolerance, which single steps do not have.
 CLOSES, ROUND_OFF = 0.01, 1e-12
 
 

@@ -104,7 +104,7 @@ def command(
 
 
 def _page(ended: list[SceneResult]) -> Figure | str:
-    """How much of its allowed error each expectation uses."""
+    """The page with the part of its allowed error that each expectation uses."""
     from mbproj.figures.pages.expectations import draw_expectations
 
     judged = [(each.scene, outcome) for each in ended for outcome in each.outcomes]

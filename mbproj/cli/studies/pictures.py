@@ -72,7 +72,7 @@ def draw_pictures(
     force: bool,
 ) -> None:
     """Draw pictures of one file, the usual ones or those of these `kinds`, and print their paths. `given` are the names
-    of the options that are given besides, --of and --over included."""
+    of the other options that are given, --of and --over included."""
     from mbproj.figures.save import save
     from mbproj.outputs import check_replaceable, make_folder, picture
 

@@ -75,7 +75,7 @@ def command(
 
 
 def _page(verification: Verification) -> Figure | str:
-    """How much of what is allowed each check uses."""
+    """The page with the part of its bound that each check uses."""
     from mbproj.figures.pages.expectations import draw_expectations
 
     shares = {check.name: check.share for check in verification.checks if check.share == check.share}

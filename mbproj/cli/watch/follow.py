@@ -146,7 +146,7 @@ def build(
         page, said, notes, problem = _ran(what, path, folder / f"{path.stem}.h5", interrupted)
     except Superseded:
         raise
-    except Exception as error:  # the next save may remove the cause, whatever it is
+    except Exception as error:  # any error is shown: the next save may remove its cause
         message, _ = ending(error)
         return Built(f"{_time()} {path.name}: not run", None, message, files=files)
     return Built(f"{_time()} {path.name}: {said}, {perf_counter() - began:.2f} s", page, problem, notes, files)

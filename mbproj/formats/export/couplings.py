@@ -1,5 +1,4 @@
-"""Couplings of joint coordinates as sums: Σ kᵢ (sᵢ - sᵢ⁰) = f(s₀) - f(s₀⁰), counted from the start, where they are
-met."""
+"""Couplings of joint coordinates as sums: Σ kᵢ (sᵢ - sᵢ⁰) = f(s₀) - f(s₀⁰), counted from the start, where they hold."""
 
 from __future__ import annotations
 
@@ -14,7 +13,8 @@ from mbproj.formats.export.start import Start
 from mbproj.joints.joint_type import thread
 from mbproj.scene.records import Joint
 
-#: A function is a polynomial of the fourth degree where it differs from one by less than about this part of its size.
+#: A function counts as a polynomial of the fourth degree where it differs from one by less than about this part of its
+#: size.
 SAME = 1e-12
 
 

@@ -1,4 +1,4 @@
-"""The run of a scene's rope over points and sheaves in one plane, as far as a tendon of MJCF can have it."""
+"""The run of a scene's rope over points and sheaves in one plane, as far as a tendon of MJCF can run so."""
 
 from __future__ import annotations
 

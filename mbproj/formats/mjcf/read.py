@@ -52,7 +52,7 @@ def read_mjcf(root: XmlElement, path: Path, options: ImportOptions) -> ImportedM
 
 
 def say_rest(tendons: ModelTendons, options: ImportOptions) -> None:
-    """Add rows on all parts of the model that are no body, no joint and no loop."""
+    """Add rows on all parts of the model except bodies, joints and loops."""
     compiled, mechanism = tendons.compiled, tendons.mechanism
     add_actuators(tendons, options)
     _contacts(compiled, mechanism, tendons.called, options)

@@ -39,7 +39,7 @@ def say_rest(
     joints: Iterable[SdfJoint],
     meet: bool,
 ) -> None:
-    """Add rows on all parts that are no link, no joint and no frame."""
+    """Add rows on all parts except links, joints and frames."""
     for other in others:
         what = f"left out: the scene is that of '{scope.name}'"
         mechanism.say(f"{other.tag} '{other.get('name')}'", other.place, what, Same.NO)

@@ -20,7 +20,7 @@ class Track:
     flat: bool = False
 
     def scaled(self, k: float) -> Track:
-        """The same k times as large."""
+        """The track k times as large."""
         return Track(self.name, self.line.scaled(k), k * self.roller, flat=self.flat)
 
     def is_left(self, side: str | None) -> bool:
@@ -42,5 +42,5 @@ class SpaceTrack:
     line: SpaceCurve
 
     def scaled(self, k: float) -> SpaceTrack:
-        """The same k times as large."""
+        """The track k times as large."""
         return SpaceTrack(self.name, self.line.scaled(k))

@@ -82,7 +82,7 @@ class Slots:
         slots, newer, before = file[SLOTS], self._written % 2, file[SLOTS].shape[1]
         if before < len(whole):
             slots.resize(len(whole), axis=1)
-            slots[:, before:] = 0  # the file has room for both
+            slots[:, before:] = 0  # the file has space for both slots
         slots[newer, : len(whole)] = np.frombuffer(whole, dtype=np.uint8)
         self._packed, self._written = b"", self._written + 1
 

@@ -1,7 +1,7 @@
 """A run claims OUT.part: it is locked before it has content, so that a kill at any moment blocks nobody.
 
-A part whose lock a process holds is being written. Any other was left by a kill: one with samples is kept under another
-name, one without is replaced.
+A part whose lock a process holds is being written. A part without such a process was left by a kill. It is kept under
+another name where it has samples, else replaced.
 
 Room on the disk is reserved before HDF5 writes: after a write that fails, HDF5 cannot close its file any more.
 """
@@ -50,7 +50,8 @@ def reserve(descriptor: int, size: int) -> None:
 
 
 def has_room(descriptor: int, size: int) -> bool:
-    """Make the file at least `size` bytes long; return whether there was room. For data that a full disk may lose."""
+    """Make the file at least `size` bytes long; return whether there was room. For data that may be lost on a full
+    disk."""
     try:
         reserve(descriptor, size)
     except OSError:

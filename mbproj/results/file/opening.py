@@ -151,9 +151,9 @@ class Identity(Enum):
 
 
 def open_rehearsed(path: Path, act: Callable[[Contents], object] | None = None, name: str = "") -> Contents:
-    """Open the file at `path`, after a rehearsal of that and of `act`, which the reader will do next: of an act with a
-    `name` once for each state of the file. Without an act, attributes are read. Raises InputError where HDF5 cannot
-    open it, or it has links to other files."""
+    """Open the file at `path`, after a child process has rehearsed opening it and `act`, the reader's next step. An act
+    with a `name` is rehearsed once for each state of the file. Without an act, attributes are read. Raises InputError
+    where HDF5 cannot open it, or it has links to other files."""
     if act is None:
         act, name = Contents.attributes, "attributes"
     try:
@@ -170,8 +170,8 @@ def open_own(path: Path) -> Contents:
 
 
 def _open_contents(path: Path, *, looked_over: bool = False) -> Contents:
-    """Open the file at `path`. Raises InputError where HDF5 cannot open it, or it has links to other files;
-    `looked_over`: a child process has found none. For a damaged file HDF5 may not return."""
+    """Open the file at `path`. Raises InputError where HDF5 cannot open it, or it has links to other files.
+    `looked_over`: a child process has opened it without such a fault. For a damaged file HDF5 may not return."""
     try:
         check_regular(path, NEEDED)
         unfinished = is_open_for_writing(path)

@@ -15,7 +15,7 @@ from mbproj.scene.records import GROUND, Body, Force, Joint, JointForce, KeyPath
 COORDINATES: Mapping[str, str] = MappingProxyType(
     {name: COORDINATE_UNITS[row[0]] for kind in JOINTS.values() for name, row in kind.coordinates.items()}
 )
-#: What dry friction resists in joints that have no coordinate for it.
+#: The name of the slip that dry friction resists in joints without a coordinate for it.
 SLIP = "slip"
 WORDS = {"rad": "angle", "m": "displacement", None: "coordinate"}
 
@@ -28,8 +28,8 @@ def coordinates_in(joint: Joint, unit: str | None) -> list[str]:
 
 def with_coordinates(force: JointForce, joints: Mapping[str, Joint]) -> JointForce:
     """The force with a name for each coordinate that the scene leaves out: the only coordinate of its joint in that
-    unit, or what dry friction resists there. Where there is none or several, the law is left out, which another rule
-    reports."""
+    unit, or the slip that dry friction resists there. Where there is none or several, the law is left out, which
+    another rule reports."""
     joint = joints[force.joint]
 
     def names(name: str, unit: str | None) -> list[str]:

@@ -30,7 +30,7 @@ from mbproj.scene.fields.reading import either
 from mbproj.scene.records import BodyForce, Bushing, Expectation, Force, Joint, JointForce, Motion, PointForce, Settings
 from mbproj.scene.sampling import nearest_samples
 
-#: How a hint says that the scene has no items of a kind.
+#: The words of a hint where the scene has no items of a kind.
 NO_ITEMS = {"stop": "no stops", "friction": "none that sticks"}
 #: The functions that return the units of the coordinates on which the stops and the frictions of a scene act, by name.
 UNITS = {

@@ -1,4 +1,4 @@
-"""The `expect` block: results that a run has to give: of what, when, how closely, and where the number comes from.
+"""The `expect` block: results that a run has to give: their object, time, value, tolerance and source.
 
 `fits` checks that an expectation fits its quantity: the component, the number of values, their units.
 """

@@ -1,4 +1,4 @@
-"""The measures of a sweep, which it takes of each run: written as an expectation without a value."""
+"""The measures of a sweep, evaluated on each run: each is written as an expectation without a value."""
 
 from __future__ import annotations
 

@@ -21,11 +21,12 @@ from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce, Scene
 if TYPE_CHECKING:
     from mbproj.functions.curves.track import SpaceTrack, Track
 
-#: A joint is far from a body at more than so many of its lengths from the centre of mass; half a length is usual.
+#: A joint is far from a body where its distance from the centre of mass is more than this many lengths of the body.
+#: Half a length is usual.
 FAR = 8.0
-#: A body is longer than wide where its largest principal moment is more than so many times the least.
+#: A body is longer than wide where its largest principal moment is more than this multiple of the least.
 LONG = 3.0
-#: A joint is far from its bodies at more than so many times the size of the rest of the scene.
+#: A joint is far from its bodies where its distance is more than this multiple of the size of the rest of the scene.
 ALONE = 100.0
 #: The most notes of one kind, and the most names in one note.
 MOST = 5
@@ -168,8 +169,8 @@ def _may_be_anywhere(joint: Joint) -> bool:
 
 
 def _length(body: Body, arm: float) -> float | None:
-    """The length in m of a uniform rod with the body's inertia; None for a compact body. None also where `arm` in m is
-    surely not far, which needs no eigenvalues."""
+    """The length in m of a uniform rod with the body's inertia; None for a compact body. None also where the distance
+    `arm` in m is certainly not far, which saves the eigenvalues."""
     trace = sum(body.inertia[i][i] for i in range(3))
     if body.mass == 0.0 or arm**2 * body.mass <= FAR**2 * 4.0 * trace:  # the largest moment is >= a third of the trace
         return None

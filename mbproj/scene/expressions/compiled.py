@@ -128,7 +128,7 @@ def _table(tree: Call, arguments: list[Code]) -> Code:
     return (*x, Instruction(Op.TABLE, 0.0, polygon([*zip(numbers[::2], numbers[1::2], strict=True)])))
 
 
-#: Functions that programs have no operation for: they are written out by others.
+#: Functions without an operation of programs: they are composed of other operations.
 _WRITTEN_OUT: Mapping[str, Callable[[Call, list[Code]], Code]] = MappingProxyType(
     {"clip": _clip, "deadband": _deadband, "table": _table}
 )

@@ -101,7 +101,7 @@ RESERVED = frozenset({*FUNCTIONS, *CONSTANTS, "t", "inf", "nan"})
 _OPERATORS: Mapping[str, Callable[[float, float], float]] = MappingProxyType(
     {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow}
 )
-#: What IEEE 754 defines to the last bit: done for several cases at once.
+#: Operations whose result IEEE 754 defines to the last bit: they run for several cases at once.
 _EXACT = frozenset({operator.add, operator.sub, operator.mul, operator.truediv})
 _NOT_HERE = {
     "t": "'t' (time) cannot be used here",

@@ -63,13 +63,13 @@ def _rotate(a: list[list[float]], i: int, j: int) -> None:
 
 
 def impossible(matrix: Matrix) -> str | None:
-    """Why no body can have this symmetric tensor; None where one can. Principal moments are not negative, and none is
-    larger than the sum of the other two."""
+    """Return the reason why no body can have this symmetric tensor; None where one can. Principal moments are not
+    negative, and none is larger than the sum of the other two."""
     return None if _is_possible_diagonal(matrix) else _why_impossible(matrix)
 
 
 def _is_possible_diagonal(matrix: Matrix) -> bool:
-    """Whether this is clear without principal moments: a diagonal is one of its own."""
+    """Whether the tensor is diagonal and possible: its principal moments are then the diagonal."""
     if any(are_several(matrix[i][j]) or matrix[i][j] != 0.0 for i, j in _PLANES):
         return False
     x, y, z = (matrix[i][i] for i in range(3))

@@ -1,4 +1,5 @@
-"""Reads the file of a study of many variants of a scene: the scene that it names, the units of what varies."""
+"""Reads the file of a study of many variants of a scene: the scene that it names, and the units of the varied
+values."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ from mbproj.studies.variants.livelier import with_damping, with_speed, with_stif
 from mbproj.studies.variants.ratios import with_inertia_ratio, with_mass_ratio
 from mbproj.studies.variants.rescaled import rescaled
 
-#: Steps over which |C| is watched, and the initial offset in units of the mechanism's length.
+#: The number of steps over which |C| is watched, and the initial offset in units of the mechanism's length.
 STEPS, OFFSET = 300, 1e-8
 
 

@@ -20,8 +20,8 @@ PATIENCE, GRACE = 2.0, 5.0
 
 @dataclass(frozen=True)
 class Progress:
-    """The numbers of all cases, of those computed now, those known from before, the failed ones of both, and the
-    computed ones that ran in arrays."""
+    """The numbers of cases: all of them, those computed now, and those known from before. `failed` are those of both
+    that failed, `by_arrays` the computed ones that ran in arrays."""
 
     whole: int
     computed: int = 0

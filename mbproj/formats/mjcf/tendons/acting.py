@@ -19,7 +19,7 @@ from mbproj.formats.yaml_text import number as shown
 BENT = ("stiffness that is not linear", "damping that is not linear")
 #: The keys of a stop for the least and the largest distance of two points.
 SIDES = ("shortest", "longest")
-#: A limit counts as none beyond so many m.
+#: A limit beyond this length in m counts as none.
 NO_LIMIT = 1e5
 
 
@@ -73,8 +73,8 @@ def _acting(model: Any) -> dict[str, Array]:
 
 
 def _between(tendons: ModelTendons, number: int, left: set[str]) -> set[str]:
-    """Add those of `left` that can act along the line between two points: the spring, the damper and the limit. Return
-    the words of those added."""
+    """Add the spring, the damper and the limit of a tendon, as far as they are in `left`, along the line between two
+    points. Return the words of those added."""
     line, model, mechanism = tendons.line(number), tendons.compiled.model, tendons.mechanism
     if line is None or not left:
         return set()

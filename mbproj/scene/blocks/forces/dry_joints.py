@@ -46,7 +46,7 @@ def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -
 
 
 def _slips(joint: Joint, coordinate: str, dry: DryFriction, path: KeyPath) -> Iterator[Complaint]:
-    """Why there is no such friction where two profiles slide on each other."""
+    """The complaint about friction that does not exist where two profiles slide on each other."""
     if coordinate or dry.unit != "m":
         said = f"friction in joint '{joint.name}' is where its profiles slide on each other, on no coordinate"
         yield Complaint(path, said, "give a 'force', or a 'coefficient' without arms")

@@ -45,7 +45,8 @@ def register_force(
 
     In m it acts on a joint's coordinate or along the distance of two points. `force` is in N or N*m, positive where
     it drives s up. `parameters` are its keys with their SI units, as {"k": "N/m^3"}; those without one of the
-    `defaults` have to be given. `stores` is the energy in J that it keeps; `loses`: what it takes beside is lost.
+    `defaults` have to be given. `stores` is its stored energy in J. `loses`: whether the rest of the energy that it
+    takes is lost.
 
     Raises InputError where a name cannot be one, or a formula cannot be read or has another unit.
     """
