@@ -30,6 +30,11 @@ class Parting:
     name: str
     time: float
 
+    @property
+    def of(self) -> str | None:
+        """The name of the column; None where it has none."""
+        return self.name or None
+
 
 @dataclass(frozen=True)
 class QuantityComparison:
@@ -41,6 +46,11 @@ class QuantityComparison:
     largest: Parting
     allowed: float
     first: Parting | None
+
+    @property
+    def same(self) -> bool:
+        """Whether no difference is larger than allowed."""
+        return self.first is None
 
 
 @dataclass(frozen=True)

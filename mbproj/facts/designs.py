@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from mbproj.facts import Fact
 from mbproj.facts.run import EXPECTATIONS
-from mbproj.facts.studies import EVERY_STUDY
 
 #: What `fit` and `optimise` say.
 DESIGN = (
@@ -41,7 +40,6 @@ DESIGN = (
     Fact("goals", "map of number or null", "by goal", "goals by name"),
     Fact("constraints", "map of number or null", "by constraint", "by constraint: how far it is from its bound"),
     Fact("unseen", "array of string", "", "combinations of numbers that the measurements do not show"),
-    *EVERY_STUDY,
 )
 #: What `optimise --topologies` says.
 TOPOLOGIES = (
@@ -58,7 +56,6 @@ TOPOLOGIES = (
             Fact("cause", "string", "", 'why it failed; "" where it did not'),
         ),
     ),
-    *EVERY_STUDY,
 )
 #: What `sensitivity` says of each measure and number.
 SENSITIVITY = (
@@ -74,7 +71,7 @@ SENSITIVITY = (
 )
 #: What `sweep` says.
 SWEEP = (
-    Fact("cases", "integer", "1", "number of cases"),
+    Fact("cases", "integer", "1", "number of cases", at="whole"),
     Fact("computed", "integer", "1", "cases that were computed now"),
     Fact("by_arrays", "integer", "1", "of these those in packs"),
     Fact("reused", "integer", "1", "cases of an earlier command"),
@@ -92,8 +89,9 @@ SWEEP = (
             Fact("first_case", "integer", "1", "the first of them"),
         ),
     ),
-    *EVERY_STUDY,
 )
+#: What a report for a pipeline says of a scene, too.
+FORMULATION = Fact("formulation", "string | null", "", "coordinates that were computed in; null where it could not run")
 _CODE = Fact("exit_code", "integer", "", "exit code")
 #: What `batch` says.
 BATCH = (
@@ -115,13 +113,12 @@ BATCH = (
             Fact("result", "string", "", "how it ended, in words"),
             _CODE,
             Fact("seconds", "number", "s", "time that it took"),
-            Fact("formulation", "string | null", "", "coordinates that were computed in; null where it could not run"),
+            FORMULATION,
             Fact("message", "string | null", "", "why it could not run; null where it could"),
             Fact("output", "string | null", "", "the results file; null without --keep"),
             EXPECTATIONS,
         ),
     ),
-    *EVERY_STUDY,
 )
 _FINDING = (
     Fact("name", "string", "", "name of the check"),
@@ -136,8 +133,8 @@ _FINDING = (
 VERIFICATION = (
     Fact("holds", "boolean", "", "whether no check fails"),
     Fact("formulation", "string", "", "coordinates of its runs"),
-    Fact("mbproj_version", "string", "", "version of mbproj"),
+    Fact("mbproj_version", "string", "", "version of mbproj", at="version"),
     Fact("checks", "array of object", "", "the checks", fields=_FINDING),
 )
 #: What `verify` says.
-VERIFY = (Fact("scene", "string", "", "the scene file, as it was named"), *VERIFICATION, *EVERY_STUDY)
+VERIFY = (Fact("scene", "string", "", "the scene file, as it was named"), *VERIFICATION)

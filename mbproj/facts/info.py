@@ -64,7 +64,7 @@ INFO = (
     _peak("length", "m"),
     _peak("angle", "rad"),
     *shared(RECORDED, "energy_drift", "energy_drift_relative", when=_SAMPLED, unknown=True),
-    Fact("scene", "string | null", "", "the scene file; null where the scene was text"),
+    Fact("scene", "string | null", "", "the scene file; null where the scene was text", at="scene_path"),
     Fact("gravity", "array of number", "m/s^2", "acceleration of gravity, global axes"),
     NOT_UNIQUE,
     Fact("shared_at_contacts", "map of number", "s", "by contact: since when it shares a force arbitrarily"),

@@ -6,17 +6,17 @@ from mbproj.facts import Fact, shared
 from mbproj.facts.check import FRICTION_AT_START
 
 _SCENE = Fact("scene", "string", "", "the scene file, as it was named")
-_AT = Fact("at", "string", "", 'where it was linearised: "start", "equilibrium", "steady", or a time')
-_TIME = Fact("time", "number", "s", "time of this state")
+_AT = Fact("at", "string", "", 'where it is: "start", "equilibrium", "steady", or a time', at="reference.where")
+_TIME = Fact("time", "number", "s", "time of this state", at="reference.motion.t")
 _BALANCED = Fact("balanced", "boolean", "", "whether forces balance there")
 _LEFT = (
-    Fact("force", "number", "N", "largest force on a body that nothing balances"),
-    Fact("torque", "number", "N m", "largest torque on a body that nothing balances"),
+    Fact("force", "number", "N", "largest force on a body that nothing balances", at="force"),
+    Fact("torque", "number", "N m", "largest torque on a body that nothing balances", at="torque"),
     Fact("relative", "number", "1", "the larger of both over the largest torque that acts"),
 )
 _RESTS, _FALLS = "where it rests", "where no equilibrium was found"
-_COORDINATES = Fact("coordinates", "map of number", "m or rad", "joint coordinates by name", _RESTS)
-_STABLE = Fact("stable", "boolean | null", "", "whether it is stable; null where this cannot be told", _RESTS)
+_COORDINATES = Fact("coordinates", "map of number", "m or rad", "joint coordinates by name", _RESTS, "coordinates")
+_STABLE = Fact("stable", "boolean | null", "", "whether it is stable; null where this cannot be told", _RESTS, "stable")
 #: What `equilibrium` says.
 EQUILIBRIUM = (
     _SCENE,
@@ -28,16 +28,17 @@ EQUILIBRIUM = (
         "object",
         "",
         "forces that are left",
+        at="reference.imbalance",
         fields=(*shared(_LEFT, "force", "torque", when=_RESTS), *shared(_LEFT, "relative")),
     ),
     Fact("why", "string", "", "why there is none", _FALLS),
-    Fact("steps", "integer", "1", "steps of the search", _RESTS),
+    Fact("steps", "integer", "1", "steps of the search", _RESTS, "steps"),
     _STABLE,
     Fact("unstable_along", "string | null", "", "motion along which it is not stable; null for none", _RESTS),
-    Fact("neutral", "array of string", "", "motions along which it may rest anywhere", _RESTS),
-    Fact("family", "integer", "1", "dimension of the family of equilibria that rolling leaves", _RESTS),
+    Fact("neutral", "array of string", "", "motions along which it may rest anywhere", _RESTS, "neutral"),
+    Fact("family", "integer", "1", "dimension of the family of equilibria that rolling leaves", _RESTS, "family"),
     _COORDINATES,
-    Fact("states", "map of number", "by state", "states of elements by name", _RESTS),
+    Fact("states", "map of number", "by state", "states of elements by name", _RESTS, "states"),
     Fact(
         "reactions",
         "map of object",
@@ -55,9 +56,10 @@ EQUILIBRIUM = (
         "",
         "by dry friction: whether it sticks, its rate and force",
         _RESTS,
+        "frictions",
         fields=FRICTION_AT_START,
     ),
-    Fact("drive", "array of number", "N m", "torque that keeps a steady turn; empty at rest", _RESTS),
+    Fact("drive", "array of number", "N m", "torque that keeps a steady turn; empty at rest", _RESTS, "drive"),
     Fact(
         "others",
         "array of object",
@@ -77,13 +79,13 @@ MODES = (
     Fact("output", "string", "", "the file of modes"),
     _AT,
     _TIME,
-    Fact("degrees_of_freedom", "integer", "1", "number of degrees of freedom"),
+    Fact("degrees_of_freedom", "integer", "1", "number of degrees of freedom", at="freedom"),
     _BALANCED,
-    Fact("imbalance", "object", "", "forces that are left", fields=_LEFT),
-    Fact("frequencies_hz", "array of number", "Hz", "frequencies, the slowest first"),
+    Fact("imbalance", "object", "", "forces that are left", at="reference.imbalance", fields=_LEFT),
+    Fact("frequencies_hz", "array of number", "Hz", "frequencies, the slowest first", at="frequencies"),
     Fact("damping_ratios", "array of number or null", "1", "damping ratios; null for λ = 0"),
-    Fact("growth_rates", "array of number", "1/s", _GROWTH),
-    Fact("angular_frequencies", "array of number", "rad/s", _ANGULAR),
+    Fact("growth_rates", "array of number", "1/s", _GROWTH, at="eigenvalues.real"),
+    Fact("angular_frequencies", "array of number", "rad/s", _ANGULAR, at="eigenvalues.imag"),
     Fact(
         "modes",
         "array of object",
@@ -105,10 +107,10 @@ MODES = (
         "the modes over a parameter, a row for each value",
         "with --vary",
         fields=(
-            Fact("parameter", "string", "", "the parameter"),
+            Fact("parameter", "string", "", "the parameter", at="name"),
             Fact("values", "array of number", "by parameter", "its values"),
-            Fact("growth_rates", "array of array of number or null", "1/s", _GROWTH),
-            Fact("angular_frequencies", "array of array of number or null", "rad/s", _ANGULAR),
+            Fact("growth_rates", "array of array of number or null", "1/s", _GROWTH, at="eigenvalues.real"),
+            Fact("angular_frequencies", "array of array of number or null", "rad/s", _ANGULAR, at="eigenvalues.imag"),
         ),
     ),
 )

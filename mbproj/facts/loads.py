@@ -53,11 +53,11 @@ _SAMPLES = "array of number or null"
 #: What `loads` says.
 ACTUATORS = (
     Fact("source", "string", "", "the results file or the scene"),
-    Fact("degrees_of_freedom", "integer", "1", "number of degrees of freedom"),
-    Fact("reached", "integer", "1", "degrees of freedom that the actuators reach"),
-    Fact("least_norm", "boolean", "", "whether forces of the least weighted sum of squares were taken"),
-    Fact("power_balance", "number", "1", "largest error of the power balance over the largest power"),
-    Fact("dead_centres", "array of number", "s", "times at which the actuators cannot move the mechanism"),
+    Fact("degrees_of_freedom", "integer", "1", "number of degrees of freedom", at="freedom"),
+    Fact("reached", "integer", "1", "degrees of freedom that the actuators reach", at="rank"),
+    Fact("least_norm", "boolean", "", "whether forces of the least weighted sum of squares were taken", at="shared"),
+    Fact("power_balance", "number", "1", "largest error of the power balance over the largest power", at="balance"),
+    Fact("dead_centres", "array of number", "s", "times at which the actuators cannot move the mechanism", at="dead"),
     _PLACE_OF,
     Fact("largest", "array of object", "", "largest force and power of each actuator", fields=_LOAD),
     Fact(

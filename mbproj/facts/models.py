@@ -55,7 +55,7 @@ BRANCHES = (
 )
 #: What `curve` says.
 CURVE = (
-    Fact("curve", "string", "", "name of the curve"),
+    Fact("curve", "string", "", "name of the curve", at="name"),
     Fact("closed", "boolean", "", "whether it is closed"),
     Fact("length", "number", "m", "its length"),
     Fact("roller", "number", "m", "radius of the roller on it; 0 for none"),

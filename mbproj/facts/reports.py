@@ -15,7 +15,7 @@ from mbproj.facts.loads import ACTUATORS, LARGEST_LOADS
 from mbproj.facts.models import BRANCHES, CURVE, EXPORT, IMPORT
 from mbproj.facts.results import COMPARISON, ENERGY, SOUNDNESS, STEPS, THRESHOLD_ROWS
 from mbproj.facts.run import RUN
-from mbproj.facts.studies import COMPARE, RECOMMEND, STABILITY, THRESHOLD, TRADEOFF
+from mbproj.facts.studies import COMPARE, EVERY_STUDY, RECOMMEND, STABILITY, THRESHOLD, TRADEOFF
 
 
 @dataclass(frozen=True)
@@ -52,17 +52,17 @@ REPORTS: Mapping[str, JsonReport] = MappingProxyType(
         "build": JsonReport("mbproj itself.", BUILD, ("info --build",)),
         "compare-results": JsonReport("Two results files.", COMPARISON, ("compare-results",)),
         "loads": JsonReport("The forces of actuators along a motion.", ACTUATORS, ("loads",)),
-        "compare": JsonReport("Methods on a mechanism.", COMPARE, ("compare",)),
-        "tradeoff": JsonReport("Accuracy against cost.", TRADEOFF, ("tradeoff",)),
-        "recommend": JsonReport("The cheapest setting.", RECOMMEND, ("recommend",)),
-        "threshold": JsonReport("Thresholds of the projection.", THRESHOLD, ("threshold",)),
-        "stability": JsonReport("Where methods fail.", STABILITY, ("stability",)),
-        "verify": JsonReport("A verification.", VERIFY, ("verify",)),
+        "compare": JsonReport("Methods on a mechanism.", (*COMPARE, *EVERY_STUDY), ("compare",)),
+        "tradeoff": JsonReport("Accuracy against cost.", (*TRADEOFF, *EVERY_STUDY), ("tradeoff",)),
+        "recommend": JsonReport("The cheapest setting.", (*RECOMMEND, *EVERY_STUDY), ("recommend",)),
+        "threshold": JsonReport("Thresholds of the projection.", (*THRESHOLD, *EVERY_STUDY), ("threshold",)),
+        "stability": JsonReport("Where methods fail.", (*STABILITY, *EVERY_STUDY), ("stability",)),
+        "verify": JsonReport("A verification.", (*VERIFY, *EVERY_STUDY), ("verify",)),
         "sensitivity": JsonReport("A list of sensitivities.", SENSITIVITY, ("sensitivity",), "array of object"),
-        "design": JsonReport("Numbers that were found.", DESIGN, ("fit", "optimise")),
-        "topologies": JsonReport("Mechanisms that were found.", TOPOLOGIES, ("optimise --topologies",)),
-        "sweep": JsonReport("The cases of a sweep.", SWEEP, ("sweep",)),
-        "batch": JsonReport("Many scenes.", BATCH, ("batch",)),
+        "design": JsonReport("Numbers that were found.", (*DESIGN, *EVERY_STUDY), ("fit", "optimise")),
+        "topologies": JsonReport("Mechanisms for a wish.", (*TOPOLOGIES, *EVERY_STUDY), ("optimise --topologies",)),
+        "sweep": JsonReport("The cases of a sweep.", (*SWEEP, *EVERY_STUDY), ("sweep",)),
+        "batch": JsonReport("Many scenes.", (*BATCH, *EVERY_STUDY), ("batch",)),
         "import": JsonReport("A scene that was made of a model.", IMPORT, ("import",)),
         "export": JsonReport("A model that was made of a scene.", EXPORT, ("export",)),
     }

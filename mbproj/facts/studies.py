@@ -59,7 +59,6 @@ COMPARE = (
             _FAILURE,
         ),
     ),
-    *EVERY_STUDY,
 )
 #: What `tradeoff` says.
 TRADEOFF = (
@@ -98,7 +97,6 @@ TRADEOFF = (
             _FAILURE,
         ),
     ),
-    *EVERY_STUDY,
 )
 #: What `threshold` says.
 THRESHOLD = (
@@ -122,7 +120,6 @@ THRESHOLD = (
             _FAILURE,
         ),
     ),
-    *EVERY_STUDY,
 )
 _STATES = '"holds", "degrades" or "fails"'
 #: What `stability` says.
@@ -131,7 +128,7 @@ STABILITY = (
     Fact("unit", "string", "", "its unit"),
     Fact("setting", "string", "", "the setting that all runs share, in words"),
     _UNTIL,
-    Fact("own", "number", "by quantity", "value of the scene itself"),
+    Fact("own", "number", "by quantity", "value of the scene itself", at="span.own"),
     Fact("analytic", "number | null", "1/s", "limit by theory; null where there is none"),
     Fact(
         "methods",
@@ -144,10 +141,11 @@ STABILITY = (
                 "array of object",
                 "",
                 "the limits",
+                at="changes",
                 fields=(
                     Fact("value", "number", "by quantity", "value at the limit"),
-                    Fact("below", "string", "", f"state below it: {_STATES}"),
-                    Fact("above", "string", "", "state above it"),
+                    Fact("below", "string", "", f"state below it: {_STATES}", at="below.state"),
+                    Fact("above", "string", "", "state above it", at="above.state"),
                 ),
             ),
             Fact(
@@ -168,7 +166,6 @@ STABILITY = (
             ),
         ),
     ),
-    *EVERY_STUDY,
 )
 _MEASURED = (
     Fact("setting", "object", "", "the setting", fields=SETTING),
@@ -190,8 +187,7 @@ RECOMMEND = (
     Fact("contenders", "array of object", "", "settings of similar cost, the best one first", fields=_MEASURED),
     Fact("own", "object | null", "", "the scene's own setting; null where it was not measured", fields=_MEASURED),
     Fact("uncertain", "number", "m", "uncertainty of the reference"),
-    Fact("reference", "string", "", "method of the reference"),
+    Fact("reference", "string", "", "method of the reference", at="method"),
     Fact("check", "string", "", "method that it was checked by"),
     Fact("why", "string | null", "", "why the error is not kept to the end; null where it is"),
-    *EVERY_STUDY,
 )

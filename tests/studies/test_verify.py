@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +9,7 @@ import pytest
 import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
-from mbproj.cli.report.verification import as_json, lines
+from mbproj.cli.report.verification import lines
 from mbproj.dynamics.equations import equations_of_motion as equations
 from mbproj.dynamics.equations import teeth
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
@@ -46,7 +45,6 @@ def test_everything_holds_on_the_shipped_mechanisms(path):
         assert check.remark
     for check in found.of("passed"):
         assert np.isfinite(check.measured)
-    assert json.loads(json.dumps(as_json(found)))["checks"]
     assert f"{len(found.of('passed'))} hold" in "\n".join(lines(found))
 
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.report.text import json_text
+from mbproj.facts import told
+from mbproj.facts.results import COMPARISON
 
 if TYPE_CHECKING:
-    from mbproj.analysis.same_motion import MotionComparison, Parting, QuantityComparison
+    from mbproj.analysis.same_motion import MotionComparison, QuantityComparison
 
 EXAMPLES = (
     ("Say whether two runs are the same motion, to a millionth.", "mbproj compare-results results.h5 again.h5"),
@@ -59,7 +61,7 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
     with open_results(first) as one, open_results(second) as other:
         comparison = compare_motions(one, other, part, limits)
     if as_json:
-        click.echo(json_text({"first": str(first), "second": str(second), **_record(comparison)}))
+        click.echo(json_text(told(COMPARISON, comparison, first=first, second=second)))
     else:
         for line in _lines(comparison, first, second):
             click.echo(line)
@@ -100,7 +102,7 @@ def _row(each: QuantityComparison) -> tuple[str, ...]:
         largest.name,
         f"{largest.time:.6g} s",
         f"{each.allowed:.2e} {each.unit}",
-        "same" if each.first is None else "differs",
+        "same" if each.same else "differs",
     )
 
 
@@ -115,33 +117,3 @@ def _verdict(comparison: MotionComparison) -> str:
     if not comparison.as_long:
         return f"the same motion until t = {min(comparison.ends):.6g} s, where one of them ends"
     return "the same motion"
-
-
-def _record(comparison: MotionComparison) -> dict[str, Any]:
-    parting = comparison.parting
-    return {
-        "same": comparison.same,
-        "samples": list(comparison.counts),
-        "samples_compared": comparison.samples,
-        "ends": list(comparison.ends),
-        "parting": None if parting is None else {"quantity": parting.quantity, **_parting(parting.first)},
-        "reactions_not_unique": dict(comparison.left_out),
-        "only_in_one": {kind: list(names) for kind, names in comparison.missing.items()},
-        "quantities": [
-            {
-                "quantity": each.quantity,
-                "unit": each.unit,
-                "allowed": each.allowed,
-                "same": each.first is None,
-                "largest": _parting(each.largest),
-                "first": None if each.first is None else _parting(each.first),
-            }
-            for each in comparison.quantities
-        ],
-    }
-
-
-def _parting(parting: Parting | None) -> dict[str, Any]:
-    return (
-        {} if parting is None else {"difference": parting.difference, "of": parting.name or None, "time": parting.time}
-    )

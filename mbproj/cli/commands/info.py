@@ -12,11 +12,11 @@ from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.report.text import json_text, table
 from mbproj.cli.report.trust import as_numbers, lines_on
-from mbproj.cli.report.verification import as_json as verification_as_json
 from mbproj.cli.report.verification import lines as verification_lines
 from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import ExitCode
-from mbproj.facts.info import ATTRIBUTES
+from mbproj.facts import told
+from mbproj.facts.info import ATTRIBUTES, INFO
 
 if TYPE_CHECKING:
     from mbproj.results import Results
@@ -142,35 +142,26 @@ def _thresholds(as_json: bool) -> str:
 
 
 def _contents(results: Results) -> dict[str, Any]:
-    from dataclasses import asdict
-
     from mbproj.analysis.contacts.creep import creep_by_friction
     from mbproj.analysis.contacts.friction import friction_records
     from mbproj.analysis.contacts.stops import stop_records
     from mbproj.analysis.reactions import reactions_not_unique, shared_at_contacts
     from mbproj.analysis.summary import summary
 
-    return {
+    return told(
+        INFO,
+        results,
         **summary(results),
-        "scene": None if results.scene_path is None else str(results.scene_path),
-        "gravity": list(results.gravity),
-        "reactions_not_unique": reactions_not_unique(results),
-        "shared_at_contacts": shared_at_contacts(results),
-        "settings": asdict(results.settings),
-        "overrides": results.overrides,
-        "attributes": dict(results.attributes),
-        "names": {kind: list(results.names(kind)) for kind in ("bodies", "markers", "joints", "coordinates")},
-        "stops": stop_records(results),
-        "frictions": friction_records(results),
-        "creep": creep_by_friction(results),
-        "events": [event._asdict() for event in results.events],
+        reactions_not_unique=reactions_not_unique(results),
+        shared_at_contacts=shared_at_contacts(results),
+        names={kind: results.names(kind) for kind in ("bodies", "markers", "joints", "coordinates")},
+        stops=stop_records(results),
+        frictions=friction_records(results),
+        creep=creep_by_friction(results),
+        datasets={each.path: {"shape": results.shape(each.path), "unit": each.unit} for each in results.datasets},
         **({} if results.trust is None else {"trust": as_numbers(results.trust)}),
-        **({} if results.verification is None else {"verification": verification_as_json(results.verification)}),
-        "datasets": {
-            dataset.path: {"shape": list(results.shape(dataset.path)), "unit": dataset.unit}
-            for dataset in results.datasets
-        },
-    }
+        **({} if results.verification is None else {"verification": results.verification}),
+    )
 
 
 def _json(contents: Mapping[str, Any]) -> str:

@@ -15,6 +15,8 @@ from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.report.text import json_text, table
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
+from mbproj.facts import told
+from mbproj.facts.models import CURVE
 
 if TYPE_CHECKING:
     from mbproj.scene.blocks.curves.sheet import Sheet
@@ -85,16 +87,15 @@ def command(
 
 
 def facts(sheet: Sheet) -> dict[str, object]:
-    """The curve as a dictionary for JSON with stable keys, in m and rad; an unbounded number is null."""
-    return {
-        "curve": sheet.name,
-        "closed": sheet.closed,
-        "length": float(sheet.arc[-1]),
-        "roller": sheet.roller,
-        "largest_pressure_angle": float(sheet.pressure.max()) if sheet.closed else None,
-        "largest_roller": {side: None if radius == inf else radius for side, radius in sheet.rollers.items()},
-        "table": {heading: values.tolist() for heading, values in sheet.columns().items()},
-    }
+    """The curve as a dictionary for JSON."""
+    return told(
+        CURVE,
+        sheet,
+        length=sheet.arc[-1],
+        largest_pressure_angle=sheet.pressure.max() if sheet.closed else None,
+        largest_roller=sheet.rollers,
+        table=sheet.columns(),
+    )
 
 
 def lines(sheet: Sheet) -> Iterator[str]:

@@ -15,6 +15,8 @@ from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, Place, Problem
+from mbproj.facts import told
+from mbproj.facts.designs import DESIGN
 from mbproj.scene.ranges.family import column_of
 
 if TYPE_CHECKING:
@@ -108,31 +110,21 @@ def numbers(design: FoundDesign) -> dict[str, Any]:
 
     known, by = design.knowledge, signs(design)
     deviation = np.full(len(design.x), np.nan) if known is None else known.deviation
-    return {
-        "engine": design.engine,
-        "why": design.why,
-        "slopes": slopes_by(design),
-        "starts": len(design.searches),
-        "reused": design.reused,
-        "runs": design.runs,
-        "value": design.searches[0].value,
-        "front": [(by * each.goals).tolist() for each in design.searches if each.goals.size],
-        "rms": rms(design) if design.spec.targets else None,
-        "numbers": {
-            path: {"value": value, "unit": unit, "deviation": spread}
-            for path, value, unit, spread in zip(
-                design.spec.paths, design.x.tolist(), design.spec.units, deviation.tolist(), strict=True
-            )
-        },
-        "goals": {
-            goal.measure.name: goal.sign * value
-            for goal, value in zip(design.spec.goals, design.trial.goals.tolist(), strict=True)
-        },
-        "constraints": dict(
-            zip((limit.name for limit in design.spec.limits), design.trial.limits.tolist(), strict=True)
-        ),
-        "unseen": [] if known is None else [*known.unseen],
-    }
+    numbers = zip(design.spec.paths, design.x.tolist(), design.spec.units, deviation.tolist(), strict=True)
+    goals, limits = design.spec.goals, (limit.name for limit in design.spec.limits)
+    return told(
+        DESIGN,
+        design,
+        slopes=slopes_by(design),
+        starts=len(design.searches),
+        value=design.searches[0].value,
+        front=[by * each.goals for each in design.searches if each.goals.size],
+        rms=rms(design) if design.spec.targets else None,
+        numbers={path: {"value": value, "unit": unit, "deviation": spread} for path, value, unit, spread in numbers},
+        goals={goal.measure.name: goal.sign * value for goal, value in zip(goals, design.trial.goals, strict=True)},
+        constraints=dict(zip(limits, design.trial.limits, strict=True)),
+        unseen=[] if known is None else known.unseen,
+    )
 
 
 def rms(design: FoundDesign) -> float:

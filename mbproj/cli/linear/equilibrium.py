@@ -14,6 +14,8 @@ from mbproj.cli.quantity import NotNegative
 from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.facts import told
+from mbproj.facts.linear import EQUILIBRIUM
 
 if TYPE_CHECKING:
     from mbproj.linear.equilibrium.find import Equilibrium
@@ -103,12 +105,11 @@ def command(
                 json_text({"scene": scene, "converged": False, "residual": {"relative": relative}, "why": str(error)})
             )
         raise
-    facts = numbers(rest, more, scene, output)
     with placed_at(Place("--output")):
         write_results(output, what, rest, {"converged": True, "residual_relative": rest.reference.imbalance.relative})
-    written = str(write_pose(what, rest)) if write else None
+    written = write_pose(what, rest) if write else None
     if as_json:
-        click.echo(json_text({**facts, "written": written}))
+        click.echo(json_text(numbers(rest, more, scene, output, written)))
     elif not quiet:
         click.echo(report(rest, more, what.title or scene))
         click.echo(output)
@@ -116,34 +117,28 @@ def command(
             click.echo(f"{written}: the joints start there now")
 
 
-def numbers(rest: Equilibrium, more: list[Equilibrium], scene: str, output: str) -> dict[str, Any]:
+def numbers(
+    rest: Equilibrium, more: list[Equilibrium], scene: str, output: str, written: Path | None
+) -> dict[str, Any]:
     """The equilibrium as a dictionary for JSON, with stable keys."""
     from mbproj.linear.equilibrium.recorded import observed
 
     system, block = rest.whole, observed(rest)
     force, torque = (block[f"joints/reaction_{kind}"][0] for kind in ("force", "torque"))
-    return {
-        "scene": scene,
-        "output": output,
-        "converged": True,
-        "at": rest.reference.where,
-        "time": rest.reference.motion.t,
-        "residual": vars(rest.reference.imbalance),
-        "steps": rest.steps,
-        "stable": rest.stable,
-        "unstable_along": rest.unstable or None if rest.stable is False else None,
-        "neutral": list(rest.neutral),
-        "family": rest.family,
-        "coordinates": rest.coordinates,
-        "states": rest.states,
-        "reactions": {
-            name: {"force": force[joint].tolist(), "torque": torque[joint].tolist()}
-            for joint, name in enumerate(system.names.joints)
-        },
-        "frictions": dict(rest.frictions),
-        "drive": rest.drive.tolist(),
-        "others": [{"stable": other.stable, "coordinates": other.coordinates} for other in more],
+    reactions = {
+        name: {"force": force[joint], "torque": torque[joint]} for joint, name in enumerate(system.names.joints)
     }
+    return told(
+        EQUILIBRIUM,
+        rest,
+        scene=scene,
+        output=output,
+        converged=True,
+        unstable_along=rest.unstable or None if rest.stable is False else None,
+        reactions=reactions,
+        others=more,
+        written=written,
+    )
 
 
 def report(rest: Equilibrium, more: list[Equilibrium], title: str) -> str:

@@ -15,6 +15,8 @@ from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.facts import told
+from mbproj.facts.linear import LINEAR
 
 if TYPE_CHECKING:
     from mbproj.linear.state_space.model import LinearModel
@@ -102,7 +104,7 @@ def command(
         linear = linear_model(reference, inputs, outputs)
     write_model(output, stored(linear, what.title), what, force=force)
     if as_json:
-        click.echo(json_text(numbers(linear, scene, str(output))))
+        click.echo(json_text(numbers(linear, scene, output)))
     elif not quiet:
         click.echo(report(linear, what.title or scene))
         click.echo(output)
@@ -116,20 +118,11 @@ def stored(linear: LinearModel, title: str) -> StoredModel:
     return StoredModel(**own, where=linear.reference.where, time=linear.reference.motion.t, title=title)
 
 
-def numbers(linear: LinearModel, scene: str, output: str) -> dict[str, Any]:
+def numbers(linear: LinearModel, scene: str, output: Path) -> dict[str, Any]:
     """The model as a dictionary for JSON, with stable keys."""
     from mbproj.linear.mode_notes import is_balanced
 
-    named = ("states", "state_units", "inputs", "input_units", "outputs", "output_units")
-    return {
-        "scene": scene,
-        "output": output,
-        "at": linear.reference.where,
-        "time": linear.reference.motion.t,
-        "balanced": is_balanced(linear.reference),
-        **{name: getattr(linear, name).tolist() for name in "ABCD"},
-        **{name: list(getattr(linear, name)) for name in named},
-    }
+    return told(LINEAR, linear, scene=scene, output=output, balanced=is_balanced(linear.reference))
 
 
 def report(linear: LinearModel, title: str) -> str:

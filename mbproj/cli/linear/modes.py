@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +16,11 @@ from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.facts import told
+from mbproj.facts.linear import MODES
 
 if TYPE_CHECKING:
+    from mbproj.arrays import Numbers
     from mbproj.linear.modes import Modes
     from mbproj.linear.root_loci import RootLocus
     from mbproj.scene import Scene
@@ -135,48 +139,24 @@ def numbers(modal: Modes, scene: str, output: str, trace: RootLocus | None) -> d
     from mbproj.linear.mode_notes import is_balanced, notes_on
 
     reference, names = modal.reference, modal.reference.system.names
-    every = range(len(modal.eigenvalues))
-    traced = {} if trace is None else {"vary": _trace_numbers(trace)}
-    return {
-        "scene": scene,
-        "output": output,
-        "at": reference.where,
-        "time": reference.motion.t,
-        "degrees_of_freedom": modal.freedom,
-        "balanced": is_balanced(reference),
-        "imbalance": vars(reference.imbalance),
-        "frequencies_hz": modal.frequencies.tolist(),
-        "damping_ratios": modal.damping_ratios.tolist(),
-        "growth_rates": modal.eigenvalues.real.tolist(),
-        "angular_frequencies": modal.eigenvalues.imag.tolist(),
-        "modes": [
-            {
-                "name": modal.name(mode),
-                "kinetic_energy": dict(zip(modal.kinetic_names, modal.kinetic[mode].tolist(), strict=True)),
-                "potential_energy": dict(zip(modal.strain_names, modal.strain[mode].tolist(), strict=True)),
-                "coordinates": {
-                    name: [value.real, value.imag]
-                    for name, value in zip(names.coordinates, modal.coordinates[mode].tolist(), strict=True)
-                },
-                "states": {
-                    name: [value.real, value.imag]
-                    for name, value in zip(names.states, modal.states[mode].tolist(), strict=True)
-                },
-            }
-            for mode in every
-        ],
-        "notes": notes_on(modal),
-        **traced,
-    }
+    known = {} if trace is None else {"vary": trace}
+    modes = [
+        {
+            "name": modal.name(mode),
+            "kinetic_energy": dict(zip(modal.kinetic_names, modal.kinetic[mode], strict=True)),
+            "potential_energy": dict(zip(modal.strain_names, modal.strain[mode], strict=True)),
+            "coordinates": _phasors(names.coordinates, modal.coordinates[mode]),
+            "states": _phasors(names.states, modal.states[mode]),
+        }
+        for mode in range(len(modal.eigenvalues))
+    ]
+    said = {"balanced": is_balanced(reference), "modes": modes, "notes": notes_on(modal)}
+    return told(MODES, modal, scene=scene, output=output, **said, **known)
 
 
-def _trace_numbers(trace: RootLocus) -> dict[str, Any]:
-    return {
-        "parameter": trace.name,
-        "values": trace.values.tolist(),
-        "growth_rates": trace.eigenvalues.real,
-        "angular_frequencies": trace.eigenvalues.imag,
-    }
+def _phasors(names: Sequence[str], values: Numbers) -> dict[str, list[float]]:
+    """The real and the imaginary part of each value by name."""
+    return {name: [value.real, value.imag] for name, value in zip(names, values.tolist(), strict=True)}
 
 
 def report(modal: Modes, title: str, trace: RootLocus | None) -> str:

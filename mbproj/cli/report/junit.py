@@ -18,6 +18,7 @@ from mbproj.cli.report.expectations import error_words, subject, verdict, wanted
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode
 from mbproj.escapes import escaped_text
+from mbproj.facts.designs import FORMULATION
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome
@@ -88,7 +89,7 @@ def _suite(of: Path, cases: Sequence[TestCase], seconds: float, formulation: str
         timestamp=datetime.now(timezone.utc).strftime("%Y-%m-%dT%H:%M:%S"),
     )
     if formulation is not None:
-        Xml.SubElement(Xml.SubElement(suite, "properties"), "property", name="formulation", value=formulation)
+        Xml.SubElement(Xml.SubElement(suite, "properties"), "property", name=FORMULATION.key, value=formulation)
     where = ".".join(part for part in of.with_suffix("").parts if part.strip("./"))
     for case in cases:
         attributes = {"classname": _text(where), "name": _text(case.name), "file": _text(of.as_posix())}

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from mbproj.facts import told
+from mbproj.facts.results import THRESHOLD_ROWS
 from mbproj.thresholds import table
 
 #: The users of a threshold, in words.
@@ -13,7 +15,7 @@ USERS = {"both": "NumPy and kernel", "kernel": "kernel", "numpy": "NumPy"}
 
 def facts() -> dict[str, Any]:
     """Each threshold by its name."""
-    return {row.name: {key: value for key, value in row._asdict().items() if key != "name"} for row in table()}
+    return {row.name: told(THRESHOLD_ROWS, row) for row in table()}
 
 
 def lines() -> Iterator[str]:

@@ -3,22 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mbproj.results.verification import Check, Verification
 
 HEADINGS = ("check", "what must hold", "measured", "allowed", "")
-
-
-def as_json(verification: Verification) -> dict[str, Any]:
-    """The verification as a dictionary for JSON."""
-    return {
-        "holds": verification.holds,
-        "formulation": verification.formulation,
-        "mbproj_version": verification.version,
-        "checks": [check.as_numbers() for check in verification.checks],
-    }
 
 
 def lines(verification: Verification) -> Iterator[str]:

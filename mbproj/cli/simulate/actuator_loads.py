@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from math import degrees, isnan
+from math import degrees
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mbproj.cli.report.text import columns
 from mbproj.cli.simulate.largest_loads import cells
+from mbproj.facts import told
+from mbproj.facts.loads import ACTUATORS
 
 if TYPE_CHECKING:
     from mbproj.studies.inverse.loads import ActuatorLoads, Smoothing
@@ -20,38 +22,18 @@ LISTED = 5
 
 
 def facts(acting: ActuatorLoads, source: str, over: str | None) -> dict[str, Any]:
-    """The loads as a dictionary for JSON with stable keys; NaN and infinity are null."""
+    """The loads as a dictionary for JSON."""
     actuators = {
         name: {
             "unit": unit,
             "weight": float(weight),
-            "force": _plain(acting.force[:, k]),
-            "rate": _plain(acting.rate[:, k]),
-            "power": _plain(acting.power[:, k]),
+            "force": acting.force[:, k],
+            "rate": acting.rate[:, k],
+            "power": acting.power[:, k],
         }
         for k, (name, unit, weight) in enumerate(zip(acting.names, acting.units, acting.weights, strict=True))
     }
-    return {
-        "source": source,
-        "degrees_of_freedom": acting.freedom,
-        "reached": acting.rank,
-        "least_norm": acting.shared,
-        "power_balance": acting.balance,
-        "dead_centres": acting.dead.tolist(),
-        "place_of": over,
-        "largest": [_without_nan(load._asdict()) for load in acting.largest(over)],
-        "smoothing": [each._asdict() for each in acting.smoothing],
-        "time": acting.time.tolist(),
-        "actuators": actuators,
-    }
-
-
-def _plain(values: np.ndarray[Any, Any]) -> list[float | None]:
-    return [None if isnan(value) else value for value in values.tolist()]
-
-
-def _without_nan(row: dict[str, Any]) -> dict[str, Any]:
-    return {key: None if isinstance(value, float) and isnan(value) else value for key, value in row.items()}
+    return told(ACTUATORS, acting, source=source, place_of=over, largest=acting.largest(over), actuators=actuators)
 
 
 def lines(actuators: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from mbproj.calls.again import stored_scene
 from mbproj.cli.report.text import table
 from mbproj.errors import InputError, Problem
+from mbproj.facts import told
+from mbproj.facts.results import ENERGY
 from mbproj.registry import AUTOMATIC
 
 if TYPE_CHECKING:
@@ -86,7 +88,7 @@ def _undivided(results: Results, why: str) -> InputError:
 
 def facts(results: Results) -> dict[str, Any]:
     """The parts as a dictionary for JSON."""
-    return {"file": str(results.path), **found(results)._asdict()}
+    return told(ENERGY, found(results), file=results.path)
 
 
 def lines(results: Results) -> Iterator[str]:

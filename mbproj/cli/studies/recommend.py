@@ -14,6 +14,8 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import drawn
 from mbproj.cli.quantity import Positive
 from mbproj.errors import ExitCode, InputError, Place, Problem
+from mbproj.facts import told
+from mbproj.facts.studies import RECOMMEND
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -91,7 +93,15 @@ def command(
         f"this one keeps it until {recommendation.until:.6g} s"
     )
     text, notes = "\n".join([line, *_lines(recommendation)]), [] if recommendation.reached else [short]
-    numbers = {"command": line, **_numbers(recommendation)}
+    numbers = told(
+        RECOMMEND,
+        recommendation,
+        command=line,
+        best=_measured(recommendation.best),
+        contenders=[_measured(each) for each in recommendation.contenders],
+        own=None if recommendation.own is None else _measured(recommendation.own),
+        why=recommendation.why or None,
+    )
     study.hand_over(recommendation.table, text, numbers, lambda: _page(recommendation, what.title), notes, left=line)
     if write and recommendation.reached:
         click.echo(f"written into {write_back(what, recommendation.settings)}", err=True)
@@ -112,23 +122,6 @@ def _command_line(
     if settings.output_step != scene.settings.output_step or output_step:
         words += ["--output-step", output_step or shortest(settings.output_step)]
     return shlex.join(words)
-
-
-def _numbers(recommendation: Recommendation) -> dict[str, Any]:
-    return {
-        "goal": recommendation.goal,
-        "points": list(recommendation.points),
-        "reached": recommendation.reached,
-        "until": recommendation.until,
-        "wanted": recommendation.wanted,
-        "best": _measured(recommendation.best),
-        "contenders": [_measured(each) for each in recommendation.contenders],
-        "own": None if recommendation.own is None else _measured(recommendation.own),
-        "uncertain": recommendation.uncertain,
-        "reference": recommendation.method,
-        "check": recommendation.check,
-        "why": recommendation.why or None,
-    }
 
 
 def _measured(best: Measurement) -> dict[str, Any]:

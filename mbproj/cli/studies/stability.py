@@ -14,6 +14,8 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options_without
 from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.facts import told
+from mbproj.facts.studies import STABILITY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -112,29 +114,9 @@ def command(
             limits=Limits(**given),
             **{name: options[name] for name in ("low", "high", "points")},
         )
-    study.hand_over(bounds.table, _report(bounds), _numbers(bounds), lambda: _page(bounds))
-
-
-def _numbers(bounds: StabilityMap) -> dict[str, Any]:
-    """The map as a dictionary for JSON."""
-    return {
-        "vary": bounds.vary,
-        "unit": bounds.unit,
-        "setting": _setting(bounds),
-        "until": bounds.until,
-        "own": bounds.span.own,
-        "analytic": bounds.analytic,
-        "methods": {
-            track.method: {
-                "limits": [
-                    {"value": change.value, "below": change.below.state, "above": change.above.state}
-                    for change in track.changes
-                ],
-                "points": [vars(point) for point in track.points],
-            }
-            for track in bounds.tracks
-        },
-    }
+    methods = {track.method: track for track in bounds.tracks}
+    numbers = told(STABILITY, bounds, setting=_setting(bounds), methods=methods)
+    study.hand_over(bounds.table, _report(bounds), numbers, lambda: _page(bounds))
 
 
 def _report(bounds: StabilityMap) -> str:

@@ -15,6 +15,8 @@ from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import drawn
 from mbproj.cli.quantity import Positive
+from mbproj.facts import told
+from mbproj.facts.designs import SWEEP
 
 if TYPE_CHECKING:
     from mbproj.scene.ranges import Item
@@ -125,7 +127,7 @@ def command(
     study.hand_over(
         Table(tuple(summary.headings(what)), rows),
         _said(progress, kinds),
-        {**_numbers(progress), "failures": kinds},
+        told(SWEEP, progress, failures=kinds),
         lambda: usual_of_sweep(folder.arrays),
         beside=written,
     )
@@ -151,17 +153,6 @@ def _confirm_number(spec: SweepSpec, yes: bool) -> None:
     if count > MANY and not yes:
         place = spec.place("samples") or spec.place("vary")
         raise InputError(Problem(f"this makes {count} cases", place, "add --yes if you mean it, or vary less"))
-
-
-def _numbers(reached: Progress) -> dict[str, Any]:
-    return {
-        "cases": reached.whole,
-        "computed": reached.computed,
-        "by_arrays": reached.by_arrays,
-        "reused": reached.reused,
-        "failed": reached.failed,
-        "left": reached.left,
-    }
 
 
 def _preview(spec: SweepSpec, shown: int) -> str:

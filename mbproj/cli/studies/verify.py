@@ -13,6 +13,8 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import drawn
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, Place, placed_at
+from mbproj.facts import told
+from mbproj.facts.designs import VERIFY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -48,7 +50,7 @@ def command(
     difference is compared with a bound on the round-off of the same computation on this mechanism. Exit code 4: a
     check fails.
     """
-    from mbproj.cli.report.verification import as_json, lines
+    from mbproj.cli.report.verification import lines
     from mbproj.cli.study import Study
     from mbproj.results.verification import check_store
     from mbproj.results.verification import store as keep
@@ -62,10 +64,8 @@ def command(
     study = Study(options, ("name", "claim"))
     with study.telling() as tell:
         verification = verify(what, tell)
-    text, numbers = (
-        "\n".join([what.title or Path(scene).stem, *lines(verification)]),
-        {"scene": scene, **as_json(verification)},
-    )
+    text = "\n".join([what.title or Path(scene).stem, *lines(verification)])
+    numbers = told(VERIFY, verification, scene=scene)
     study.hand_over(verification.table, text, numbers, lambda: _page(verification))
     if store is not None:
         with placed_at(Place("--store")):

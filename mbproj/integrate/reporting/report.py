@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.recorded import Block
+from mbproj.facts import told
 from mbproj.facts.run import RECORDED, ROWS
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
 from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept
@@ -211,9 +211,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "status": "complete",
     }
     said = (*RECORDED, *ROWS) if projection.energy or projection.momentum else RECORDED
-    return {
-        fact.key: known[fact.key] if fact.key in known else attrgetter(fact.at or fact.key)(report) for fact in said
-    }
+    return told(said, report, **known)
 
 
 class EnergyWatch:
