@@ -51,9 +51,10 @@ _passed: set[tuple[object, ...]] = set()
 
 def rehearse(act: Callable[[], object], path: Path, name: str = "") -> bool:
     """Call `act`, which reads the file at `path`, in a child process; return whether a child has done so. An act with a
-    `name` is rehearsed once for each state of the file; acts that read the same parts have the same name. Raises the
-    InputError that `act` raises. Raises one that says the file is damaged where the child does not come to its end
-    within the limits. Where a process cannot be forked (Windows) nothing is done.
+    `name` is rehearsed once for each state of the file; acts that read the same parts have the same name.
+
+    Raises the InputError that `act` raises. Raises one that says the file is damaged where the child does not come to
+    its end within the limits. Where a process cannot be forked (Windows) nothing is done.
     """
     if resource is None or not hasattr(os, "fork"):
         return False

@@ -69,9 +69,9 @@ def compare(
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
     energy row, as `energy_rows` tells.
 
-    The scene's own settings complete what is not given. The work is done by `jobs` processes, or by the Dask cluster
-    whose `scheduler` is named. Results come from the store where they are there, unless `fresh`. Raises InputError for
-    what cannot be run at all; a setting that fails is a row.
+    The scene's own settings complete the arguments. The work is done by `jobs` processes, or by the Dask cluster whose
+    `scheduler` is named. Stored results are reused, unless `fresh`. Raises InputError for what cannot be run at all; a
+    setting that fails is a row.
     """
     with by_arguments():
         return comparison.compare(

@@ -1,4 +1,4 @@
-"""Commands whose help groups the options by what they decide, and ends with examples."""
+"""Commands whose help groups the options by their purpose, and ends with examples."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import click
 
 
 class Part(Enum):
-    """What an option decides. The values are the headings of a help text, in this order."""
+    """The purposes of options. The values are the headings of a help text, in this order."""
 
     WHAT = "What"
     INTEGRATION = "How: integration"
@@ -37,7 +37,7 @@ class Command(click.Command):
         self.examples = examples
 
     def parts(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
-        """The options by what they decide; click's own `--help` comes last."""
+        """The options by purpose; click's own `--help` comes last."""
         groups: dict[Part, list[click.Parameter]] = {part: [] for part in Part}
         for parameter in self.get_params(context):
             if isinstance(parameter, click.Option):

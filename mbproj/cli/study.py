@@ -96,9 +96,11 @@ class Study:
         left: str = "",
     ) -> None:
         """Write the table and the figure, and print the report: `text`, notes, the names of files. With --json, print
-        one object instead: `numbers`, notes, files. `left` is the part of the text that --quiet leaves. `draw` returns
-        the figure, or the reason why there is none. `beside` are files of the study's folder that are already written.
-        The names of files that options give go to stderr."""
+        one object instead: `numbers`, notes, files.
+
+        `left` is the part of the text that --quiet leaves. `draw` returns the figure, or the reason why there is none.
+        `beside` are files of the study's folder that are already written. The names of files that options give go to
+        stderr."""
         from mbproj.figures.save import save
 
         folder: list[Path] = []

@@ -33,10 +33,12 @@ COORDINATES: Mapping[str, Primitive] = MappingProxyType({"angle": Angle(), "alon
 @dataclass(frozen=True)
 class Coupling(Primitive):
     """C = Σ kᵢ sᵢ - f(s₀) of coordinates sᵢ, less the nearest multiple of `period`: one tooth, or one thread; 0 for
-    none. `coordinates` are names in COORDINATES, or a further name for the primitive `other`; `weights` are the kᵢ. The
-    row and its period are in metres where one of the coordinates is a length. The slots are those of the first
-    coordinate, then those of the next. The multiple follows from counted turns of angles. So a turn of an angle s₀ must
-    change f by a whole number of periods, or by 0.
+    none.
+
+    `coordinates` are names in COORDINATES, or a further name for the primitive `other`; `weights` are the kᵢ. The row
+    and its period are in metres where one of the coordinates is a length. The slots are those of the first coordinate,
+    then those of the next. The multiple follows from counted turns of angles. So a turn of an angle s₀ must change f by
+    a whole number of periods, or by 0.
     """
 
     coordinates: tuple[str, ...]

@@ -189,8 +189,8 @@ def page_width() -> float:
 
 
 def page_height() -> float:
-    """The largest height of all panels, inches. Where the look sets a picture's height, it is what the margins
-    leave."""
+    """The largest height of all panels, inches. Where the look sets a picture's height, it is that height less the
+    margins."""
     height = look().height
     return _PAGE_HEIGHT if height is None else max(height - AXIS_HEIGHT, 0.5 * height)
 

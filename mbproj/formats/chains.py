@@ -28,7 +28,7 @@ Span = tuple[float | None, float | None]
 
 @dataclass(frozen=True, eq=False)
 class Single:
-    """A turn or a slide: its point and unit axis in global axes, and what acts on its coordinate, all in SI units.
+    """A turn or a slide: its point and unit axis in global axes, and the actions on its coordinate, all in SI units.
 
     `range` and `rest`, where the spring has no force, count from the pose. `armature` is the reflected inertia and
     `dry` a constant friction. `rate` is the rate of the coordinate at the model's start."""
@@ -182,7 +182,7 @@ def add_one(
     coordinates: Sequence[tuple[Single, str]],
     keys: Mapping[str, Any] | None = None,
 ) -> None:
-    """Add a joint, and forces for what acts on its coordinates; limits and reflected inertias are keys of the joint."""
+    """Add a joint, and the forces on its coordinates; limits and reflected inertias are keys of the joint."""
     alone = len(coordinates) == 1 and kind != "screw"
     inertias = {
         coordinate: Quantity(single.armature, "kg*m^2" if single.turns else "kg")

@@ -51,7 +51,7 @@ def unit(vector: Array) -> Array:
 
 
 def numbers(text: str, count: int, place: Place, what: str) -> Array:
-    """The `count` finite numbers in a text. Raises InputError at `place` where there are not so many."""
+    """The `count` finite numbers in a text. Raises InputError at `place` where there are fewer or more."""
     try:
         values = np.array([float(part) for part in text.split()])
     except ValueError:

@@ -69,7 +69,7 @@ def _checked(signals: Signals, problems: list[Problem]) -> Signals:
 
 
 def refuse_unknown(signals: Signals, able: list[str], what: str) -> None:
-    """Raises InputError at the first name that is not in `able`; `what` says what the names should be."""
+    """Raises InputError at the first name that is not in `able`; `what` describes the names in the message."""
     for name, signal in signals.items():
         if name not in able:
             raise InputError(Problem(f"'{name}' is no {what}", signal.place, choose_from(name, able)))

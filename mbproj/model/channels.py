@@ -68,7 +68,7 @@ class ElementStates:
     """K first-order states of elements, x' = program(t, channels).
 
     `start` (K,): the initial values. `scale` (K,): the magnitude to which the absolute tolerance is relative. `counts`
-    (K,): whether a state changes on while the mechanism is at rest.
+    (K,): whether a state goes on changing while the mechanism is at rest.
     """
 
     start: Array

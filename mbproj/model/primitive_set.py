@@ -99,7 +99,7 @@ class SetLayout:
 class PrimitiveSet:
     """Primitives of one purpose, S attachments (points and vectors fixed in bodies) and m rows: a layout and numbers.
 
-    Per attachment `local` (S, 3) in body axes; per row `offset` (m,), what is subtracted from the primitives' values.
+    Per attachment `local` (S, 3) in body axes; per row `offset` (m,), which is subtracted from the primitives' values.
     """
 
     layout: SetLayout

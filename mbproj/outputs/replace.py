@@ -12,7 +12,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.outputs.kinds import FileKind
 
 ELSEWHERE = "choose another with -o"
-#: Endings of what mbproj writes: no directory is made with one.
+#: Endings of the files that mbproj writes: no directory is made with such a name.
 ENDINGS = (".csv", ".h5", ".html", ".json", ".pdf", ".png", ".svg", ".yaml")
 
 
@@ -22,7 +22,7 @@ def replacing(path: Path, kind: FileKind, *, force: bool = False, hint: str = EL
     removed.
 
     Before that, no other user can read or write it. Raises InputError where `path` must not be replaced (see
-    `check_replaceable`), or cannot be written; `hint` says what to do then.
+    `check_replaceable`), or cannot be written; `hint` is the advice for this case.
     """
     target = check_replaceable(path, kind, force=force, hint=hint)
     try:

@@ -175,7 +175,7 @@ LATER: tuple[Dataset, ...] = (*OF_STOPS, *OF_FRICTIONS, *OF_APPLIED, *OF_STATES,
 
 
 def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:
-    """The datasets of a file with so many columns, by symbol; "time" is the first."""
+    """The datasets of a file with these numbers of columns, by symbol; "time" is the first."""
     return (*DATASETS, *(dataset for dataset in LATER if sizes.get(dataset.symbol or "")))
 
 

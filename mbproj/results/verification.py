@@ -46,7 +46,7 @@ class Check:
 
     @property
     def share(self) -> float:
-        """The part of what is allowed that the finding uses, above 1 where it fails. Infinite where the check failed
+        """The measured number relative to its bound, above 1 where the check fails. Infinite where the check failed
         without a number, NaN where it does not apply."""
         part, whole = (self.allowed, self.measured) if self.at_least else (self.measured, self.allowed)
         if self.verdict == DOES_NOT_APPLY:

@@ -14,8 +14,8 @@ class Bearing:
 
     On an angle `radius` and `axial_radius` are the arms, in m, of the friction by the radial and by the axial force
     (None: that force causes none); on a screw without `axial_radius` the `radius` is that of its thread. `length` in m:
-    moments load two supports so far apart; infinite where they do not count. `preload` in N: a radial force that is
-    always there.
+    the distance of two supports that moments load; infinite where moments do not count. `preload` in N: a radial force
+    that is always there.
     """
 
     radius: float | None = None

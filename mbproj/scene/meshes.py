@@ -62,7 +62,7 @@ def meshes_of(scene: Scene) -> dict[str, TriangleMesh]:
 
 
 class Unreadable(Exception):
-    """The error of a mesh's file that cannot be read: what is wrong with it, and a hint."""
+    """The error of a mesh's file that cannot be read: the fault, and a hint."""
 
     def __init__(self, what: str, hint: str) -> None:
         super().__init__(what)

@@ -14,73 +14,96 @@ class Passages:
         0.1,
         "1",
         "numpy",
-        "a pose is near a singular one at this part of the largest distance; above it, directions are apart",
+        "a pose is near a singular one where its distance from dependence is below this part of the largest; "
+        "farther away, the directions of branches differ",
         "tests/mechanisms/rank",
     )
     close_to_singular: float = threshold(
         0.05,
         "1",
         "numpy",
-        "a step that comes nearer, beside the largest distance, is repeated as two halves",
+        "a step with a smaller distance, beside the largest, is repeated as two halves",
         "tests/mechanisms/rank",
     )
     apart: float = threshold(
         10.0,
         "1",
         "numpy",
-        "positions leave a combination out where σ² < this × c: Newton's method may find the other branch",
+        "positions leave out a combination with σ² < this × c: Newton's method may find the other branch",
         "Kantorovich",
     )
     least_violation: float = threshold(
         1e-12,
         "length, rad",
         "both",
-        "velocities leave a combination out where σ³ < c, which is at least this; positions may stay open by it",
+        "corrections of velocities leave out a combination with σ³ < c, where c is at least this; positions "
+        "may stay open by it",
         "what projections leave open",
     )
     passing: float = threshold(
         0.01,
         "1",
         "both",
-        "a step with a smaller pivot of S may need the check by halves; `check` calls a start at a smaller "
-        "distance near a singular pose",
+        "a step with a smaller pivot of S may need the check by two halves; `check` calls a start with a "
+        "smaller distance near a singular pose",
         "tests/mechanisms/rank",
     )
     nearing: float = threshold(
-        0.5, "1", "kernel", "and does where the pivot falls below this part within it", "tests/mechanisms/rank"
+        0.5,
+        "1",
+        "kernel",
+        "the check by two halves is made where a pivot is below `passing`, and below this part of its largest "
+        "value in the step",
+        "tests/mechanisms/rank",
     )
     agreement: float = threshold(
-        0.05, "1", "kernel", "step and halves may differ by this part of the velocity or of the way", "as branch_change"
+        0.05, "1", "kernel", "near a singular pose, a step and its halves may differ by this part", "as branch_change"
     )
     agreed_tolerances: float = threshold(
         100.0,
         "tolerances",
         "kernel",
-        "and with error control by so many, or the step is made shorter",
+        "with error control, a step near a singular pose is shortened where it differs from its two halves by more",
         "no case: tests/mechanisms/rank/test_singular_passages.py holds with 1 too",
     )
     shorter: float = threshold(
-        0.7, "1", "kernel", "by this factor, so that its stages lie elsewhere", "no power of 1/2"
+        0.7,
+        "1",
+        "kernel",
+        "the factor by which a step near a singular pose is shortened, so that its stages lie elsewhere",
+        "no power of 1/2",
     )
-    most_shorter: int = threshold(8, "-", "kernel", "so many times", "0.7⁸ = 0.06")
+    most_shorter: int = threshold(
+        8, "-", "kernel", "the most shortenings of a step near a singular pose", "0.7⁸ = 0.06"
+    )
     branch_change: float = threshold(
         0.05,
         "1",
         "both",
-        "a projection that changes the velocity by more, near a singular pose, has met another branch",
+        "near a singular pose, a projection that changes the velocity by more than this part has led to another branch",
         "branches cross at an angle; truncation errors are far below",
     )
     lost_velocity: float = threshold(
-        0.5, "1", "both", "a step is lost whose projection changes the velocity by more, ...", "half of it is error"
+        0.5,
+        "1",
+        "both",
+        "a step is lost where its projection changes the velocity by more than this part, and the "
+        "displacement by more than `lost_way`",
+        "half of it is error",
     )
     lost_way: float = threshold(
-        0.5, "length a step", "both", "... and what it moves in a step by more", "past a dead centre without mass: 100"
+        0.5,
+        "length a step",
+        "both",
+        "a step is lost where its projection changes the displacement by more, and the velocity by more than "
+        "`lost_velocity`",
+        "past a dead centre without mass: 100",
     )
     at_rest: float = threshold(
         1e-10,
         "length a step",
         "both",
-        "what moves less is at rest, and its direction is round-off",
+        "a change of velocity whose displacement in a step is smaller is round-off of a mechanism at rest",
         "no case: tests/mechanisms/rank/test_singular_passages.py holds with 1e-3 too",
     )
     rest_rate: float = threshold(
@@ -94,21 +117,22 @@ class Passages:
         0.1,
         "1",
         "both",
-        "a stage of a kinematic run is on its branch where Newton's method corrects less of way and velocity",
+        "a stage of a kinematic run is on its branch where Newton's method corrects less than this part of "
+        "displacement and velocity",
         "a fold is met at 1/2; tests/integrate/kinematic",
     )
     told_way: float = threshold(
         1e-3,
         "length",
         "both",
-        "or no more than this, away from singular poses: motions begin at rest",
+        "away from singular poses, a stage of a kinematic run is also on its branch where its correction is shorter",
         "no case: tests/integrate/kinematic/test_motions.py begins at rest with 1e-9 too",
     )
     crossed_way: float = threshold(
         1e-4,
         "length",
         "both",
-        "the determinant of rows may change its sign in such a step: the motion passes where branches cross",
+        "in a kinematic step no longer than this the determinant of rows may change its sign: branches cross there",
         "lengths that are off by 1e-8 keep branches so far apart",
     )
     turning_step: float = threshold(
@@ -128,22 +152,21 @@ class Searches:
         20,
         "bodies",
         "numpy",
-        "poses nearby are looked at for so many; the equilibria of more are found by sparse matrices",
+        "poses nearby are examined up to so many bodies; equilibria of more bodies are found by sparse matrices",
         "tens of milliseconds; the quicker",
     )
     many_directions: int = threshold(
-        16, "directions", "numpy", "the forms of branches are not set up for more", "their number grows as the square"
+        16, "directions", "numpy", "the most directions in the forms of branches", "their number grows as the square"
     )
-    most_starts: int = threshold(40_000, "-", "numpy", "and from so many at most", "minutes")
+    most_starts: int = threshold(40_000, "-", "numpy", "the most starts of a search for assemblies", "minutes")
     found_often: int = threshold(
-        8, "-", "numpy", "the search ends when each assembly was found so often", "one alike is missed by e^-8"
+        8, "-", "numpy", "a search for assemblies ends when each was found so often", "one alike is missed by e^-8"
     )
     no_motion: float = threshold(
         1e-6,
         "1, length, rad",
         "numpy",
-        "a motion that joints allow less is none; nor is a mode that is so slow, or grows so slowly, beside the "
-        "fastest",
+        "components of allowed motions, and rates of modes beside the fastest one, count as 0 where they are smaller",
         "a double zero comes out as √ε",
     )
 
@@ -153,34 +176,35 @@ class Looks:
     """Searches in functions. Changes are parts of a function's range in one window."""
 
     look_intervals: int = threshold(
-        4096, "-", "numpy", "a window is looked at so many times; what is narrower can be missed", "milliseconds"
+        4096, "-", "numpy", "samples of a function in a window; narrower features can be missed", "milliseconds"
     )
     no_change: float = threshold(
         4e-4,
         "1",
         "numpy",
-        "a narrow feature changes by five times this in an interval, and ends where less changes",
+        "a narrow feature changes by five times this in an interval, and ends where the change is smaller than this",
         "a slow sine changes by 2.5e-4 in an interval",
     )
     quiet_stretch: int = threshold(
         8,
         "intervals",
         "numpy",
-        "fewer quiet ones part no two features",
+        "fewer quiet intervals do not separate two features",
         "tests/integrate/test_time_events.py: with 1, a pulse ends at its top",
     )
     edge_decades: int = threshold(
         3,
         "powers of ten",
         "numpy",
-        "functions of lengths are looked at for edges from 10^-3 to 10^3 m; functions of angles over a turn",
+        "functions of lengths are searched for edges from 10^-3 to 10^3 m; functions of angles over a turn",
         "1 mm to 1 km: what moves in a mechanism",
     )
     most_kinks: int = threshold(
         1000,
         "-",
         "numpy",
-        "so many kinks of one function count at most; what changes its sign more often in a window is seen well enough",
+        "the most kinks of one function that count; a function that changes its sign more often in a window "
+        "is sampled densely enough",
         "seconds of a run",
     )
 
@@ -193,52 +217,53 @@ class Linear:
         1200,
         "degrees of freedom, rows",
         "both",
-        "linear models, steady turns, modes that need dense matrices have no more; nor has a dense QR factor of rows",
+        "linear models, steady turns, modes by dense matrices, and dense QR factors of rows have at most this size",
         "O(n³): some minutes",
     )
     good_step: float = threshold(
-        0.1, "1", "numpy", "a step is taken where the forces do so much of the work that was expected", "usual: 0.1"
+        0.1, "1", "numpy", "a step to an equilibrium needs this part of the expected work", "usual: 0.1"
     )
     largest_radius: float = threshold(
         1.0,
         "length, rad",
         "numpy",
-        "no step to a balance is longer",
+        "the longest step to an equilibrium",
         "the equilibrium of steered_car.yaml: without it a step that rolls without resistance has 1e8 parts",
     )
     far_away: float = threshold(
         30.0,
         "length",
         "numpy",
-        "what has no equilibrium so far from the start, or falls so far by a force that does not change, has none",
+        "the search for an equilibrium ends so far from the start, or after such a fall under a constant force",
         "four turns of a shaft",
     )
     proximal: float = threshold(
         1e-10,
         "1",
         "numpy",
-        "rows of large mechanisms give way by so much, which is taken out again; their stiffness is raised by so much",
+        "the compliance of rows of large mechanisms, which iteration removes, and their relative extra stiffness",
         "√ε, with room",
     )
     same_pose: float = threshold(
         1e-5,
         "length, rad",
         "numpy",
-        "assemblies or equilibria whose bodies are nearer are one; a pose that is open by more is locked",
+        "assemblies or equilibria whose bodies are nearer are one; a mechanism is locked where its pose stays "
+        "open by more",
         "far above what balancing leaves",
     )
     stalled: float = threshold(
         0.01,
         "1",
         "numpy",
-        "steps have to lower what is left by so much of it; a force that changes by less is the same",
+        "steps to an equilibrium must lower the residual by this part; forces that change by less count as constant",
         "one length of a hundred takes 10 steps",
     )
-    most_of_round: int = threshold(20_000, "-", "numpy", "a round of controllers has no more instants", "seconds")
+    most_of_round: int = threshold(20_000, "-", "numpy", "the most instants in a round of controllers", "seconds")
     largest_ratio: int = threshold(
         10_000,
         "-",
         "numpy",
-        "ratios of periods of controllers, and of weights of angles, are fractions of numbers up to so many",
+        "the largest denominator of ratios of controllers' periods, and of weights of angles",
         "wheels of 100 teeth in two stages",
     )

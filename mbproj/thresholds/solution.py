@@ -1,5 +1,6 @@
-"""The solution of the joints' equations: when joints count as closed, and when rows depend on each other. Also limits
-of masses and pivots, and of the rows of energy and momenta.
+"""The solution of the joints' equations: when joints count as closed, and when rows depend on each other.
+
+Also limits of masses and pivots, and of the rows of energy and momenta.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from mbproj.thresholds.entry import threshold
 
 @dataclass(frozen=True)
 class Closing:
-    """Lengths are in m, or in the mechanism's own length where that is below 1 m."""
+    """Closed joints. Lengths are in m, or in units of the mechanism's length where that is below 1 m."""
 
     closed_to: float = threshold(
         1e-13,
@@ -23,8 +24,8 @@ class Closing:
         4.0,
         "ε",
         "both",
-        "a row that is open by so much of its coordinates is closed to round-off; the sides of a kink in time lie "
-        "so far apart",
+        "a row that is open by at most so many ε of its coordinates is closed to round-off; also the distance "
+        "in time of the two sides of a kink",
         "sums of 4 numbers",
     )
     paper_tolerance: float = threshold(
@@ -34,56 +35,56 @@ class Closing:
         64.0,
         "ε",
         "both",
-        "a violation of so many ε of a row's coordinates, or energy of its terms, may be round-off; events nearer "
-        "in ε of time are one",
+        "a violation below so many ε of a row's coordinates, or an energy below so many ε of its terms, may "
+        "be round-off; events nearer in ε of time are one",
         "tests/projection/test_schedule.py: with 1, projections do not end at round-off",
     )
     slow: float = threshold(
-        0.1, "1", "kernel", "a pass that leaves a larger part asks for a new factor", "simplified Newton"
+        0.1, "1", "kernel", "a pass that leaves a larger part of the violation needs a new factor", "simplified Newton"
     )
     widest_turn: float = threshold(
         0.5,
         "rad",
         "both",
-        "no correction turns a body by more; a motion moves by no more in a part of a short move",
+        "no correction turns a body by more; in a part of a short move no motion changes by more",
         "Conn, Gould & Toint 2000, sect. 7; 16 turns in 2 ms: parts of 6.6 rad do not close in full",
     )
     tighter: float = threshold(
         0.25,
         "1",
         "both",
-        "from one trial to the next turns are limited to this part",
+        "from one trial correction to the next the limit of turns is multiplied by this",
         "tests/projection/test_damping.py: uneven chains do not close in 12 passes with 0.5 and `stiffer` 10",
     )
     stiffer: float = threshold(
         100.0,
         "1",
         "both",
-        "the moment of a body that turns too far grows by this, times how much too far",
+        "the moment of inertia of a body that turns too far is multiplied by this, times turn / limit",
         "tests/projection/test_damping.py: uneven chains do not close in 12 passes with 10 and `tighter` 0.5",
     )
     open_limit: float = threshold(
         1e-6,
         "length, rad",
         "both",
-        "no run goes on with a larger violation after a failed projection",
+        "a run ends where a failed projection leaves a larger violation",
         "no case: tests/projection/test_fallback.py holds with 1e-12 too",
     )
     lost_limit: float = threshold(
-        1.0, "length, rad", "both", "no run goes on with a larger violation", "the mechanism itself"
+        1.0, "length, rad", "both", "a run ends at a larger violation", "the mechanism itself"
     )
     assembled: float = threshold(
         1e-10,
         "length, rad",
         "numpy",
-        "a pose with a smaller violation is assembled",
+        "a pose with a smaller violation counts as assembled",
         "poses of tests/dynamics/test_assembly.py close to 1e-15",
     )
     large: int = threshold(
         100,
         "bodies",
         "numpy",
-        "dense factors of more bodies are not made to assemble, to diagnose, for modes, or in a plane",
+        "above this number of bodies, assembly, diagnosis, modes and planar reduction make no dense factors",
         "singular values of the rows of 100 bodies: 0.1 s, of 500: 16 s",
     )
 
@@ -96,58 +97,60 @@ class Dependence:
         1e-9,
         "1",
         "numpy",
-        "a row at a smaller distance from the span of the others depends on them; no start is made; equations and "
-        "forces balance to this",
+        "a row at a smaller distance from the span of the others depends on them, and a run with such rows "
+        "does not start; equations and forces balance to this part",
         "√ε, with room",
     )
     near_branch: float = threshold(
         0.05,
         "1",
         "both",
-        "a pose with a smaller squared distance, beside the usual one, is looked at closely",
+        "a pose with a smaller squared distance of a row, beside the usual one, may be near a singular one",
         "tests/mechanisms/rank",
     )
     decline: float = threshold(
         0.2,
         "1",
         "kernel",
-        "the usual rows do not serve where a pivot is below this part of what it usually is",
+        "the usual rows are replaced where a pivot is below this part of its usual value",
         "tests/mechanisms/rank: steps past a later pose err",
     )
     choice_from: float = threshold(
         0.6,
         "1",
         "kernel",
-        "the rows to hold are looked for from this squared distance on, and then from halves of it",
+        "the search for the rows to hold begins with this least squared distance, and halves it from trial to trial",
         "no power of 1/2; with 0.99 locomotive.yaml, continued, holds other rows at some poses",
     )
     tied: float = threshold(
         0.99,
         "1",
         "kernel",
-        "rows with this part of the largest pivot are equals: the first is held",
+        "rows with at least this part of the largest pivot are equal: the first of them is held",
         "no power of 1/2, which symmetric mechanisms have",
     )
-    most_walked: int = threshold(32, "-", "numpy", "poses of such a walk", "6 rad: a turn of a crank")
+    most_walked: int = threshold(
+        32, "-", "numpy", "the most poses of the walk for the usual rows", "6 rad: a turn of a crank"
+    )
     walked_bodies: int = threshold(
-        2000, "-", "numpy", "bodies times poses of such a walk, between these", "as long as reading such a scene"
+        2000, "-", "numpy", "the most bodies × poses in the walk for the usual rows", "as long as reading such a scene"
     )
     seldom: float = threshold(
         0.1,
         "1",
         "numpy",
-        "the usual rows are judged by poses of the walk of which so many are worse",
+        "rows are judged by this quantile of their pivots over the poses of the walk",
         "bricard.yaml: judged by the median, runs that start at other poses of its motion hold other rows",
     )
     serve_alike: float = threshold(
         0.5,
         "1",
         "numpy",
-        "rows whose pivots have this part of the best ones' are equals: the first are held",
+        "rows whose pivots are at least this part of the best ones are equal: the first are held",
         "bricard.yaml, as above: with 0.99 it is round-off that chooses",
     )
     no_part: float = threshold(
-        1e-8, "1", "both", "a smaller part of a reaction that depends on the choice of rows is none", "√ε"
+        1e-8, "1", "both", "a reaction is unique where the choice of rows changes it by a smaller part", "√ε"
     )
 
 
@@ -159,21 +162,22 @@ class Elimination:
         1e-6,
         "1",
         "both",
-        "this part of the mean mass, or moment, is lent to bodies without",
+        "bodies without mass, or moment of inertia, get this part of the mean in the factor; iteration "
+        "removes its effect",
         "quick to settle: an error falls a millionfold each pass",
     )
     fewest_shared: int = threshold(
         6,
         "-",
         "kernel",
-        "joints of the loops that share a shaft take it apart",
+        "a shaft that so many joints of loops share is taken apart in the factor",
         "the band holds half of the full block's numbers",
     )
     fewest_passed: int = threshold(
         4,
         "-",
         "kernel",
-        "a body between two joints moves by that which takes so many freedoms",
+        "a body between two joints is carried by a joint that takes at least so many of its freedoms",
         "instructions of ladders: a quarter less with 4 and 5, 4 % more with 2",
     )
 
@@ -186,27 +190,28 @@ class Invariants:
         0.25,
         "1",
         "both",
-        "with a smaller part of the speed that a step changes, the row is singular",
+        "the energy row is singular where the speed is below this part of its change in a step",
         "a quarter of a step from rest",
     )
     row_suspicious: float = threshold(
         1e-5,
         "energy exchanged",
         "numpy",
-        "where the row gives more a step in the mean, the motion may be wrong",
+        "the motion may be wrong where the energy row adds more per step in the mean",
         "a heavy top at 20 ms: 4e-5, wrong; a crank-rocker at 40 ms: 2e-7, right",
     )
     row_refused: float = threshold(
         0.01,
         "1",
         "both",
-        "a correction of a larger part of what a step changes is refused: that is no step's error",
+        "a correction of more than this part of the change in a step is refused: no step errs so much",
         "3e-3 in a double pendulum with RK4 at 50 ms; 0.15 in a heavy top at 5 ms, which is wrong",
     )
     row_tolerated: float = threshold(
         10.0,
         "tolerance",
         "both",
-        "so many tolerances are a step's error: a correction within them is never refused; T within them of W is rest",
+        "a correction within so many tolerances is a step's error, and never refused; a T within them of W "
+        "counts as rest",
         "a quarter car that comes to rest",
     )

@@ -8,28 +8,28 @@ from mbproj.thresholds.entry import threshold
 
 @dataclass(frozen=True)
 class Steps:
-    """Errors are in parts of the tolerance."""
+    """Steps of integrators. Errors are in tolerances."""
 
     safety: float = threshold(
-        0.9, "1", "both", "the step is this part of what the error estimate allows", "Hairer, Nørsett & Wanner, II.4"
+        0.9, "1", "both", "the next step, as a part of what the error estimate allows", "Hairer, Nørsett & Wanner, II.4"
     )
-    smallest_change: float = threshold(0.2, "1", "both", "no step is a smaller part of the last", "DOPRI5's code")
-    largest_change: float = threshold(10.0, "1", "both", "nor a larger multiple", "DOPRI5's code")
+    smallest_change: float = threshold(0.2, "1", "both", "the least ratio of a step to the last", "DOPRI5's code")
+    largest_change: float = threshold(10.0, "1", "both", "the largest ratio of a step to the last", "DOPRI5's code")
     least_error: float = threshold(
-        1e-10, "tolerances", "both", "a smaller error counts as this in the next step's size", "a guard against 0"
+        1e-10, "tolerances", "both", "a smaller error counts as this in the size of the next step", "a guard against 0"
     )
     least_error_before: float = threshold(
-        1e-4, "tolerances", "both", "and as this in the memory of the controller", "DOPRI5's code"
+        1e-4, "tolerances", "both", "a smaller error counts as this in the controller's memory", "DOPRI5's code"
     )
     split_parts: int = threshold(
         16,
         "1",
         "numpy",
-        "a short move or pulse that fewer fixed steps do not resolve is made in so many parts, or more",
+        "a short move or pulse that fewer fixed steps do not resolve is made in at least so many parts",
         "a smooth step of 0.1 ms by RK4: 25 % off in one part, 4e-6 in 16",
     )
     split_to: float = threshold(
-        1e-4, "1", "numpy", "to be resolved, its integral may be so much off", "by RK4 it is 20 times less"
+        1e-4, "1", "numpy", "the largest relative error of a resolved move's integral", "by RK4 it is 20 times less"
     )
     located: float = threshold(
         0.01,
@@ -39,40 +39,40 @@ class Steps:
         "below the error",
     )
     most_polishing: int = threshold(
-        5, "1", "kernel", "a step to an event in the state is made again so often at most", "Newton's method takes 2"
+        5, "1", "kernel", "a step to an event in the state is repeated at most so many times", "Newton's method takes 2"
     )
     widest_polishing: float = threshold(
-        0.1, "steps", "kernel", "a correction of that time beyond this is not made", "grazing: no root is near"
+        0.1, "steps", "kernel", "a larger correction of an event's time is not made", "grazing: no root is near"
     )
     bracketed: float = threshold(
-        1e-10, "steps", "kernel", "the extension shows an event to this part of a step", "Newton's method follows"
+        1e-10, "steps", "kernel", "the extension of a step locates events to this part", "Newton's method follows"
     )
     beside: float = threshold(
         1e-3,
         "steps",
         "kernel",
-        "so far on either side of an event is told where a law's argument leads, and how fast",
+        "the argument of a law is evaluated so far on either side of an event, for its direction and its rate",
         "no case: tests/integrate/test_state_events.py holds with 0.1 too",
     )
     chatter: float = threshold(
         1e-4,
         "samples",
         "kernel",
-        "a law chatters that passes its edge again within this part of the time of a sample",
+        "a law chatters where it passes its edge again within this part of the time between samples",
         "tests/integrate/test_state_events.py: with 1e-10, a run whose law chatters does not stop in a minute",
     )
     most_chatter: int = threshold(
-        100, "1", "kernel", "so many times in a row: it never settles", "no run gets to its end at this rate"
+        100, "1", "kernel", "a law that chatters so often in a row never settles", "no run gets to its end at this rate"
     )
     turns_told: float = threshold(
-        0.5, "rad", "both", "a step tells turns where a pose is nearer to where the rates lead", "RK4 errs by 0.04 rad"
+        0.5, "rad", "both", "a step counts turns up to this difference of pose and rates", "RK4 errs by 0.04 rad"
     )
     most_turned: float = threshold(
         3.0,
         "rad",
         "both",
-        "a bushing or the span of a rope may turn so far: half a turn has no rotation vector, and the angle of a "
-        "span jumps there",
+        "the largest turn of a bushing, or of the span of a rope in a step: at half a turn there is no "
+        "rotation vector, and the angle of a span jumps",
         "no step skips the rest",
     )
     suspicious_drift: float = threshold(
@@ -86,83 +86,87 @@ class Steps:
         1e3,
         "1",
         "numpy",
-        "errors that grow by this factor over a run spoil it; its square is not told as a number",
+        "errors that grow by this factor over a run spoil it; growth by more than its square is not told as a number",
         "half of the digits of a tolerance of 1e-6",
     )
     near_limit: float = threshold(
-        0.6, "1", "numpy", "stability holds the step at this part of its limit", "measured: error control ends there"
+        0.6, "1", "numpy", "stability limits the step from this part of its limit", "measured: error control ends there"
     )
     named: float = threshold(
         0.5,
         "1",
         "numpy",
-        "what has this part of the largest share is named; so are coordinates that change by so much",
+        "a message names parts that are at least this part of the largest, and coordinates that change by as "
+        "much; a note is given where at least this part of the samples call for it",
         "words only",
     )
     smooth_span: float = threshold(
         10.0,
         "steps",
         "numpy",
-        "motion is looked at for smoothness over so many",
+        "the number of steps over which the smoothness of a motion is examined",
         "tests/integrate/test_stiffness.py: over 1, a vibration that is the motion is told as stiff",
     )
     below_tolerances: float = threshold(
-        50.0, "tolerances", "numpy", "a mode at the limit of stability leaves less", "measured: 0.1 to 50"
+        50.0, "tolerances", "numpy", "a smooth motion differs by less from a polynomial", "measured: 0.1 to 50"
     )
     stiff_for_step: float = threshold(
         0.1,
         "1",
         "numpy",
-        "a force enters Newton's matrix of an implicit step from this h|λ| on, and is looked at by the study of "
-        "stiffness",
+        "a force enters Newton's matrix of an implicit step, and the study of stiffness, from this h|λ| on",
         "slower ones contract",
     )
     newton_part: float = threshold(
         0.05,
         "tolerances",
         "kernel",
-        "Newton's method leaves so much of a stage",
+        "Newton's method for a stage ends where its error is below so many tolerances",
         "tests/integrate/implicit/test_steps.py: 10 errs within steps",
     )
     newton_fixed: float = threshold(
         1e-14,
         "1",
         "kernel",
-        "it leaves no less of a state, and this with fixed steps",
+        "the error at which Newton's method for a stage ends with fixed steps, and the least one with error control",
         "energy of stiff springs shows 1e-13",
     )
     newton_floor: float = threshold(
         1e-9,
         "1",
         "kernel",
-        "changes below this part of a state that shrink no more are round-off",
+        "changes below this part of a state that do not shrink by half any more are round-off",
         "ε k / c of a stage",
     )
     most_newton: int = threshold(
-        40, "1", "kernel", "Newton's method has failed after so many changes", "3 to 8 are usual, 20 of coupled stages"
+        40,
+        "1",
+        "kernel",
+        "Newton's method for a stage has failed after so many passes",
+        "3 to 8 are usual, 20 of coupled stages",
     )
     first_contraction: float = threshold(
         0.3,
         "1",
         "kernel",
-        "a stage's first change of Newton's method counts with this contraction; a worse one asks for a new matrix",
+        "the contraction that is assumed for Newton's first change in a stage; a worse one needs a new matrix",
         "measured on prototypes",
     )
     least_contraction: float = threshold(
-        0.01, "1", "kernel", "a smaller one is chance", "Hairer & Wanner II, sect. IV.8"
+        0.01, "1", "kernel", "a smaller contraction of Newton's method counts as this", "Hairer & Wanner II, sect. IV.8"
     )
     softened: float = threshold(
         0.5,
         "1",
         "kernel",
-        "errors are filtered with a law as stiff as at the stage where it is softer than this part",
+        "errors are filtered with the stiffness of a law at a stage where it has fallen below this part",
         "a mass that comes to stick within a step",
     )
     fewest_grains: float = threshold(
         16.0,
         "grains of time",
         "numpy",
-        "time does not resolve a step of fewer",
+        "the shortest step, in units of the resolution of time",
         "no case: tests/integrate/test_stiffness.py holds with 1e9 too; the kernel's is in schedule.hpp",
     )
     free_passes: int = threshold(
@@ -176,25 +180,25 @@ class Steps:
         1e8,
         "steps",
         "numpy",
-        "a study that varies the step, or the duration, makes no run of more",
+        "a run has at most so many steps in a study that varies the step or the duration",
         "ten minutes a run",
     )
     most_halvings: int = threshold(
         10,
         "-",
         "both",
-        "a fixed step that is not solved or does not resolve a short move, and a correction that does not help, "
-        "are halved so often",
+        "the most halvings of a fixed step that is not solved or does not resolve a short move, and of a "
+        "correction that does not help",
         "tests/integrate/implicit/test_halving.py: 1 is too few for a mass that comes to stick",
     )
     branch_halvings: int = threshold(
-        4, "-", "kernel", "a fixed step that passes a singular pose is halved so often", "errors fall by 16³"
+        4, "-", "kernel", "a fixed step that passes a singular pose is halved so many times", "errors fall by 16³"
     )
     unresolved_vibration: float = threshold(
         1.0,
         "ω h",
         "numpy",
-        "an implicit step damps what is faster; steps of half of it, which a note proposes, follow the vibration",
+        "an implicit step damps faster vibrations; a note proposes half of this step, which follows them",
         "ESDIRK4 and Radau IIA keep 0.9998 of it",
     )
     hardly_damped: float = threshold(
@@ -205,7 +209,7 @@ class Steps:
         "no case: tests/integrate/implicit/test_notes.py holds with 1e-9 too",
     )
     marks_apart: float = threshold(
-        9.0, "times it takes", "numpy", "so long after one mark of a run the next is kept", "a tenth of a run's time"
+        9.0, "times it takes", "numpy", "the time from one mark of a run to the next", "a tenth of a run's time"
     )
 
 
@@ -217,12 +221,16 @@ class Automatic:
         20,
         "steps",
         "numpy",
-        "the least between two looks at how fast a run gets on",
+        "the fewest steps between two looks at the speed of a run",
         "tests/integrate/implicit/test_automatic.py: a clamp is too late seen as stiff with 1000, `slowed` 0.01, "
         "no wait",
     )
     look_part: float = threshold(
-        0.05, "1", "numpy", "looks are this part of the steps so far apart", "what a look costs is little beside them"
+        0.05,
+        "1",
+        "numpy",
+        "steps between looks at a run's speed, as a part of all steps",
+        "what a look costs is little beside them",
     )
     slowed: float = threshold(
         0.5,
@@ -232,26 +240,28 @@ class Automatic:
         "tests/integrate/implicit/test_automatic.py: with 0.01 and `look_steps` 1000, a clamp is seen too late",
     )
     trial_steps: int = threshold(
-        5, "steps", "numpy", "a trial looks after so many steps of the other method", "5 reach a size"
+        5, "steps", "numpy", "the steps of the other method between two looks of a trial", "5 reach a size"
     )
-    trial_parts: int = threshold(4, "-", "numpy", "so often at most", "a step grows by 1e5 from an explicit one")
+    trial_parts: int = threshold(
+        4, "-", "numpy", "the most looks of a trial", "a step grows by 1e5 from an explicit one"
+    )
     trial_part: float = threshold(
-        0.1, "1", "numpy", "part of the evaluations that trials may take, beside the first two", "an aim of 1.25 in all"
+        0.1, "1", "numpy", "trials may take this part of the evaluations, beside the first two", "an aim of 1.25 in all"
     )
     quicker: float = threshold(
         1.25,
         "1",
         "numpy",
-        "another method goes on that gets on by this factor faster, and a trial while it does so",
+        "a run changes to a method that is faster by this factor; a trial goes on while its speed grows by it",
         "above the scatter of step sizes",
     )
     implicit_cost: float = threshold(
-        2.5, "1", "numpy", "an evaluation in an implicit step costs so many explicit ones", "measured: 1.2 to 4.7"
+        2.5, "1", "numpy", "the cost of an evaluation in an implicit step, in explicit ones", "measured: 1.2 to 4.7"
     )
     longest_wait: int = threshold(
         6,
         "-",
         "numpy",
-        "a trial that does not pay doubles the steps until the next one, so often at most",
+        "each trial that does not pay doubles the number of steps to the next one, at most so many times",
         "tests/integrate/implicit/test_automatic.py, with `look_steps`",
     )

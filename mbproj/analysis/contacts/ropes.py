@@ -19,7 +19,7 @@ class Pushed(TypedDict):
 
 
 def pushed_by_ropes(results: Results, scene: Scene) -> dict[str, Pushed]:
-    """The largest push of each rope that pushes at a sample, by its name. A rope with limits is not looked at: its
+    """The largest push of each rope that pushes at a sample, by its name. A rope with limits is left out, because its
     limits may push."""
     pushed: dict[str, Pushed] = {}
     names = results.names("tensions")

@@ -74,7 +74,7 @@ class Diagnosis:
 
     @property
     def verdict(self) -> str:
-        """How close the pose is to a singular one, in words."""
+        """The distance of the pose from a singular one, in words."""
         passing = any(entry.permanent is False for entry in self.redundancy.sets)
         return "the pose is singular" if passing else self.conditioning.words
 

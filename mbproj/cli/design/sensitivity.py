@@ -99,8 +99,8 @@ def command(
 
 
 def _how(table: Table) -> Iterator[str]:
-    """Yield how the slopes were found and why not by dual numbers, and what was left out and why: a line for each
-    reason."""
+    """Yield lines on the method of the slopes, the reasons against dual numbers, and the numbers left out with their
+    reasons."""
     from mbproj.studies.design.sensitivity import LEFT_OUT
 
     reasons: dict[tuple[str, str], list[tuple[str, str]]] = {}

@@ -19,7 +19,7 @@ def facts() -> dict[str, Any]:
 
 
 def lines() -> Iterator[str]:
-    """Yield a line of numbers for each threshold, and below it what it decides and where it comes from."""
+    """Yield a line of numbers for each threshold, and below it its effect and its source."""
     rows = table()
     name, value = max(len(row.name) for row in rows), max(len(f"{row.value:g}") for row in rows)
     for row in rows:

@@ -1,4 +1,4 @@
-"""`mbproj paper`: the figures of Zhang, Liu & Liu (2015), with notes on what the paper does not tell about them."""
+"""`mbproj paper`: the figures of Zhang, Liu & Liu (2015), with notes that the paper lacks."""
 
 from __future__ import annotations
 

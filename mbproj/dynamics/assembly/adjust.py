@@ -184,7 +184,7 @@ class _Adjusting:
         start = self._closed(q, delta, rank)
         poses = [start, *(self._away(start, delta, rank, rng) for _ in range(POSES - 1))]
         if max(float(np.abs(self.rows(pose, delta)).max()) for pose in poses) > THRESHOLDS.rounded:
-            return None  # the rows are independent elsewhere: the pose is only near a singular one
+            return None  # the rows are independent elsewhere: the start is near a singular pose
         for _ in range(THRESHOLDS.most_passes):
             delta, poses, step = self._step(poses, delta, rank)
             if step < THRESHOLDS.rounding:

@@ -2,8 +2,9 @@
 along the whole motion or at one pose only, and with a contradiction or without.
 
 A set is a circuit: leave one row out, and the others are independent. The basis is the earliest rows that are
-independent at the start, and further rows that are independent at poses nearby. A row outside the basis depends on the
-earlier rows permanently. A further row depends on them at the start only. So a set is either permanent or not.
+independent at the start, and further rows that are independent at poses nearby. A row outside the basis depends on it
+permanently. A further row depends on the earliest rows, at the start only. So a set is permanent as a whole, or not at
+all.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from mbproj.results import Results
 
 #: A picture (h, w, 3) of bytes, with even width and height.
 Picture = npt.NDArray[np.uint8]
-#: A function that writes pictures, so many a second, to a path.
+#: A function that writes pictures to a path, with a number of pictures a second.
 Encoder = Callable[[Iterator[Picture], int, Path], None]
 
 

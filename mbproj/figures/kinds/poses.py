@@ -20,7 +20,7 @@ from mbproj.pages.appearance.view import View
 ROD, SPRING = "#5d6875", "#2f8f6b"
 #: The colours of layers other than bodies.
 LAYERS = {"joints": "#363d47", "ground": "#8a9099", "springs": SPRING}
-#: How much a face towards the viewer is lightened, and its edges are darkened.
+#: The parts by which a face towards the viewer is lightened, and its edges are darkened.
 LIGHT, EDGE = 0.28, 0.45
 #: The turns of a spring, and the points of each.
 TURNS, ROUND = 8, 12

@@ -34,7 +34,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 @styled
 def draw_joints(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw violations on logarithmic axes. One result has a row of lengths and one of angles, with a line for each
-    joint. Several have a row for each joint. The small print names what is always zero."""
+    joint. Several have a row for each joint. The small print names violations that are always zero."""
     single = len(results) == 1
     names, remark = fitting_names.largest_joints(
         results, "joints/violation", fitting_names.MAX_LINES if single else MAX_ROWS

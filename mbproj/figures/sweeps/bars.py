@@ -20,8 +20,8 @@ WHISKER: dict[str, Any] = {"fmt": "none", "ecolor": "#222222", "elinewidth": 0.9
 
 
 def stacked(count: int, names: int, width: float = 1.0) -> tuple[Figure, Any]:
-    """A figure of `count` panels below each other, each with room for so many `names`, whose bars are `width` bars
-    thick."""
+    """A figure of `count` panels below each other, each with room for this number of `names`, whose bars are `width`
+    bars thick."""
     each = min(names, MOST) * BAR * width + AROUND
     height = min(count * each, page_height()) + AXIS_HEIGHT
     figure = Figure(figsize=(page_width(), height), layout="constrained")

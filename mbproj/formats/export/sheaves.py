@@ -76,7 +76,8 @@ def run_of(joint: Joint, start: Start, tree: Tree) -> RopeRun | str:
 
 
 def _why_no_tendon(nodes: tuple[Node, ...]) -> str:
-    """Why no tendon has these places: wheels, whole turns, two circles without a point between. "" where one can."""
+    """The reason why no tendon has these places: wheels, whole turns, two circles without a point between. "" where a
+    tendon can."""
     kinds = {node.kind for node in nodes} - {"point", "sheave"}
     if kinds:
         return f"no tendon turns the {min(kinds)} that it runs over"

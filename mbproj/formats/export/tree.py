@@ -175,7 +175,7 @@ def down(tree: Tree, body: str) -> list[TreeBranch]:
 
 
 def named(scene: Scene) -> Counter[str]:
-    """How often loops, forces and markers name each body. A body that they name is needed, and cannot be removed."""
+    """The number of loops, forces and markers that name each body. A named body is needed, and cannot be removed."""
     names: Counter[str] = Counter(marker.body for marker in scene.markers)
     for force in scene.forces:
         names.update(getattr(force, "bodies", ()))

@@ -13,7 +13,7 @@ NUMBERS = TERMS + 3
 
 
 class Form(IntEnum):
-    """How two functions f and g of u give a point. The parameter is s = origin + u.
+    """The form in which two functions f and g of u give a point. The parameter is s = origin + u.
 
     cartesian  (f, g)
     polar      f (cos s, sin s): f is the radius at the polar angle s

@@ -69,8 +69,8 @@ class FullInLoop(Reduced):
         return carried
 
     def projection(self, settings: ProjectionSettings) -> Any:
-        """Return the settings of the projection with which the kernel solves for contacts. They only tell whether rows
-        are stabilised."""
+        """Return the settings of the projection with which the kernel solves for contacts. The kernel takes from them
+        only whether rows are stabilised."""
         stabilises = PROJECTIONS[settings.method].correction in ("none", "baumgarte")
         return super().projection(settings if stabilises else replace(settings, method="gopm"))
 

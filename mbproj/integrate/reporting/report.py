@@ -48,7 +48,7 @@ class EnergyAccount:
 
 @dataclass(frozen=True)
 class Report:
-    """What a run did, and how well.
+    """The work of a run, and its accuracy.
 
     `formulation` is the one that was used, for the reason `why`. `redundant_rows` counts the constraints in space that
     follow from the others. `swamped` names motions of light bodies that round-off of heavy bodies' forces may dominate.

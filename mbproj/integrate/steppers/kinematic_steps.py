@@ -175,7 +175,7 @@ def _way(formulation: Any, x: Array, y: Array) -> float:
 
 
 def _lengths(formulation: Any, change: Array) -> Array:
-    """Return a change of q or of q' (7n,), with lengths in the mechanism's own and turns in rad."""
+    """Return a change of q or of q' (7n,), with lengths in units of the mechanism's, and turns in rad."""
     each = change.reshape(-1, 7)
     return np.hstack([each[:, :3] / formulation.system.length, 2.0 * each[:, 3:]])
 

@@ -21,7 +21,7 @@ HIGHEST = 10
 
 @cache
 def trees(vertices: int) -> tuple[Tree, ...]:
-    """Return all rooted trees with so many vertices."""
+    """Return all rooted trees with this number of vertices."""
     if vertices == 1:
         return ((),)
     return tuple(sorted({grown for tree in trees(vertices - 1) for grown in _with_one_more(tree)}))

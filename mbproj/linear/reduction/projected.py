@@ -183,7 +183,7 @@ class SlipEquations:
         return int(np.count_nonzero(σ > THRESHOLDS.dependent * σ.max(initial=0.0)))
 
     def beside(self, states: int) -> SlipEquations:
-        """Return the rows with zeros for so many coordinates of states after them."""
+        """Return the rows with columns of zeros after them, for this number of states."""
         parts = (np.pad(part, ((0, 0), (0, states))) for part in (self.A, self.A_dot, self.H, self.H_dot))
         return SlipEquations(*parts)
 

@@ -73,7 +73,7 @@ def _curve(where: str, coupled: Coupled, of_angle: bool) -> Curve:
 
 def _looked_at(of_angle: bool) -> Iterator[tuple[float, float]]:
     """The intervals in which a function is searched for edges: more than one turn of an angle, in rad. For a length, in
-    m, each power of ten is an interval of its own: samples of a long interval miss short features."""
+    m, each power of ten is an interval of its own, because large values of a function hide small jumps."""
     if of_angle:
         return iter([(-4.0, 4.0)])
     far = 10.0 ** np.arange(-THRESHOLDS.edge_decades, THRESHOLDS.edge_decades + 1)

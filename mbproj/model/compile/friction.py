@@ -72,7 +72,8 @@ def compile_friction(
     """Return the dry friction on coordinates of joints.
 
     `joints` are the joints of the system, `axes` their z axes in the axes of body 2. `coordinates` are all coordinates
-    of joints, by names such as "hinge.angle"; `slips` are what friction resists in joints without one."""
+    of joints, by names such as "hinge.angle"; `slips` are those that friction resists in joints without a coordinate
+    for them."""
     loads: list[_Load] = []
     frictions = list(_found(scene, {joint.name: (at, joint) for at, joint in enumerate(joints)}, loads))
     frictions += _on_ropes(scene, joints, loads)

@@ -1,17 +1,15 @@
-"""Decides from the topology alone, where it can, that a mechanism is planar. A search or a sweep decides once.
+"""Decides from the topology alone, where it can, that a mechanism is planar. The verdict is cached, so that a search or
+a sweep decides once.
 
 Let n be a global axis. Let every vector of the joints lie across n or along n, and every row be inside or outside, none
 tilted. Then `planar_reduction` takes n for any lengths and masses:
 
 - Candidates for the normal are directions of vectors and normals of two. Each is n or lies across n, but for round-off.
 - Seen along another candidate e, rows outside are those of coincident points, and those of a vector along e. Vectors
-across n that one joint has in one body can lie along e together only where they are parallel. This bounds the number of
-rows outside along e. Where the bound is below the number of rows outside along n, n is the first candidate.
-
+  across n that one joint has in one body can lie along e together only where they are parallel. This bounds the number
+  of rows outside along e. Where the bound is below the number of rows outside along n, n is the first candidate.
 - A joint that locks a shift along n, and turns about two directions across n that are fixed in one body, holds two
-
   bodies in one plane at any length. Where such joints connect all bodies to the ground, the rank is full.
-
 
 The verdict is cached, with these facts alone as its key: the sides of rows, which vectors lie along n, and which
 vectors of one joint in one body are parallel. `candidate_normals` are those that a search tries where the topology does
@@ -189,7 +187,7 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
 
     In a planar scene each joint has the normal among its vectors, or a vector in the plane, or two vectors. The normal
     of two vectors is in the plane or is the plane's normal. So two joints that are not alike give the plane's normal.
-    If all joints are alike, any direction across the common one is a normal.
+    If all joints are alike, any of their directions across the common one is a normal.
     """
     vectors = np.flatnonzero(joints.is_point == 0.0)
     directions = _distinct((rotation[joints.body[vectors]] @ joints.local[vectors, :, None])[..., 0], DIRECTIONS)

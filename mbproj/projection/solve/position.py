@@ -1,5 +1,6 @@
 """The projection of a position, Eqs. 39, 45, 52, 60, 66, 73, iterated until C = 0.
 
+
 Where the full correction does not reduce the violation, or turns a body too far for its linearised rows, smaller ones
 are tried in turn. A metric by masses turns bodies of small inertia by large angles to avoid motions of heavy bodies.
 The smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added to such
@@ -138,6 +139,7 @@ def row_tolerances(system: System, settings: ProjectionSettings, pose: Pose) -> 
 
 def damped(method: Projection, M: Array, C_q: Array, violation: Array, q: Array) -> Iterator[tuple[Array, float]]:
     """Yield corrections Δ (7n,) of q (7n,) for a violation (m,), each with the part of it that Δ closes to first order.
+
     The first is the method's correction, unless it turns a body too far. The next are the smallest in its metric with
     ever tighter limits on turns. After these, or where the metric cannot limit turns, the method's correction is
     shortened."""

@@ -127,7 +127,7 @@ def _coupler(
     constant: tuple[float, str] | None = None,
     pressure_angle: float | None = None,
 ) -> Joint:
-    """With a pressure angle its weights are the teeth of two wheels."""
+    """The joint of a coupler. With a pressure angle its weights are the teeth of two wheels."""
     weights = {each: weight for each, (weight, _) in of.items()}
     units = {each: unit for each, (_, unit) in of.items()}
     teeth: dict[str, Any] = {}

@@ -99,7 +99,7 @@ def two_points(points: tuple[Vector, Vector]) -> Pair:
 
 @each_case
 def _sine(first: Vector, second: Vector) -> float:
-    """Of the angle between two unit vectors."""
+    """The sine of the angle between two unit vectors."""
     return math.hypot(*rotations.cross(first, second))
 
 

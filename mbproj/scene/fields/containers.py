@@ -159,7 +159,7 @@ def read_keys(
 
 
 def report_unknown_key(key: str, place: Place, known: Iterable[str], what: str, reading: Reading) -> None:
-    """Report an unknown key, with a hint what it was meant to be."""
+    """Report an unknown key, with a hint on the key that was probably meant."""
     known = tuple(known)
     hint = "put a space after the ':'" if ":" in key else did_you_mean(key, known)
     if key.endswith("_dot") and "speed" in known:

@@ -138,5 +138,5 @@ def either(names: Iterable[str]) -> str:
 
 
 def label(path: KeyPath) -> str:
-    """How messages name the value at `path`: by the nearest key."""
+    """The name of the value at `path` in messages, by the nearest key."""
     return next((f"'{key}'" for key in reversed(path) if isinstance(key, str)), "a scene")

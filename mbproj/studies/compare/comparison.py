@@ -129,9 +129,9 @@ def compare(
     tell: Tell = silent,
 ) -> Comparison:
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
-    energy row. Results come from the store where they are there, unless `fresh`.
+    energy row. Stored results are reused, unless `fresh`.
 
-    The scene's own settings complete what is not given. Raises InputError for what cannot be run at all; a setting that
+    The scene's own settings complete the arguments. Raises InputError for what cannot be run at all; a setting that
     fails is an entry of the result.
     """
     settings, notes = _settings(scene, projections, integrators, steps, tolerances, formulations, energy_rows)
@@ -177,8 +177,8 @@ def _settings(
     formulations: Sequence[str] | None,
     rows: Sequence[bool] | None,
 ) -> tuple[list[Setting], list[str]]:
-    """All combinations of what was asked for, and notes. They are in one formulation, whose reason a note gives, unless
-    several are asked for."""
+    """All combinations of the requested options, and notes. They are in one formulation, whose reason a note gives,
+    unless several are asked for."""
     own, notes = Setting.of(scene.settings), []
     sizes: list[dict[str, Any]] = [{"step": step, "tolerance": None} for step in (() if steps is None else steps)]
     sizes += [{"step": None, "tolerance": tolerance} for tolerance in (() if tolerances is None else tolerances)]

@@ -48,8 +48,8 @@ class EnergySplit:
 
 
 class _StepEnd(NamedTuple):
-    """The end of one step: its state, and W - D over the step in J. `carried` is what the next step needs: the mark of
-    the run, and W - D at the mark."""
+    """The end of one step: its state, and W - D over the step in J. `carried` is for the next step: the mark of the
+    run, and W - D at the mark."""
 
     state: State
     work: float
@@ -103,7 +103,7 @@ def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tupl
 def _one_step(
     mechanism: Mechanism, choice: Choice, settings: Settings, state: State, h: float, carried: tuple[Mark, float]
 ) -> _StepEnd:
-    """Make one step of size h (s) from a state and what is `carried` to it. Raises SimulationError where it fails."""
+    """Make one step of size h (s) from a state and the data `carried` to it. Raises SimulationError where it fails."""
     single = replace(settings, step=h, duration=h, tolerance=None, output_step=None)
     if choice.compiled is None:
         full = FullFormulation.of(mechanism.system, state, single, choice.redundant)

@@ -1,7 +1,8 @@
 """A mechanism that follows a given motion of joint coordinates and markers, with its joints closed at each time.
 
-The joints' rows hold exactly, C(q) = 0. What is given holds in the least-squares sense, as measured coordinates of a
-closed loop contradict each other a little. With a null space matrix N of G, and the rows K of what is given,
+The joints' rows hold exactly, C(q) = 0. The given coordinates hold in the least-squares sense, because measured
+coordinates of a closed loop contradict each other a little. With a null space matrix N of G, and the rows K of the
+given coordinates,
 
     δξ = -G⁺C + N z,   |K δξ - (g(t) - s(q))|² least;   u = N z,  |K u - g'|² least;   and u' likewise.
 
@@ -28,7 +29,8 @@ from mbproj.errors import InputError, Problem, SimulationError
 from mbproj.model.system import System
 from mbproj.studies.inverse.spline import Smoothed
 
-#: A step between two poses is divided until what is given changes by at most this in each part, in rad and lengths.
+#: A step between two poses is divided until the given coordinates change by at most this in each part, in rad and
+#: lengths.
 LONGEST = 0.2
 #: The most Newton iterations, and the size of a correction at which they end, in rad and lengths of the mechanism.
 ITERATIONS, CLOSED = 40, 1e-13
@@ -63,7 +65,8 @@ def given_rows(system: System, names: Sequence[str]) -> GivenRows:
 
 @dataclass(frozen=True, eq=False)
 class FollowedMotion:
-    """The motion at each time, and the deviation of the mechanism from what was given, (T, c), in the order given."""
+    """The motion at each time, and the deviation of the mechanism from the given coordinates, (T, c), in their
+    order."""
 
     motions: list[MotionAtTime]
     off: Array
@@ -210,8 +213,8 @@ def _undetermined(freedom: int, told: int, t: float) -> InputError:
 def _with_rates(
     system: System, rows: GivenRows, motion: MotionAtTime, target: Array, rate: Array, change: Array
 ) -> tuple[MotionAtTime, Array]:
-    """Return the motion with its velocities and accelerations, and the deviation of the mechanism from what is
-    given."""
+    """Return the motion with its velocities and accelerations, and the deviation of the mechanism from the given
+    coordinates."""
     space, K = _linear(system, rows, motion)
     u = space.N @ _least_squares(space, K, rows, rate, motion.t)
     own = MotionAtTime(motion.t, motion.q, u, motion.change, motion.expected, motion.x)

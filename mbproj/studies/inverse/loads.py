@@ -36,7 +36,7 @@ _NOTHING: Mapping[str, float] = {}
 
 
 class Smoothing(NamedTuple):
-    """How a given column was smoothed. `noise` is the root mean square change allowed to the spline. `largest` is the
+    """The smoothing of a given column. `noise` is the root mean square change allowed to the spline. `largest` is the
     largest deviation of the closed mechanism from a sample, at the time `time` (s); `rms` is its root mean square. All
     are in `unit`."""
 

@@ -44,7 +44,8 @@ class Mechanism:
         return mechanism
 
     def choice(self, settings: Settings) -> Choice:
-        """Return what `choose` returns for a run from the start. Runs that differ in their steps share it."""
+        """Return the result of `choose` for a run from the start. It is cached for runs that differ only in their
+        steps."""
         way = settings.formulation, settings.projection, settings.acceleration, settings.integrator
         asked = (*way, settings.kinematic, settings.duration if self.system.driven else None)
         if asked not in self._choices:
@@ -56,7 +57,7 @@ class Mechanism:
         return {}
 
     def __reduce__(self) -> tuple[type[Mechanism], tuple[object, ...]]:
-        """What the kernel has compiled stays in its process."""
+        """Another process gets a copy without cached choices, because the kernel's models belong to one process."""
         return Mechanism, (self.scene, self.system, self.state)
 
     @property

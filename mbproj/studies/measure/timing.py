@@ -16,7 +16,7 @@ from mbproj.studies.store import ValueCache
 
 #: A shorter run is repeated until this time (s) has passed.
 SHORTEST = 15e-3
-#: A first run counts as a repetition where it takes longer than this (s). In a shorter one, what is done only once
+#: A first run counts as a repetition where it takes longer than this (s). In a shorter one, work that is done only once
 #: would weigh too much.
 LONG = 0.1
 REPETITIONS = 5

@@ -1,4 +1,4 @@
-"""How a study reports its progress."""
+"""The progress report of a study."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BESIDE = "; "
 
 
 def with_words(phase: str, words: str) -> str:
-    """The phase followed by what is known so far."""
+    """The phase followed by words on the results so far."""
     return f"{phase}{BESIDE}{words}" if words else phase
 
 

@@ -21,7 +21,7 @@ def main() -> None:
     warnings, which the caller shows."""
     notes = _kept_warnings()
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a function prints must not mix with the answers
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # printed text of a function must not mix with the answers
     messages: SimpleQueue[Any] = SimpleQueue()
     Thread(target=_listen, args=(messages,), daemon=True).start()
     function, shared = messages.get()

@@ -85,7 +85,7 @@ class MethodTrack:
 @dataclass(frozen=True)
 class StabilityMap(Tabled):
     """The tracks of all methods over the quantity `vary`. `span` has the range of values and the scene's own value.
-    `analytic` is the limit from theory, where there is one; `setting` is what all runs share."""
+    `analytic` is the limit from theory, where there is one; `setting` is the common setting of all runs."""
 
     title: str
     vary: str

@@ -48,6 +48,7 @@ def cached(what: Any, compute: Callable[[], Value], records: Sequence[type]) -> 
 
 class ValueCache:
     """The results of a study by name, with which it resumes after an interruption: numbers, text, lists and mappings.
+
     The key of a study is `what` (any JSON data) and the machine, because results contain times. Without `what` results
     are in memory only; with `fresh` earlier results are dropped. `records` are the classes of the records among its
     values."""

@@ -1,5 +1,6 @@
-"""The file of a sweep's store: an SQLite database that only one process can open. Every row has a checksum. A damaged
-file, or one of format 1, is replaced by a new one with its undamaged rows.
+"""The file of a sweep's store: an SQLite database that only one process can open.
+
+Every row has a checksum. A damaged file, or one of format 1, is replaced by a new one with its undamaged rows.
 """
 
 from __future__ import annotations

@@ -170,8 +170,8 @@ def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Pat
 
 def _chosen(wanted: Wanted, mechanism: Linkage | SpatialFourBar, free: int) -> set[str]:
     """Return the names of the numbers that stay as found, because the positions do not determine them. Three positions
-    leave the pivots in the ground free. The pivots, and then points carried by links, also stay where more than this
-    number of `free` numbers would be undetermined."""
+    leave the pivots in the ground free. Where there are more `free` numbers than positions determine, 4 each, the
+    pivots stay, and then points that links carry."""
     if wanted.kind != POSITIONS or isinstance(mechanism, SpatialFourBar):
         return set()
     told = 4 * len(wanted.values)

@@ -1,4 +1,5 @@
-"""The case that all checks of a verification share: a mechanism, a moving state, and what is computed from it once."""
+"""The case that all checks of a verification share: a mechanism, a moving state, and quantities that are computed from
+it once."""
 
 from __future__ import annotations
 
@@ -74,7 +75,7 @@ class Case:
 
     def _moving(self, translating: float, rotating: float) -> State:
         """Return the start with a random velocity added. `translating` and `rotating` scale the parts of that velocity.
-        It is projected onto what the joints, and rigid stops that touch, allow. Its size is `rate` times the
+        It is projected onto the motions that joints, and rigid stops that touch, allow. Its size is `rate` times the
         mechanism's length, or `rate`."""
         system, start = self.system, self.mechanism.state
         rows = scaled_jacobian(system, pose_of(start.q))[independent_rows(system, start.q)]
@@ -90,8 +91,8 @@ class Case:
 
     @cached_property
     def rate(self) -> float:
-        """How fast the mechanism moves, rad/s: the largest of its rate at the start, √(g / length), and the square root
-        of its largest acceleration at the start. It is 1 where all of these are zero."""
+        """The rate of the mechanism's motion, rad/s: the largest of its rate at the start, √(g / length), and the
+        square root of its largest acceleration at the start. It is 1 where all of these are zero."""
         system, start = self.system, self.mechanism.state
         pulls = [float(np.linalg.norm(system.gravity)) / system.length]
         if not self.too_large:

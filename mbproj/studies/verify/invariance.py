@@ -24,22 +24,22 @@ from mbproj.studies.verify.equations import OPERATIONS, RoundedEquations, correc
 from mbproj.studies.verify.finding import Finding, Found, difference, worse
 from mbproj.studies.verify.rounded import EPS, Rounded
 
-#: Why the mechanism cannot be moved.
+#: The reason why a mechanism cannot be moved.
 PLACES = "an element reads places on the ground, or distances of its own, which are not moved"
 #: Millimetres in a metre.
 MILLIMETRES = 1e3
 #: A rotation that mixes all three axes.
 ROTATION = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
 ROTATION = ROTATION * np.linalg.det(ROTATION)
-#: Why the unit of length cannot be changed.
+#: The reason why the unit of length cannot be changed.
 NO_UNITS = "elements, signals and states are data without units"
 #: The shift of the mechanism, in units of its length.
 SHIFT = np.array([3.0, -2.0, 5.0])
 
 
 def units(case: Case) -> Found:
-    """Check that in millimetres GPOPM's correction and the accelerations are the same motion. The remark says how far
-    GOPM's differs."""
+    """Check that in millimetres GPOPM's correction and the accelerations are the same motion. The remark gives the
+    difference for GOPM."""
     if case.scene.elements or names_channels(case.scene):
         return NO_UNITS
     scene, scale = rescaled(case.scene, MILLIMETRES), np.tile([MILLIMETRES] * 3 + [1.0] * 4, case.system.bodies)

@@ -23,7 +23,7 @@ from mbproj.formats.mjcf.tendons.paths import Spot, TendonBranch, above, branche
 from mbproj.scene.blocks.ropes.block import MOST_NODES
 from mbproj.scene.records import GROUND
 
-#: The keys of a joint that say what its length may be; a new choice removes the others.
+#: The keys of a joint that fix or limit its length; a new choice removes the others.
 LENGTH_KEYS = ("free", "slack", "length", "stiffness", "limits")
 
 
@@ -147,7 +147,7 @@ class ModelTendons:
         return name
 
     def say_length(self, joint: str, **keys: Any) -> None:
-        """Set the keys of a measuring joint that say what its length may be."""
+        """Set the keys of a measuring joint that fix or limit its length."""
         old = self.mechanism.joints[joint]
         kept = {key: value for key, value in old.keys.items() if key not in LENGTH_KEYS}
         self.mechanism.joints[joint] = replace(old, keys={**kept, **keys})

@@ -21,7 +21,7 @@ WROTE = "'mbproj linearize SCENE -o model.h5' writes one"
 
 
 class _Unfit(Exception):
-    """The error of a file that cannot be read: what is wrong with it, and a hint."""
+    """The error of a file that cannot be read: the fault, and a hint."""
 
 
 def with_matrices(root: MappingNode, scene: Path | None) -> tuple[MappingNode, Mapping[str, str], list[Problem]]:

@@ -76,7 +76,7 @@ def sheet(track: Track, rows: int) -> Sheet:
     speed = np.hypot(x1, y1)
     tx, ty = x1 / speed, y1 / speed
     bend = (x1 * y2 - y1 * x2) / speed**3
-    offset = track.roller  # the profile is so far to the left of the line
+    offset = track.roller  # the distance of the profile to the left of the line
     outward = -1.0 if line.closed and not line.turns_left else 1.0
     radius = np.hypot(x, y)
     return Sheet(
