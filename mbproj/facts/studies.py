@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mbproj.facts import Fact, shared
+from mbproj.facts import ANY_NAME, Fact, shared
 from mbproj.facts.run import COUNTS, LENGTHS, RATES, ROWS
 from mbproj.facts.settings import SETTING, SETTINGS
 
@@ -29,7 +29,25 @@ _TIMING = (
     Fact("cpu_seconds_highest", "number | null", "s", "the largest of the timings" + _UNTIMED),
 )
 _FAILURE = Fact("failure", "string", "", 'why the run did not get to its end; "" where it did')
-_ROW_KEYS = ("energy_row_given", "energy_row_moved", "rows_steps", "rows_left_near_rest", "rows_refused")
+#: What `compare` says of an energy row.
+ENERGY_ROW = shared(
+    ROWS,
+    *("energy_row_given", "energy_row_moved", "rows_steps", "rows_left_near_rest", "rows_refused"),
+    when="with an energy row",
+    unknown=True,
+)
+#: The counts that `compare` says.
+COMPARED = shared(
+    COUNTS,
+    *("steps", "evaluations", "projections", "projection_iterations", "velocity_iterations", "factorisations"),
+    unknown=True,
+)
+#: The counts that `tradeoff` says.
+COUNTED = shared(
+    COUNTS,
+    *("steps", "rejected_steps", "evaluations", "projections", "projection_iterations", "velocity_iterations"),
+    "factorisations",
+)
 #: What `compare` says.
 COMPARE = (
     _UNTIL,
@@ -48,55 +66,44 @@ COMPARE = (
             replace(_DRIFT, words="error of the energy balance at the end"),
             Fact("energy_drift_integrator", "number | null", "J", "part of the integrator in it"),
             Fact("energy_drift_projection", "number | null", "J", "part of the projection in it"),
-            *shared(ROWS, *_ROW_KEYS, when="with an energy row", unknown=True),
+            *ENERGY_ROW,
             *_TIMING,
-            *shared(
-                COUNTS,
-                *("steps", "evaluations", "projections", "projection_iterations", "velocity_iterations"),
-                "factorisations",
-                unknown=True,
-            ),
+            *COMPARED,
             _FAILURE,
         ),
     ),
+)
+#: The key of the error of a point.
+OF_POINT = f"error_{ANY_NAME}"
+#: What `tradeoff` says of each setting.
+TRIALS = (
+    _OPTIONS,
+    *shared(SETTING, "projection", "integrator"),
+    *shared(SETTINGS, "step", "tolerance"),
+    *shared(SETTING, "every"),
+    *shared(SETTING, "threshold", unknown=True),
+    _FORMULATION,
+    _ERROR,
+    Fact(OF_POINT, "number | null", "m", "largest error of this point; null where it failed"),
+    *_VIOLATIONS,
+    _DRIFT,
+    Fact("warned", "boolean", "", "whether the run notes that its energy tells of a wrong motion"),
+    *COUNTED,
+    *_TIMING,
+    Fact("first_cpu_seconds", "number | null", "s", "processor time of the first run, beside others"),
+    Fact("on_front", "boolean", "", "whether no other timed setting is both cheaper and more accurate"),
+    Fact("on_violation_front", "boolean", "", "whether none is both cheaper and better closed"),
+    _FAILURE,
 )
 #: What `tradeoff` says.
 TRADEOFF = (
     Fact("points", "array of string", "", "markers or bodies whose error counts"),
     _UNTIL,
-    Fact("uncertain", "number", "m", "uncertainty of the reference"),
+    Fact("uncertain", "number", "m", "uncertainty of the reference", at="floor"),
     Fact("own", "integer | null", "1", "trial with the scene's own setting, from 0; null without one"),
     Fact("front", "array of integer", "1", "trials that no other timed one beats in cost and error"),
     Fact("compared", "array of integer", "1", "trials of the same steps with other projections"),
-    Fact(
-        "trials",
-        "array of object",
-        "",
-        "the settings",
-        fields=(
-            _OPTIONS,
-            *shared(SETTING, "projection", "integrator"),
-            *shared(SETTINGS, "step", "tolerance"),
-            *shared(SETTING, "every"),
-            *shared(SETTING, "threshold", unknown=True),
-            _FORMULATION,
-            _ERROR,
-            Fact("error_NAME", "number | null", "m", "largest error of this point; null where it failed"),
-            *_VIOLATIONS,
-            _DRIFT,
-            Fact("warned", "boolean", "", "whether the run notes that its energy tells of a wrong motion"),
-            *shared(
-                COUNTS,
-                *("steps", "rejected_steps", "evaluations", "projections", "projection_iterations"),
-                *("velocity_iterations", "factorisations"),
-            ),
-            *_TIMING,
-            Fact("first_cpu_seconds", "number | null", "s", "processor time of the first run, beside others"),
-            Fact("on_front", "boolean", "", "whether no other timed setting is both cheaper and more accurate"),
-            Fact("on_violation_front", "boolean", "", "whether none is both cheaper and better closed"),
-            _FAILURE,
-        ),
-    ),
+    Fact("trials", "array of object", "", "the settings", fields=TRIALS),
 )
 #: What `threshold` says.
 THRESHOLD = (

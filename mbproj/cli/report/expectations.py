@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
+from mbproj.facts import told
+from mbproj.facts.run import EXPECTATIONS
 from mbproj.scene.records import Passage
 
 if TYPE_CHECKING:
@@ -70,28 +72,9 @@ def summary_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
 def record(outcome: Outcome) -> dict[str, Any]:
     """The outcome as a dictionary for JSON."""
     expected = outcome.expectation
-    return {
-        "name": expected.name,
-        "of": expected.of,
-        "item": expected.item,
-        "quantity": expected.quantity,
-        "component": expected.component or None,
-        "unit": expected.unit,
-        "at": expected.at._asdict() if isinstance(expected.at, Passage) else expected.at,
-        **({"over": expected.over} if expected.over else {}),
-        **({"between": list(expected.between)} if expected.between else {}),
-        "time": outcome.time,
-        "measured": _shortest(outcome.measured),
-        "value": _shortest(expected.value),
-        "error": outcome.error,
-        "tolerance": expected.tolerance,
-        "below": expected.below,
-        "above": expected.above,
-        "checked": outcome.checked,
-        "unique": outcome.unique,
-        "holds": outcome.holds,
-        "source": expected.source,
-    }
+    named = {name: value for name in ("over", "between") if (value := getattr(expected, name))}
+    values = {"measured": _shortest(outcome.measured), "value": _shortest(expected.value)}
+    return told(EXPECTATIONS.fields, outcome, component=expected.component or None, **named, **values)
 
 
 def _numbers(values: Sequence[float]) -> str:

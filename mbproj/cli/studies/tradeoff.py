@@ -12,6 +12,8 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
+from mbproj.facts import told
+from mbproj.facts.studies import TRADEOFF
 from mbproj.registry import FORMULATIONS
 
 if TYPE_CHECKING:
@@ -73,20 +75,8 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     result = study.result(tradeoff, what, **options)
     beside = [write_hdf5(whole, result, force=study.force)]
     text = "\n".join(_report(result))
-    study.hand_over(result.table, text, _numbers(result), lambda: _page(result), result.notes, beside)
-
-
-def _numbers(result: Tradeoff) -> dict[str, Any]:
-    """The trade-off as a dictionary for JSON. The trials are the rows of the table; others refer to them by number."""
-    return {
-        "points": result.points,
-        "until": float(result.reference.times[-1]),
-        "uncertain": result.floor,
-        "own": result.own,
-        "front": result.front,
-        "compared": result.compared,
-        "trials": result.table.records,
-    }
+    numbers = told(TRADEOFF, result, until=result.reference.times[-1], trials=result.table.records)
+    study.hand_over(result.table, text, numbers, lambda: _page(result), result.notes, beside)
 
 
 def _report(result: Tradeoff) -> Iterator[str]:

@@ -13,6 +13,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, SimulationError
+from mbproj.facts import told
+from mbproj.facts.studies import COMPARED, ENERGY_ROW
 from mbproj.registry import AUTOMATIC, integrator_choices, is_embedded
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
@@ -33,7 +35,6 @@ from mbproj.studies.store import ValueCache
 PROJECTIONS_COMPARED = ("none", "baumgarte", "gopm", "gpopm")
 
 #: The counters in the row of a setting.
-COUNTERS = ("steps", "evaluations", "projections", "projection_iterations", "velocity_iterations", "factorisations")
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ class SettingResult:
             "energy_drift_projection": float(parts[1]),
             **self._energy_row_numbers(),
             **timing_columns(self.timing),
-            **{name: measurement.counters.get(name, nan) for name in COUNTERS},
+            **{fact.key: measurement.counters.get(fact.key, nan) for fact in COMPARED},
             "failure": measurement.failure or "",
         }
 
@@ -78,14 +79,7 @@ class SettingResult:
         report = self.solution.report
         if not self.measurement.setting.energy_row or report is None:
             return {}
-        rows = report.rows
-        return {
-            "energy_row_given": rows.given,
-            "energy_row_moved": rows.moved,
-            "rows_steps": rows.steps,
-            "rows_left_near_rest": rows.rest,
-            "rows_refused": rows.refused,
-        }
+        return told(ENERGY_ROW, report)
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.facts.studies import COUNTED, OF_POINT, TRIALS
 from mbproj.outputs import hdf5, replacing
 from mbproj.results.views.table import Table, Tabled
 from mbproj.studies.measure.measurement import Measurement
@@ -23,15 +24,6 @@ from mbproj.version import __version__
 
 #: Columns of the table: options of a setting, and counters of its run.
 SETTING = ("projection", "integrator", "step", "tolerance", "every", "threshold")
-COUNTERS = (
-    "steps",
-    "rejected_steps",
-    "evaluations",
-    "projections",
-    "projection_iterations",
-    "velocity_iterations",
-    "factorisations",
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +89,7 @@ class Tradeoff(Tabled):
 
     @property
     def table(self) -> Table:
-        """A table with a row for each setting. `MEANING` describes its columns."""
+        """A table with a row for each setting. `TRIALS` describes its columns."""
         return Table.of(map(self._row, range(len(self.trials))))
 
     @property
@@ -123,32 +115,13 @@ class Tradeoff(Tabled):
             "velocity_violation": trial.velocity_violation,
             "energy_drift": trial.energy_drift,
             "warned": trial.doubt > 1.0,
-            **{name: trial.counters.get(name, 0) for name in COUNTERS},
+            **{fact.key: trial.counters.get(fact.key, 0) for fact in COUNTED},
             **timing_columns(self.timings.get(index)),
             "first_cpu_seconds": trial.seconds,
             "on_front": index in self.front,
             "on_violation_front": index in self.violation_front,
             "failure": trial.failure or "",
         }
-
-
-#: Descriptions of the columns, for the HDF5 file. The other columns are options and counters of a run.
-MEANING = {
-    "setting": "options of mbproj run",
-    "formulation": "coordinates of the run; empty where it failed",
-    "error": "largest error of the points that count, m; infinite where the run failed",
-    "position_violation": "largest |C|, m or rad",
-    "velocity_violation": "largest |C'|, per s",
-    "energy_drift": "largest |E - W + D|, J",
-    "warned": "whether the run notes that its energy tells of a wrong motion",
-    "cpu_seconds": "processor time of the steps of one run, median of the timings, s; NaN where it was not timed",
-    "cpu_seconds_lowest": "the smallest of the timings, s",
-    "cpu_seconds_highest": "the largest of the timings, s",
-    "first_cpu_seconds": "processor time of the first run, beside others, s",
-    "on_front": "whether no other timed setting is both cheaper and more accurate",
-    "on_violation_front": "whether no other timed setting is both cheaper and better closed",
-    "failure": "why the run did not get to its end",
-}
 
 
 FORMAT = "mbproj tradeoff"
@@ -168,13 +141,14 @@ def write_hdf5(path: Path, result: Tradeoff, *, force: bool = False) -> Path:
                 "notes": list(result.notes),
             }
         )
-        table = result.table
+        table, trials = result.table, {fact.key: fact for fact in TRIALS}
         for name, column in zip(table.headings, zip(*table.rows, strict=True), strict=True):
             values = [nan if value is None else value for value in column]
             text = isinstance(values[0], str)
             data = np.array(values, dtype=h5py.string_dtype() if text else None)
             dataset = file.create_dataset(f"trials/{name}", data=data)
-            dataset.attrs["description"] = MEANING.get(name, name.replace("_", " "))
+            fact = trials.get(name, trials[OF_POINT])
+            dataset.attrs.update({"description": fact.words.partition("; null")[0], "units": fact.unit})
         truth = result.reference
         for name, array, unit in (
             ("time", truth.times, "s"),

@@ -62,6 +62,9 @@ def test_tradeoff(scene, tmp_path):
     path = write_hdf5(tmp_path / "t.h5", found)
     with h5py.File(path) as file:
         assert np.array_equal(file["trials/error"][:], found.error)
+        described = dict(file["trials/cpu_seconds"].attrs)
+        assert described == {"description": "processor time of the steps of one run, median", "units": "s"}
+        assert {each.attrs["units"] for name, each in file["trials"].items() if name.startswith("error")} == {"m"}
         assert file["trials/setting"].asstr()[0] == settings[0]
         assert file["reference/uncertainty"].shape == (len(found.reference.times), 1)
 
