@@ -5,20 +5,20 @@ the scene."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from mbproj.registry import lazily
 
 if TYPE_CHECKING:
     from mbproj.formats.as_scene import scene_text
     from mbproj.formats.mechanism import ImportOptions
     from mbproj.formats.read import read_model
 
-_HOME_OF = {"ImportOptions": "mechanism", "read_model": "read", "scene_text": "as_scene"}
-
-__all__ = ["ImportOptions", "read_model", "scene_text"]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'mbproj.formats' has no attribute '{name}'")
-    return getattr(import_module(f"mbproj.formats.{_HOME_OF[name]}"), name)
+__getattr__ = lazily(
+    __name__,
+    {
+        "as_scene": "scene_text",
+        "mechanism": "ImportOptions",
+        "read": "read_model",
+    },
+)

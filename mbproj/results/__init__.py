@@ -5,8 +5,9 @@ The names are imported when they are first used: a run needs few of them.
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from mbproj.registry import lazily
 
 if TYPE_CHECKING:
     from mbproj.results.check import Soundness, check_results
@@ -19,37 +20,17 @@ if TYPE_CHECKING:
     from mbproj.results.verification import Check, Verification
     from mbproj.results.writer import Names, ResultsWriter
 
-_HOME_OF = {
-    **dict.fromkeys(("Soundness", "check_results"), "mbproj.results.check"),
-    "OutputError": "mbproj.results.faults",
-    **dict.fromkeys(("check_output", "part_path"), "mbproj.results.files"),
-    **dict.fromkeys(("DATASETS", "Dataset"), "mbproj.results.layout"),
-    **dict.fromkeys(("open_own_results", "open_results"), "mbproj.results.reader"),
-    "Results": "mbproj.results.record",
-    "Trust": "mbproj.results.trust",
-    **dict.fromkeys(("Check", "Verification"), "mbproj.results.verification"),
-    **dict.fromkeys(("Names", "ResultsWriter"), "mbproj.results.writer"),
-}
-__all__ = [
-    "DATASETS",
-    "Check",
-    "Dataset",
-    "Names",
-    "OutputError",
-    "Results",
-    "ResultsWriter",
-    "Soundness",
-    "Trust",
-    "Verification",
-    "check_output",
-    "check_results",
-    "open_own_results",
-    "open_results",
-    "part_path",
-]
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'mbproj.results' has no attribute '{name}'")
-    return getattr(import_module(_HOME_OF[name]), name)
+__getattr__ = lazily(
+    __name__,
+    {
+        "check": "Soundness check_results",
+        "faults": "OutputError",
+        "files": "check_output part_path",
+        "layout": "DATASETS Dataset",
+        "reader": "open_own_results open_results",
+        "record": "Results",
+        "trust": "Trust",
+        "verification": "Check Verification",
+        "writer": "Names ResultsWriter",
+    },
+)
