@@ -107,18 +107,18 @@ def test_the_kernel_has_exactly_those_of_the_record():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"no_such_threshold": 1.0}, "names that the kernel does not have"),
+        ({"no_such_threshold": 1.0}, "no_such_threshold is not known to the kernel"),
         ({"at_rest": math.nan}, "at_rest is not positive"),
         ({"most_shorter": 0}, "most_shorter is not positive"),
     ],
 )
 def test_the_kernel_refuses_what_it_does_not_know(change, words):
     with pytest.raises(ValueError, match=words):
-        core().Thresholds(of_the_kernel() | change)
+        core().Thresholds(**of_the_kernel() | change)
     without = of_the_kernel()
     del without["passing"]
-    with pytest.raises(ValueError, match="lack 'passing'"):
-        core().Thresholds(without)
+    with pytest.raises(ValueError, match="passing is missing"):
+        core().Thresholds(**without)
 
 
 def test_info_prints_them(tmp_path):

@@ -106,23 +106,8 @@ def joined(parts: Sequence[Bound]) -> Bound:
         owners.append(part.owner + owned)
         attachments += len(part.body)
         owned += int(part.owner.max(initial=-1)) + 1
-    rest = {
-        name: np.concatenate([getattr(part, name) for part in parts])
-        for name in (
-            "kind",
-            "parameters",
-            "offset",
-            "weight",
-            "joins",
-            "line",
-            "other",
-            "wire",
-            "path",
-            "body",
-            "is_point",
-            "local",
-        )
-    }
+    alike = [name for name in Bound._fields if name not in ("slots", "owner")]
+    rest = {name: np.concatenate([getattr(part, name) for part in parts]) for name in alike}
     return Bound(slots=np.concatenate(slots), owner=np.concatenate(owners), **rest)
 
 

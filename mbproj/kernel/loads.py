@@ -22,16 +22,16 @@ from mbproj.model.system import System
 def programs(core: ModuleType, functions: ProgramSet, variables: int = CHANNELS) -> Any:
     """The kernel's copy of a set of functions of so many variables."""
     return core.Programs(
-        np.ascontiguousarray(functions.start, dtype=np.int64),
-        np.ascontiguousarray(functions.op, dtype=np.int64),
-        contiguous(functions.operand, dtype=float),
-        np.ascontiguousarray(functions.table_start, dtype=np.int64),
-        np.ascontiguousarray(functions.knot, dtype=float),
-        contiguous(functions.origin, dtype=float),
-        contiguous(functions.piece.reshape(-1, 4), dtype=float),
-        np.ascontiguousarray(functions.kinked, dtype=np.int64),
-        np.ascontiguousarray(functions.period, dtype=float),
-        variables,
+        start=_indices(functions.start),
+        op=_indices(functions.op),
+        operand=contiguous(functions.operand, dtype=float),
+        table_start=_indices(functions.table_start),
+        knot=np.ascontiguousarray(functions.knot, dtype=float),
+        origin=contiguous(functions.origin, dtype=float),
+        piece=_floats(functions.piece, 4),
+        kinked=_indices(functions.kinked),
+        period=np.ascontiguousarray(functions.period, dtype=float),
+        variables=variables,
     )
 
 

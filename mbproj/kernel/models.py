@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 @cache
 def _thresholds(core: ModuleType) -> Any:
     """The kernel's own of the thresholds, which do not change."""
-    return core.Thresholds(of_the_kernel())
+    return core.Thresholds(**of_the_kernel())
 
 
 def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[], Any]:
@@ -41,7 +41,7 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[]
     rows, in their order; motions follow them, as joints of one row each."""
     n, rows = system.bodies, bound_in_space(system.rows)
     coordinates = bound_in_space(system.coordinates)
-    make = partial(
+    return partial(
         core.SpaceModel,
         thresholds=_thresholds(core),
         mass=system.mass,
@@ -62,18 +62,20 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[]
         **_space_flywheels(core, system),
         **_space_stops(core, system),
         **_space_bearings(system),
+        **_actions(core, system),
     )
-    return lambda: _with_actions(core, system, make())
 
 
-def _with_actions(core: ModuleType, system: System, model: Any) -> Any:
-    """The model with what controllers do."""
+def _actions(core: ModuleType, system: System) -> dict[str, Any]:
+    """What controllers do; none where the scene has none."""
     actions = system.actions
-    if actions.size:
-        pairs = list(zip(actions.state.tolist(), range(actions.programs.size), strict=True))
-        sets = [[pairs[k] for k in actions.sets(action)] for action in range(actions.size)]
-        model.set_actions(sets, programs(core, actions.programs, CHANNELS + system.channels.size))
-    return model
+    if not actions.size:
+        return {}
+    pairs = list(zip(actions.state.tolist(), range(actions.programs.size), strict=True))
+    return {
+        "actions": [[pairs[k] for k in actions.sets(action)] for action in range(actions.size)],
+        "action_programs": programs(core, actions.programs, CHANNELS + system.channels.size),
+    }
 
 
 def _blocks(layout: Layout) -> list[tuple[Any, ...]]:
@@ -197,7 +199,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
     coordinates = bound_in_plane(plane.coordinates)
     joints = bound_in_plane(plane.joints)
     rows = joint_and_motion_rows(system, plane, joints, coordinates)
-    make = partial(
+    return partial(
         core.PlaneModel,
         thresholds=_thresholds(core),
         mass=plane.mass,
@@ -218,8 +220,8 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
         **_plane_flywheels(core, system, plane, coordinates),
         **_plane_stops(core, system, plane, coordinates),
         **_plane_bearings(system, plane),
+        **_actions(core, system),
     )
-    return lambda: _with_actions(core, system, make())
 
 
 def _couplings(system: System, row: Integers, coordinate: Integers) -> list[tuple[Any, ...]]:

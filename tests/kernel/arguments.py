@@ -61,7 +61,7 @@ def no_primitives() -> Any:
 
 def model(**changes: Any) -> Any:
     good: dict[str, Any] = {
-        "thresholds": core().Thresholds(of_the_kernel()),
+        "thresholds": core().Thresholds(**of_the_kernel()),
         "mass": np.ones(2),
         "inertia": np.tile(np.eye(3), (2, 1, 1)),
         "gravity": np.zeros(3),
@@ -126,5 +126,5 @@ def tableau(**changes: np.ndarray) -> Any:
     """RK4, with some parts changed."""
     whole = load_tableau("rk4")
     names = ("a", "b", "c", "error", "extra_a", "extra_c", "dense")
-    parts = [np.ascontiguousarray(changes.get(name, getattr(whole, name))) for name in names]
-    return core().Tableau(4, 0, *parts)
+    parts = {name: np.ascontiguousarray(changes.get(name, getattr(whole, name))) for name in names}
+    return core().Tableau(order=4, error_order=0, kinematic=False, **parts)

@@ -10,6 +10,7 @@ import pytest
 
 from mbproj.functions.program import CHANNELS, number, variable
 from mbproj.kernel import core
+from mbproj.thresholds import of_the_kernel
 from tests.kernel.arguments import blocks, functions, model, numbers, primitives, projection, run, slots, state
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT
@@ -35,8 +36,8 @@ WRONG_PRIMITIVES = [
     ({"slots": np.zeros((2, 6), int)}, "slots has a wrong shape"),
     ({"slots": slots([0, 4], [0, 4])}, "slots holds an index out of range"),
     ({"parameters": np.zeros((2, 4))}, "parameters has a wrong shape"),
-    ({"line": np.array([0, -1])}, "line is of what follows none, or lacks"),
-    ({"path": np.array([0, -1])}, "path is of what is no rope, or lacks"),
+    ({"line": np.array([0, -1])}, "line is given to a kind that follows none, or is missing"),
+    ({"path": np.array([0, -1])}, "path is given to a kind that follows none, or is missing"),
     ({"parameters": numbers([], [0.7])}, "parameters has more than its kind takes"),
     ({"weight": np.full(2, INF)}, "weight holds a number that is not finite"),
     ({"joins": np.array([1, 0])}, "joins couples what is no coordinate"),
@@ -133,8 +134,15 @@ def test_states_are_checked(changes, message):
 
 @pytest.mark.parametrize(("build", "changes"), WRONG_TYPES)
 def test_other_types_than_arrays_of_numbers_are_refused(build, changes):
-    with pytest.raises(TypeError, match="incompatible function arguments"):
+    with pytest.raises(TypeError, match="incompatible function arguments|has a wrong type|is none"):
         build(**changes)
+
+
+def test_fields_that_are_missing_or_unknown_are_refused():
+    with pytest.raises(ValueError, match="^wheels is not known to the kernel"):
+        model(wheels=4)
+    with pytest.raises(ValueError, match="^mass is missing"):
+        core().SpaceModel(thresholds=core().Thresholds(**of_the_kernel()))
 
 
 @pytest.mark.parametrize("step", [0.0, -0.1, NAN])

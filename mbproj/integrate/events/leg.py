@@ -60,14 +60,12 @@ class Leg:
 
 def kernel_tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kinematic: bool) -> Any:
     """Return a tableau as the kernel's class."""
-    if isinstance(tableau, Tableau):
-        parts = (tableau.a, tableau.b, tableau.c, tableau.error, tableau.extra_a, tableau.extra_c, tableau.dense)
-        made = core.Tableau(tableau.order, tableau.error_order, *(np.ascontiguousarray(part) for part in parts))
-        made.kinematic = kinematic
-        return made
-    names = ("a", "b", "c", "error", "dense", "splitting")
+    is_explicit = isinstance(tableau, Tableau)
+    names = ("a", "b", "c", "dense", *(("extra_a", "extra_c") if is_explicit else ("splitting",)))
     coefficients = {name: np.ascontiguousarray(getattr(tableau, name)) for name in names}
-    return core.Tableau.implicit(tableau.order, tableau.error_order, tableau.gamma, **coefficients)
+    error = np.ascontiguousarray(np.atleast_2d(tableau.error))
+    own = {"kinematic": kinematic} if isinstance(tableau, Tableau) else {"gamma": tableau.gamma}
+    return core.Tableau(order=tableau.order, error_order=tableau.error_order, error=error, **coefficients, **own)
 
 
 def kernel_breaks(leg: Leg) -> list[tuple[Any, ...]]:

@@ -14,24 +14,23 @@ template <int Rows, int Columns> Matrix<Rows, Columns> matrix_of(const Numbers3&
 }
 
 // Two frames for each bushing: body, origin and rotation, one after the other.
-template <class D> Bushings<D> bushings(std::size_t bodies, const Integers1& body, const Numbers2& origin,
-                                        const Numbers3& turn, const Numbers3& stiffness, const Numbers3& damping,
-                                        const Numbers2& preload, const Numbers3& map, const Integers1& turns_freely) {
+template <class D> Bushings<D> bushings(Record& given) {
     constexpr int N = Bushing<D>::coordinates;
+    const auto bodies = given.take<std::size_t>("bodies");
+    const auto preload = given.array<Numbers2>("preload", {any_length, N});
     const std::size_t count = preload.shape(0);
-    require(body, {2 * count}, "bushing body");
-    require(origin, {2 * count, D::axes}, "bushing origin");
-    require(turn, {2 * count, D::axes, D::axes}, "bushing turn");
-    require(stiffness, {count, N, N}, "bushing stiffness");
-    require(damping, {count, N, N}, "bushing damping");
-    require(preload, {count, N}, "bushing preload");
-    require(map, {count, 6, N}, "bushing map");
-    require(turns_freely, {count}, "bushing turns_freely");
+    const auto body = given.array<Integers1>("body", {2 * count});
+    const auto origin = given.array<Numbers2>("origin", {2 * count, D::axes});
+    const auto turn = given.array<Numbers3>("turn", {2 * count, D::axes, D::axes});
+    const auto stiffness = given.array<Numbers3>("stiffness", {count, N, N});
+    const auto damping = given.array<Numbers3>("damping", {count, N, N});
+    const auto map = given.array<Numbers3>("map", {count, 6, N});
+    const auto turns_freely = given.array<Integers1>("turns_freely", {count});
     Bushings<D> built;
     for (std::size_t i = 0; i < count; ++i) {
         Bushing<D> one;
         for (int side = 0; side < 2; ++side) {
-            one.body[side] = index_below(body.data()[2 * i + side], bodies + 1, "bushing body");
+            one.body[side] = index_below(body.data()[2 * i + side], bodies + 1, "body");
             one.origin[side] = matrix_at<D::axes>(origin.data() + D::axes * (2 * i + side));
             one.turn[side] = matrix_of<D::axes, D::axes>(turn, 2 * i + side);
         }

@@ -5,6 +5,19 @@
 
 namespace mbproj {
 
+// The pieces and the places of a curve, with what all curves have beside them.
+template <class Curve> std::pair<Numbers2, Numbers2> pieces_and_places(Record& given, Curve& curve, std::size_t width) {
+    auto pieces = given.array<Numbers2>("pieces", {any_length, width}),
+         places = given.array<Numbers2>("places", {any_length, 6});
+    curve.end = given.take<double>("end");
+    curve.closed = given.take<bool>("closed");
+    curve.passes = given.take<int>("passes");
+    curve.settled = given.take<double>("settled");
+    curve.reach = given.take<double>("reach");
+    if (pieces.shape(0) == 0 || places.shape(0) < 2 || curve.passes < 1) refuse("pieces", "are none");
+    return {std::move(pieces), std::move(places)};
+}
+
 // Adds the next piece, which has no places yet.
 template <class Curve> void add_piece(Curve& curve, typename Curve::Piece piece) {
     piece.first = piece.last = -1;
@@ -27,13 +40,12 @@ template <class Curve> void check_places(const Curve& curve) {
 }
 
 // Pieces (start, origin, form, and the numbers of two functions), places (s, piece, x, y, length, angle).
-inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, double end, bool closed, int passes,
-                              double settled, double straight, double beyond, double reach) {
+inline PlaneCurve plane_curve(Record& given) {
     constexpr int numbers = PlaneCurve::numbers, terms = PlaneCurve::terms;
-    require(pieces, {pieces.shape(0), 3 + 2 * numbers}, "pieces");
-    require(places, {places.shape(0), 6}, "places");
-    if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
-    PlaneCurve built{{{}, {}, end, closed, passes, settled, reach}, straight, beyond, 0.0, 0.0, {}};
+    PlaneCurve built{};
+    const auto [pieces, places] = pieces_and_places(given, built, 3 + 2 * numbers);
+    built.straight = given.take<double>("straight");
+    built.beyond = given.take<double>("beyond");
     const auto count = [](const double* c) {
         int found = terms;
         while (found > 0 && c[found - 1] == 0.0) --found;
@@ -69,12 +81,9 @@ inline PlaneCurve plane_curve(const Numbers2& pieces, const Numbers2& places, do
 }
 
 // Pieces (start, origin, four coefficients of x, of y and of z, the direction across), places (s, piece, x, y, z, length).
-inline SpaceCurve space_curve(const Numbers2& pieces, const Numbers2& places, double end, bool closed, int passes,
-                              double settled, double reach) {
-    require(pieces, {pieces.shape(0), 17}, "pieces");
-    require(places, {places.shape(0), 6}, "places");
-    if (pieces.shape(0) == 0 || places.shape(0) < 2 || passes < 1) refuse("pieces", "are none");
-    SpaceCurve built{{{}, {}, end, closed, passes, settled, reach}};
+inline SpaceCurve space_curve(Record& given) {
+    SpaceCurve built{};
+    const auto [pieces, places] = pieces_and_places(given, built, 17);
     for (std::size_t i = 0; i < pieces.shape(0); ++i) {
         const double* row = pieces.data() + i * pieces.shape(1);
         SpaceCurve::Piece piece{};
@@ -98,9 +107,9 @@ inline SpaceCurve space_curve(const Numbers2& pieces, const Numbers2& places, do
 // second of two curves that touch.
 using FollowerNumbers = std::tuple<int, int, int, int>;
 
-template <class D> void add_followers(Model<D>& model, const std::vector<FollowerNumbers>& given) {
+template <class D> void add_followers(Record& given, Model<D>& model) {
     auto loads = model.loads ? std::make_shared<Loads<D>>(*model.loads) : nullptr;
-    for (const auto& [kind, number, program, second] : given) {
+    for (const auto& [kind, number, program, second] : given.take<std::vector<FollowerNumbers>>("followers", {})) {
         const Of of = static_cast<Of>(index_below(kind, 4, "followers"));
         if (of == Of::coordinate) {
             index_below(program, model.programs.size(), "followers");

@@ -4,39 +4,17 @@
 
 #include <memory>
 #include <optional>
-#include <stdexcept>
-#include <string>
 #include <tuple>
 
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
+#include <nanobind/stl/shared_ptr.h>
 
 #include "algebra/decompositions.hpp"
+#include "bindings/record.hpp"
 #include "model/model.hpp"
 #include "model/settings.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {
-
-namespace nb = nanobind;
-using Numbers1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Numbers2 = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Numbers3 = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
-using Integers1 = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Integers2 = nb::ndarray<const int64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-
-[[noreturn]] inline void refuse(const std::string& name, const std::string& why) {
-    throw std::invalid_argument(name + " " + why);
-}
-
-template <class Array> void require(const Array& array, std::initializer_list<std::size_t> shape, const char* name) {
-    std::size_t axis = 0;
-    for (const std::size_t length : shape)
-        if (array.shape(axis++) != length) refuse(name, "has a wrong shape");
-    if constexpr (std::is_same_v<typename Array::Scalar, const double>)
-        for (std::size_t i = 0; i < array.size(); ++i)
-            if (!std::isfinite(array.data()[i])) refuse(name, "holds a number that is not finite");
-}
 
 inline int index_below(int64_t index, std::size_t count, const char* name) {
     if (index < 0 || static_cast<std::size_t>(index) >= count) refuse(name, "holds an index out of range");
@@ -44,11 +22,11 @@ inline int index_below(int64_t index, std::size_t count, const char* name) {
 }
 
 inline std::vector<double> numbers(const Numbers1& array, const char* name) {
-    require(array, {array.shape(0)}, name);
+    require(array, {any_length}, name);
     return {array.data(), array.data() + array.size()};
 }
 inline RowMajor matrix(const Numbers2& array, const char* name) {
-    require(array, {array.shape(0), array.shape(1)}, name);
+    require(array, {any_length, any_length}, name);
     return Eigen::Map<const RowMajor>(array.data(), static_cast<Eigen::Index>(array.shape(0)),
                                       static_cast<Eigen::Index>(array.shape(1)));
 }
@@ -120,12 +98,6 @@ inline void check_implicit_tableau(const Tableau& t, int most_stages) {
     }
 }
 
-// The plane curves that instances follow, and the paths of ropes: their radii, their directions, and the length that is
-// subtracted.
-using Lines = std::vector<std::shared_ptr<PlaneCurve>>;
-using Wires = std::vector<std::shared_ptr<SpaceCurve>>;
-using Paths = std::vector<std::vector<double>>;
-
 // 5k - 2 numbers for k centres: the radii; the directions and the two weights of the spans; which circles the rope may leave, and
 // the length that is subtracted.
 inline std::shared_ptr<const RopePath> rope_path(const std::vector<double>& numbers) {
@@ -148,42 +120,62 @@ inline std::shared_ptr<const RopePath> rope_path(const std::vector<double>& numb
     return path;
 }
 
-// Attachments (body, is_point, local), instances (kind, slots, parameters, offset, weight); rows follow one another, but an instance that
-// `joins` is of the row before.
-template <class D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integers1& body, const Integers1& is_point,
-                                                 const Numbers2& local, const Integers1& kind, const Integers2& slots,
-                                                 const Numbers2& parameters, const Numbers1& offset,
-                                                 const Numbers1& weight, const Integers1& joins, const Integers1& line,
-                                                 const Integers1& other, const Lines& lines, const Integers1& wire,
-                                                 const Wires& wires, const Integers1& path, const Paths& paths) {
-    const std::size_t attachments = body.shape(0), instances = kind.shape(0);
-    require(is_point, {attachments}, "is_point");
-    require(local, {attachments, D::axes}, "local");
-    require(slots, {instances, most_slots}, "slots");
-    require(parameters, {instances, most_parameters}, "parameters");
-    require(offset, {instances}, "offset");
-    require(weight, {instances}, "weight");
-    require(joins, {instances}, "joins");
-    require(line, {instances}, "line");
-    require(other, {instances}, "other");
-    require(wire, {instances}, "wire");
-    require(path, {instances}, "path");
-    PrimitiveSet<D> set;
-    for (std::size_t a = 0; a < attachments; ++a) {
+// What instances follow: of each the number of its own among all, or -1 where its kind follows none.
+template <class T> struct Followed {
+    const char* name;
+    Integers1 number;
+    std::vector<std::shared_ptr<T>> all;
+
+    std::shared_ptr<T> of(std::size_t instance, bool follows) const {
+        const int64_t own = number.data()[instance];
+        if (follows != (own >= 0)) refuse(name, "is given to a kind that follows none, or is missing");
+        return follows ? all[index_below(own, all.size(), name)] : nullptr;
+    }
+};
+
+template <class D> std::vector<Attachment<D>> attachments_of(Record& given) {
+    const auto bodies = given.take<std::size_t>("bodies");
+    const auto body = given.take<Integers1>("body");
+    const std::size_t count = body.size();
+    const auto is_point = given.array<Integers1>("is_point", {count});
+    const auto local = given.array<Numbers2>("local", {count, D::axes});
+    std::vector<Attachment<D>> made;
+    for (std::size_t a = 0; a < count; ++a) {
         const Point<D> at = matrix_at<D::axes>(local.data() + D::axes * a);
         const bool point = is_point.data()[a] != 0;
-        set.attachments.push_back(
-            {index_below(body.data()[a], bodies + 1, "body"), point, at, point ? at.largest() : 0.0});
+        made.push_back({index_below(body.data()[a], bodies + 1, "body"), point, at, point ? at.largest() : 0.0});
     }
+    return made;
+}
+
+// Attachments (body, is_point, local), instances (kind, slots, parameters, offset, weight); rows follow one another, but an instance that
+// `joins` is of the row before.
+template <class D> PrimitiveSet<D> primitive_set(Record& given) {
+    PrimitiveSet<D> set;
+    set.attachments = attachments_of<D>(given);
+    const auto kind = given.take<Integers1>("kind");
+    const std::size_t attachments = set.attachments.size(), instances = kind.size();
+    const auto slots = given.array<Integers2>("slots", {instances, most_slots});
+    const auto parameters = given.array<Numbers2>("parameters", {instances, most_parameters});
+    const auto offset = given.array<Numbers1>("offset", {instances});
+    const auto weight = given.array<Numbers1>("weight", {instances});
+    const auto joins = given.array<Integers1>("joins", {instances});
+    const auto number = [&](const char* name) { return given.array<Integers1>(name, {instances}); };
+    const auto curves = given.take<std::vector<std::shared_ptr<PlaneCurve>>>("lines");
+    const Followed<PlaneCurve> line{"line", number("line"), curves}, other{"other", number("other"), curves};
+    const Followed<SpaceCurve> wire{"wire", number("wire"),
+                                    given.take<std::vector<std::shared_ptr<SpaceCurve>>>("wires")};
+    Followed<const RopePath> path{"path", number("path"), {}};
+    for (const auto& numbers : given.take<std::vector<std::vector<double>>>("paths"))
+        path.all.push_back(rope_path(numbers));
     for (std::size_t i = 0; i < instances; ++i) {
         Instance<D> p{};
         p.kind = static_cast<Kind>(index_below(kind.data()[i], std::size(forms), "kind"));
-        p.slot_count = form_of(p.kind).slots;
-        if ((p.kind == Kind::rope) != (path.data()[i] >= 0)) refuse("path", "is of what is no rope, or lacks");
-        if (p.kind == Kind::rope) {
-            p.path = rope_path(paths[index_below(path.data()[i], paths.size(), "path")]);
-            p.slot_count = 2 + static_cast<int>(p.path->radii.size());
-        }
+        p.wire = wire.of(i, is_in_space(p.kind));
+        p.line = line.of(i, p.on_line() && !is_in_space(p.kind));
+        p.other = other.of(i, is_of_two(p.kind));
+        p.path = path.of(i, p.kind == Kind::rope);
+        p.slot_count = p.path ? 2 + static_cast<int>(p.path->radii.size()) : form_of(p.kind).slots;
         for (int s = 0; s < p.slot_count; ++s)
             p.slots[s] = index_below(slots.data()[most_slots * i + s], attachments, "slots");
         for (int k = 0; k < most_parameters; ++k) {
@@ -198,13 +190,6 @@ template <class D> PrimitiveSet<D> primitive_set(std::size_t bodies, const Integ
         p.offset = offset.data()[i];
         p.weight = weight.data()[i];
         p.curve = -1;
-        if (is_in_space(p.kind) != (wire.data()[i] >= 0)) refuse("wire", "is of what follows none, or lacks");
-        if (is_in_space(p.kind)) p.wire = wires[index_below(wire.data()[i], wires.size(), "wire")];
-        const bool in_plane = p.on_line() && !is_in_space(p.kind);
-        if (in_plane != (line.data()[i] >= 0)) refuse("line", "is of what follows none, or lacks");
-        if (in_plane) p.line = lines[index_below(line.data()[i], lines.size(), "line")];
-        if (is_of_two(p.kind) != (other.data()[i] >= 0)) refuse("other", "is of what touches none, or lacks");
-        if (is_of_two(p.kind)) p.other = lines[index_below(other.data()[i], lines.size(), "other")];
         if (p.coupled) {
             const bool follows = i > 0 && set.instances.back().row == p.row;
             if (!follows || p.kind == Kind::coincident || set.instances.back().kind == Kind::coincident)
@@ -235,8 +220,9 @@ template <class D> Joint joint_of(const PrimitiveSet<D>& set, int bodies, int be
 }
 
 // The joints as runs of instances: joint j has those from begin[j] to begin[j + 1].
-template <class D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bodies, const Integers1& begin) {
+template <class D> std::vector<Joint> joints(Record& given, const PrimitiveSet<D>& set, int bodies) {
     std::vector<Joint> found;
+    const auto begin = given.take<Integers1>("joint_begin");
     const auto count = static_cast<int64_t>(set.instances.size());
     if (begin.size() == 0 || begin.data()[0] != 0 || begin.data()[begin.size() - 1] != count)
         refuse("joint_begin", "does not run from the first instance to the last");
@@ -249,10 +235,10 @@ template <class D> std::vector<Joint> joints(const PrimitiveSet<D>& set, int bod
     return found;
 }
 
-template <class D> std::vector<Body<D>> bodies(const Numbers1& mass, const Numbers3& inertia, const Thresholds& below) {
+template <class D> std::vector<Body<D>> bodies(Record& given, const Thresholds& below) {
     constexpr int W = Size<D>::turns;
-    require(mass, {mass.shape(0)}, "mass");
-    require(inertia, {mass.shape(0), W, W}, "inertia");
+    const auto mass = given.array<Numbers1>("mass", {any_length});
+    const auto inertia = given.array<Numbers3>("inertia", {mass.shape(0), W, W});
     std::vector<Body<D>> found;
     const double heaviest = mass.shape(0) ? *std::max_element(mass.data(), mass.data() + mass.shape(0)) : 0.0;
     for (std::size_t b = 0; b < mass.shape(0); ++b) {

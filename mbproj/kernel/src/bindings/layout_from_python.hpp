@@ -42,8 +42,8 @@ inline Layout layout_of(const std::vector<BlockNumbers>& blocks) {
 }
 
 // Sets the layout, once the rest of the model is complete.
-template <class D> void set_layout(Model<D>& model, const std::vector<BlockNumbers>& blocks) {
-    const Layout layout = layout_of(blocks);
+template <class D> void set_layout(Record& given, Model<D>& model) {
+    const Layout layout = layout_of(given.take<std::vector<BlockNumbers>>("layout"));
     const auto expect = [](const Block& block, std::size_t size) {
         if (static_cast<std::size_t>(block.size) != size) refuse("layout", "has a block of a wrong size");
     };
@@ -64,10 +64,11 @@ template <class D> void set_layout(Model<D>& model, const std::vector<BlockNumbe
 // Pairs (state, program of this set) of each action.
 using ActionNumbers = std::vector<std::vector<std::pair<int, int>>>;
 
-template <class D> void set_actions(Model<D>& model, const ActionNumbers& given, const Programs& programs) {
+template <class D> void add_actions(Record& given, Model<D>& model) {
+    if (!given.has("actions")) return;
+    const Programs& programs = given.object<Programs>("action_programs");
     require_variables(programs, law_variables + static_cast<int>(model.channels.size()), "programs of actions");
-    model.actions.clear();
-    for (const auto& pairs : given) {
+    for (const auto& pairs : given.take<ActionNumbers>("actions")) {
         Action action;
         for (const auto& [state, program] : pairs) {
             action.states.push_back(index_below(state, model.layout.states.size, "actions"));

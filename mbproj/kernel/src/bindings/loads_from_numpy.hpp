@@ -7,8 +7,9 @@
 
 namespace mbproj {
 
-inline std::vector<int> indices(const Integers1& array, std::size_t below, const char* name) {
+inline std::vector<int> indices(Record& given, std::size_t below, const char* name) {
     std::vector<int> found;
+    const auto array = given.take<Integers1>(name);
     for (std::size_t i = 0; i < array.size(); ++i) found.push_back(index_below(array.data()[i], below, name));
     return found;
 }
@@ -37,35 +38,31 @@ inline void check_stack(const Programs& programs, std::size_t tables) {
     }
 }
 
-inline Programs programs(const Integers1& start, const Integers1& op, const Numbers1& operand,
-                         const Integers1& table_start, const Numbers1& knot, const Numbers1& origin,
-                         const Numbers2& piece, const Integers1& kinked, const Numbers1& period, int variables) {
+inline Programs programs(Record& given) {
     Programs built;
-    built.start = indices(start, op.size() + 1, "start");
-    for (std::size_t i = 0; i < op.size(); ++i)
-        built.op.push_back(static_cast<Op>(index_below(op.data()[i], op_count, "op")));
-    require(operand, {op.size()}, "operand");
+    const auto op = given.take<Integers1>("op");
+    const auto operand = given.array<Numbers1>("operand", {op.size()});
+    built.start = indices(given, op.size() + 1, "start");
     for (std::size_t i = 0; i < op.size(); ++i) {
+        built.op.push_back(static_cast<Op>(index_below(op.data()[i], op_count, "op")));
         const bool is_constant = built.op[i] == Op::constant;
         built.operand.push_back(is_constant ? 0.0 : operand.data()[i]);
         built.constant.push_back(is_constant ? operand.data()[i] : 0.0);
     }
-    built.table_start = indices(table_start, knot.size() + 1, "table_start");
-    built.knot.assign(knot.data(),
-                      knot.data() + knot.size());  // the first knot of each table that does not repeat is -infinity
-    built.origin = numbers(origin, "origin");
-    require(piece, {knot.size(), 4}, "piece");
-    if (origin.size() != knot.size()) refuse("origin", "has a wrong shape");
+    const auto knot = given.take<Numbers1>("knot");  // the first of each table that does not repeat is -infinity
+    const auto piece = given.array<Numbers2>("piece", {knot.size(), 4});
+    const auto kinked = given.array<Integers1>("kinked", {knot.size()});
+    built.table_start = indices(given, knot.size() + 1, "table_start");
+    built.knot.assign(knot.data(), knot.data() + knot.size());
+    built.origin = given.numbers("origin", knot.size());
     built.piece.assign(piece.data(), piece.data() + piece.size());
+    for (std::size_t i = 0; i < kinked.size(); ++i) built.kinked.push_back(kinked.data()[i] != 0);
     if (built.start.empty() || built.table_start.empty()) refuse("start", "is empty");
     if (!std::is_sorted(built.start.begin(), built.start.end()) ||
         !std::is_sorted(built.table_start.begin(), built.table_start.end()))
         refuse("start", "does not increase");
-    if (kinked.size() != knot.size()) refuse("kinked", "has a wrong shape");
-    for (std::size_t i = 0; i < kinked.size(); ++i) built.kinked.push_back(kinked.data()[i] != 0);
-    built.period = numbers(period, "period");
-    require(period, {built.table_start.size() - 1}, "period");
-    built.variables = variables;
+    built.period = given.numbers("period", built.table_start.size() - 1);
+    built.variables = given.take<int>("variables");
     check_stack(built, built.table_start.size() - 1);
     return built;
 }
@@ -75,30 +72,26 @@ inline void require_variables(const Programs& programs, int variables, const cha
     if (programs.variables > variables) refuse(name, "have variables that are not there");
 }
 
-template <class D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coordinates,
-                                  const Integers1& joint_coordinate, const Numbers2& law, const Integers1& law_program,
-                                  const Integers1& law_loses, const Integers1& law_bearing, const Integers1& law_apart,
-                                  const Integers1& law_partner, const Numbers2& law_sliding, const Integers1& body,
-                                  const Numbers2& point, const Integers1& is_torque, const Integers1& in_body,
-                                  const Numbers3& force_map, const Numbers3& torque_map, const Integers2& program,
-                                  const Bushings<D>& bushings) {
+template <class D> Loads<D> loads(Record& given) {
     constexpr int W = Size<D>::turns;
-    const std::size_t laws = coordinates.instances.size(), given = body.size(), count = 1u << 30;
-    require(joint_coordinate, {laws}, "joint_coordinate");
-    require(law, {laws, 3}, "law");
-    require(law_program, {laws}, "law_program");
-    require(law_loses, {laws}, "law_loses");
-    require(law_bearing, {laws}, "law_bearing");
-    require(law_apart, {laws}, "law_apart");
-    require(law_partner, {laws}, "law_partner");
-    require(law_sliding, {laws, 2}, "law_sliding");
-    require(point, {given, D::axes}, "point");
-    require(is_torque, {given}, "is_torque");
-    require(in_body, {given}, "in_body");
-    require(force_map, {given, D::axes, 3}, "force_map");
-    require(torque_map, {given, W, 3}, "torque_map");
-    require(program, {given, 3}, "program");
-    Loads<D> built{coordinates, {}, {}, bushings.each};
+    const auto& coordinates = given.object<PrimitiveSet<D>>("coordinates");
+    const auto bodies = given.take<std::size_t>("bodies");
+    const std::size_t laws = coordinates.instances.size(), count = 1u << 30;
+    const auto of_laws = [&](const char* name) { return given.array<Integers1>(name, {laws}); };
+    const auto joint_coordinate = of_laws("joint_coordinate"), law_program = of_laws("law_program"),
+               law_loses = of_laws("law_loses"), law_bearing = of_laws("law_bearing"), law_apart = of_laws("law_apart"),
+               law_partner = of_laws("law_partner");
+    const auto law = given.array<Numbers2>("law", {laws, 3});
+    const auto law_sliding = given.array<Numbers2>("law_sliding", {laws, 2});
+    const auto body = given.take<Integers1>("body");
+    const std::size_t forces = body.size();
+    const auto point = given.array<Numbers2>("point", {forces, D::axes});
+    const auto is_torque = given.array<Integers1>("is_torque", {forces});
+    const auto in_body = given.array<Integers1>("in_body", {forces});
+    const auto force_map = given.array<Numbers3>("force_map", {forces, D::axes, 3});
+    const auto torque_map = given.array<Numbers3>("torque_map", {forces, W, 3});
+    const auto program = given.array<Integers2>("program", {forces, 3});
+    Loads<D> built{coordinates, {}, {}, given.object<Bushings<D>>("bushings").each};
     int apart = 0;
     for (std::size_t l = 0; l < laws; ++l) {
         const double* numbers = law.data() + 3 * l;
@@ -112,7 +105,7 @@ template <class D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coo
         built.laws.push_back({coordinate, numbers[0], numbers[1], numbers[2], function, law_loses.data()[l] != 0,
                               bearing, own, partner, law_sliding.data()[2 * l], law_sliding.data()[2 * l + 1]});
     }
-    for (std::size_t f = 0; f < given; ++f) {
+    for (std::size_t f = 0; f < forces; ++f) {
         BodyForce<D> force;
         force.body = index_below(body.data()[f], bodies + 1, "body");
         force.point = matrix_at<D::axes>(point.data() + D::axes * f);
@@ -127,7 +120,7 @@ template <class D> Loads<D> loads(std::size_t bodies, const PrimitiveSet<D>& coo
 }
 
 // Checks that loads name the model's bodies, joint coordinates, and the programs before the rates of states.
-template <class D> void check_loads(const Model<D>& model, std::size_t bearings) {
+template <class D> void check_loads(const Model<D>& model) {
     const Loads<D>* loads = model.loads.get();
     const int bodies = model.size(), coordinates = static_cast<int>(model.coordinates.instances.size());
     if (!loads) return;
@@ -144,13 +137,14 @@ template <class D> void check_loads(const Model<D>& model, std::size_t bearings)
     for (const Law<D>& law : loads->laws) {
         if (law.coordinate >= coordinates) refuse("loads", "have a coordinate that the model does not");
         if (law.program >= model.first_rate) refuse("loads", "have a program that the model does not");
-        if (law.bearing >= static_cast<int>(bearings)) refuse("loads", "have a bearing that the model does not");
+        if (law.bearing >= static_cast<int>(model.bearings.size()))
+            refuse("loads", "have a bearing that the model does not");
     }
 }
 
 // The variables of programs: the kind and the number of each channel.
-template <class D> void add_channels(Model<D>& model, const Integers2& channels) {
-    require(channels, {channels.shape(0), 2}, "channels");
+template <class D> void add_channels(Record& given, Model<D>& model) {
+    const auto channels = given.array<Integers2>("channels", {any_length, 2});
     for (std::size_t c = 0; c < channels.shape(0); ++c) {
         const int kind = index_below(channels.data()[2 * c], 3, "channels");
         const std::size_t below = kind == 0 ? model.layout.states.size : model.coordinates.instances.size();
@@ -161,12 +155,12 @@ template <class D> void add_channels(Model<D>& model, const Integers2& channels)
 }
 
 // Switches (program, instruction), program after program in the order of their instructions.
-template <class D> void add_switches(Model<D>& model, const Integers2& given) {
-    require(given, {given.shape(0), 2}, "switches");
+template <class D> void add_switches(Record& given, Model<D>& model) {
+    const auto switches = given.array<Integers2>("switches", {any_length, 2});
     const Programs& programs = model.programs;
-    for (std::size_t k = 0; k < given.shape(0); ++k) {
-        const int p = index_below(given.data()[2 * k], programs.size(), "switches");
-        const int at = index_below(given.data()[2 * k + 1], programs.op.size(), "switches");
+    for (std::size_t k = 0; k < switches.shape(0); ++k) {
+        const int p = index_below(switches.data()[2 * k], programs.size(), "switches");
+        const int at = index_below(switches.data()[2 * k + 1], programs.op.size(), "switches");
         if (at < programs.start[p] || at >= programs.start[p + 1] || !is_switching(programs.op[at]))
             refuse("switches", "hold what is no switch of its program");
         if (k > 0 && model.switches.back().at >= at) refuse("switches", "do not increase");
@@ -180,8 +174,10 @@ template <class D> void add_switches(Model<D>& model, const Integers2& given) {
 }
 
 // Flywheels that coordinates turn: their rows follow those of C, and each is a joint of its own.
-template <class D>
-void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<double>& inertia) {
+template <class D> void add_flywheels(Record& given, Model<D>& model) {
+    if (!given.has("flywheels")) return;
+    const auto inertia = given.take<std::vector<double>>("flywheels");
+    const auto& coordinates = given.object<PrimitiveSet<D>>("flywheel_coordinates");
     PrimitiveSet<D>& set = model.constraints;
     const int slots = static_cast<int>(set.attachments.size()), rows = set.rows;
     if (coordinates.instances.size() != inertia.size() || coordinates.rows != static_cast<int>(inertia.size()))
@@ -203,12 +199,12 @@ void add_flywheels(Model<D>& model, const PrimitiveSet<D>& coordinates, const st
 using BearingNumbers = std::tuple<int, int, double, double, double, double, std::vector<std::tuple<int, int, double>>>;
 
 // The bearings; points and axes are in the axes of the bodies.
-template <class D> std::vector<Bearing<D>> bearings(const Model<D>& model, const std::vector<BearingNumbers>& given,
-                                                    const Numbers2& points, const Numbers2& axes) {
-    require(points, {given.size(), D::axes}, "bearing_points");
-    require(axes, {given.size(), D::axes}, "bearing_axes");
+template <class D> std::vector<Bearing<D>> bearings(Record& given, const Model<D>& model) {
+    const auto numbers = given.take<std::vector<BearingNumbers>>("bearings");
+    const auto points = given.array<Numbers2>("bearing_points", {numbers.size(), D::axes});
+    const auto axes = given.array<Numbers2>("bearing_axes", {numbers.size(), D::axes});
     std::vector<Bearing<D>> found;
-    for (const auto& [joint, body, radial, axial, length, preload, parts] : given) {
+    for (const auto& [joint, body, radial, axial, length, preload, parts] : numbers) {
         const std::size_t at = D::axes * found.size();
         std::vector<std::pair<int, double>> rows;
         for (const auto& [number, row, part] : parts) {
@@ -223,8 +219,11 @@ template <class D> std::vector<Bearing<D>> bearings(const Model<D>& model, const
 }
 
 // The coordinates that stops limit, one instance each.
-template <class D> void add_stops(Model<D>& model, const PrimitiveSet<D>& coordinates, const std::vector<int>& turns,
-                                  std::vector<double> bounds) {
+template <class D> void add_stops(Record& given, Model<D>& model) {
+    if (!given.has("stop_coordinates")) return;
+    const auto& coordinates = given.object<PrimitiveSet<D>>("stop_coordinates");
+    const auto turns = given.take<std::vector<int>>("stop_turns");
+    const auto bounds = given.take<std::vector<double>>("stop_bounds");
     const std::size_t count = coordinates.instances.size();
     if (turns.size() != count || bounds.size() != count) refuse("stop_coordinates", "do not fit their bounds");
     for (const int number : turns)
@@ -233,12 +232,13 @@ template <class D> void add_stops(Model<D>& model, const PrimitiveSet<D>& coordi
         if (a.body > model.size()) refuse("stop_coordinates", "have a body that the model does not");
     for (const double bound : bounds)
         if (!std::isfinite(bound)) refuse("stop_bounds", "hold a number that is not finite");
-    model.stops = {coordinates, turns, std::move(bounds)};
+    model.stops = {coordinates, turns, bounds};
 }
 
 // The last rows of the constraints, one for each function of time: the last programs.
-template <class D> std::vector<DrivenRow<D>> driven_rows(const Model<D>& model, const std::vector<double>& start,
-                                                         const std::vector<int>& coordinate) {
+template <class D> std::vector<DrivenRow<D>> driven_rows(Record& given, const Model<D>& model) {
+    const auto start = given.take<std::vector<double>>("motion_start", {});
+    const auto coordinate = given.take<std::vector<int>>("motion_coordinate", {});
     std::vector<DrivenRow<D>> rows;
     const PrimitiveSet<D>& set = model.constraints;
     const std::size_t count = start.size(), instances = set.instances.size(), programs = model.programs.size();
@@ -267,8 +267,9 @@ template <class D> bool has_angles(const Loads<D>* loads) {
 // the program by a turn.
 using CouplingNumbers = std::tuple<int, double, std::vector<int>, std::vector<double>, int, double>;
 
-template <class D> void add_couplings(Model<D>& model, const std::vector<CouplingNumbers>& given) {
-    for (const auto& [row, period, own, weights, program, growth] : given) {
+template <class D> void add_couplings(Record& given, Model<D>& model) {
+    for (const auto& [row, period, own, weights, program, growth] :
+         given.take<std::vector<CouplingNumbers>>("couplings", {})) {
         if (own.size() != weights.size() || own.empty()) refuse("couplings", "do not fit their weights");
         for (const int coordinate : own) index_below(coordinate, model.coordinates.instances.size(), "couplings");
         for (const double weight : weights)

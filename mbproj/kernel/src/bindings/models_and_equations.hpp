@@ -15,78 +15,43 @@
 
 namespace mbproj {
 
-template <class D> void add_model(nb::module_& m, const char* primitives, const char* model) {
-    nb::class_<PrimitiveSet<D>>(m, primitives)
-        .def(
-            "__init__",
-            [](PrimitiveSet<D>* self, std::size_t bodies, Integers1 body, Integers1 is_point, Numbers2 local,
-               Integers1 kind, Integers2 slots, Numbers2 parameters, Numbers1 offset, Numbers1 weight, Integers1 joins,
-               Integers1 line, Integers1 other, const Lines& lines, Integers1 wire, const Wires& wires, Integers1 path,
-               const Paths& paths) {
-                new (self)
-                    PrimitiveSet<D>(primitive_set<D>(bodies, body, is_point, local, kind, slots, parameters, offset,
-                                                     weight, joins, line, other, lines, wire, wires, path, paths));
-            },
-            nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("is_point"), nb::arg("local"), nb::arg("kind"),
-            nb::arg("slots"), nb::arg("parameters"), nb::arg("offset"), nb::arg("weight"), nb::arg("joins"),
-            nb::arg("line"), nb::arg("other"), nb::arg("lines"), nb::arg("wire"), nb::arg("wires"), nb::arg("path"),
-            nb::arg("paths"))
-        .def_ro("rows", &PrimitiveSet<D>::rows);
-    nb::class_<Model<D>>(m, model)
-        .def(
-            "__init__",
-            [](Model<D>* self, const Thresholds& thresholds, Numbers1 mass, Numbers3 inertia, Numbers1 gravity,
-               const PrimitiveSet<D>& constraints, Integers1 joint_begin, Numbers1 row_scale,
-               const PrimitiveSet<D>& coordinates, double length, const std::vector<BlockNumbers>& blocks,
-               const Programs& programs, int first_rate, Integers2 channels, Integers2 switches,
-               std::shared_ptr<Loads<D>> loads, std::vector<double> motion_start,
-               const std::vector<int>& motion_coordinate, const std::vector<CouplingNumbers>& couplings,
-               const std::vector<FollowerNumbers>& followers, const PrimitiveSet<D>* flywheel_coordinates,
-               std::vector<double> flywheels, const PrimitiveSet<D>* stop_coordinates,
-               const std::vector<int>& stop_turns, std::vector<double> stop_bounds,
-               const std::vector<BearingNumbers>& bearings, Numbers2 bearing_points, Numbers2 bearing_axes) {
-                require(gravity, {D::axes}, "gravity");
-                require(row_scale, {static_cast<std::size_t>(constraints.rows)}, "row_scale");
-                Model<D> built;
-                built.thresholds = thresholds;
-                built.bodies = bodies<D>(mass, inertia, thresholds);
-                built.gravity = matrix_at<D::axes>(gravity.data());
-                built.constraints = constraints;
-                built.coordinates = coordinates;
-                built.joints = joints(constraints, built.size(), joint_begin);
-                built.row_scale = numbers(row_scale, "row_scale");
-                for (const Instance<D>& p : coordinates.instances) built.counts_turns.push_back(is_angle(p.kind));
-                for (const Attachment<D>& a : coordinates.attachments)
-                    if (a.body > built.size()) refuse("coordinates", "have a body that the model does not");
-                for (const double scale : built.row_scale)
-                    if (!(scale > 0.0)) refuse("row_scale", "is not positive");
-                if (!(std::isfinite(length) && length > 0.0)) refuse("length", "is not positive");
-                built.length = length;
-                built.loads = std::move(loads);
-                built.programs = programs;
-                built.first_rate = index_below(first_rate, programs.start.size(), "first_rate");
-                check_loads(built, bearings.size());
-                built.bearings = mbproj::bearings(built, bearings, bearing_points, bearing_axes);
-                built.driven = driven_rows(built, motion_start, motion_coordinate);
-                if (stop_coordinates) add_stops(built, *stop_coordinates, stop_turns, std::move(stop_bounds));
-                add_couplings(built, couplings);
-                add_followers(built, followers);
-                set_layout(built, blocks);
-                add_channels(built, channels);
-                add_switches(built, switches);
-                if (flywheel_coordinates) add_flywheels(built, *flywheel_coordinates, flywheels);
-                new (self) Model<D>(std::move(built));
-            },
-            nb::kw_only(), nb::arg("thresholds"), nb::arg("mass"), nb::arg("inertia"), nb::arg("gravity"),
-            nb::arg("constraints"), nb::arg("joint_begin"), nb::arg("row_scale"), nb::arg("coordinates"),
-            nb::arg("length"), nb::arg("layout"), nb::arg("programs"), nb::arg("first_rate"), nb::arg("channels"),
-            nb::arg("switches"), nb::arg("loads").none() = nb::none(), nb::arg("motion_start") = std::vector<double>(),
-            nb::arg("motion_coordinate") = std::vector<int>(), nb::arg("couplings") = std::vector<CouplingNumbers>(),
-            nb::arg("followers") = std::vector<FollowerNumbers>(), nb::arg("flywheel_coordinates").none() = nb::none(),
-            nb::arg("flywheels") = std::vector<double>(), nb::arg("stop_coordinates").none() = nb::none(),
-            nb::arg("stop_turns") = std::vector<int>(), nb::arg("stop_bounds") = std::vector<double>(),
-            nb::arg("bearings"), nb::arg("bearing_points"), nb::arg("bearing_axes"))
-        .def("set_actions", &set_actions<D>)
+template <class D> Model<D> model_of(Record& given) {
+    Model<D> built;
+    built.thresholds = given.object<Thresholds>("thresholds");
+    built.bodies = bodies<D>(given, built.thresholds);
+    built.gravity = matrix_at<D::axes>(given.array<Numbers1>("gravity", {D::axes}).data());
+    built.constraints = given.object<PrimitiveSet<D>>("constraints");
+    built.coordinates = given.object<PrimitiveSet<D>>("coordinates");
+    built.joints = joints(given, built.constraints, built.size());
+    built.row_scale = given.numbers("row_scale", built.constraints.rows);
+    for (const Instance<D>& p : built.coordinates.instances) built.counts_turns.push_back(is_angle(p.kind));
+    for (const Attachment<D>& a : built.coordinates.attachments)
+        if (a.body > built.size()) refuse("coordinates", "have a body that the model does not");
+    for (const double scale : built.row_scale) require_positive(scale, "row_scale");
+    built.length = given.take<double>("length");
+    require_positive(built.length, "length");
+    built.loads = given.take<std::shared_ptr<Loads<D>>>("loads", nullptr);
+    built.programs = given.object<Programs>("programs");
+    built.first_rate = index_below(given.take<int>("first_rate"), built.programs.start.size(), "first_rate");
+    built.bearings = bearings(given, built);
+    check_loads(built);
+    built.driven = driven_rows(given, built);
+    add_stops(given, built);
+    add_couplings(given, built);
+    add_followers(given, built);
+    set_layout(given, built);
+    add_channels(given, built);
+    add_switches(given, built);
+    add_flywheels(given, built);
+    add_actions(given, built);
+    return built;
+}
+
+template <class D> void add_model(nb::module_& m, const std::string& name) {
+    record_class(m, (name + "Primitives").c_str(), &primitive_set<D>).def_ro("rows", &PrimitiveSet<D>::rows);
+    record_class(m, (name + "Bushings").c_str(), &bushings<D>);
+    record_class(m, (name + "Loads").c_str(), &loads<D>);
+    record_class(m, (name + "Model").c_str(), &model_of<D>)
         .def_prop_ro("bodies", &Model<D>::size)
         .def_prop_rw(
             "rows", [](const Model<D>& self) { return self.rows; },
@@ -94,33 +59,6 @@ template <class D> void add_model(nb::module_& m, const char* primitives, const 
                 rows_from(self, std::make_optional(rows.left_out));
                 self.rows = rows;
             });
-}
-
-template <class D> void add_loads(nb::module_& m, const char* bushings, const char* name) {
-    nb::class_<Bushings<D>>(m, bushings)
-        .def(
-            "__init__",
-            [](Bushings<D>* self, std::size_t bodies, Integers1 body, Numbers2 origin, Numbers3 turn,
-               Numbers3 stiffness, Numbers3 damping, Numbers2 preload, Numbers3 map, Integers1 turns_freely) {
-                new (self) Bushings<D>(
-                    mbproj::bushings<D>(bodies, body, origin, turn, stiffness, damping, preload, map, turns_freely));
-            },
-            nb::kw_only(), nb::arg("bodies"), nb::arg("body"), nb::arg("origin"), nb::arg("turn"), nb::arg("stiffness"),
-            nb::arg("damping"), nb::arg("preload"), nb::arg("map"), nb::arg("turns_freely"));
-    nb::class_<Loads<D>>(m, name).def(
-        "__init__",
-        [](Loads<D>* self, std::size_t bodies, const PrimitiveSet<D>& coordinates, Integers1 joint_coordinate,
-           Numbers2 law, Integers1 law_program, Integers1 law_loses, Integers1 law_bearing, Integers1 law_apart,
-           Integers1 law_partner, Numbers2 law_sliding, Integers1 body, Numbers2 point, Integers1 is_torque,
-           Integers1 in_body, Numbers3 force_map, Numbers3 torque_map, Integers2 program, const Bushings<D>& bushings) {
-            new (self) Loads<D>(loads<D>(bodies, coordinates, joint_coordinate, law, law_program, law_loses,
-                                         law_bearing, law_apart, law_partner, law_sliding, body, point, is_torque,
-                                         in_body, force_map, torque_map, program, bushings));
-        },
-        nb::kw_only(), nb::arg("bodies"), nb::arg("coordinates"), nb::arg("joint_coordinate"), nb::arg("law"),
-        nb::arg("law_program"), nb::arg("law_loses"), nb::arg("law_bearing"), nb::arg("law_apart"),
-        nb::arg("law_partner"), nb::arg("law_sliding"), nb::arg("body"), nb::arg("point"), nb::arg("is_torque"),
-        nb::arg("in_body"), nb::arg("force_map"), nb::arg("torque_map"), nb::arg("program"), nb::arg("bushings"));
 }
 
 template <class D> void add_equations(nb::module_& m, const char* name) {
@@ -281,8 +219,7 @@ template <class D> void add_equations(nb::module_& m, const char* name) {
 
 // Everything of a dimension; the classes are called name + "Model" and so on.
 template <class D> void bind_dimension(nb::module_& m, const std::string& name) {
-    add_model<D>(m, (name + "Primitives").c_str(), (name + "Model").c_str());
-    add_loads<D>(m, (name + "Bushings").c_str(), (name + "Loads").c_str());
+    add_model<D>(m, name);
     add_equations<D>(m, (name + "Equations").c_str());
     add_run<D>(m, (name + "Run").c_str());
     add_tangents<D>(m, (name + "Tangents").c_str());

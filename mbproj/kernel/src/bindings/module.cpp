@@ -41,29 +41,43 @@ bool runs_here() {
 #endif
 }
 
-// Thresholds from numbers by name: all that the struct has, and no others.
-Thresholds thresholds(const nb::dict& given) {
-    Thresholds made;
-    std::size_t taken = 0;
-    each_threshold([&](const char* name, auto member) {
-        using Number = std::remove_reference_t<decltype(made.*member)>;
-        if (!given.contains(name)) refuse("thresholds", std::string("lack '") + name + "'");
-        made.*member = nb::cast<Number>(given[name]);
-        if (!(made.*member > 0 && std::isfinite(static_cast<double>(made.*member)))) refuse(name, "is not positive");
-        ++taken;
+Thresholds thresholds(Record& given) {
+    return Thresholds([&given](const char* name) {
+        const auto number = given.take<double>(name);
+        require_positive(number, name);
+        return number;
     });
-    if (given.size() != taken) refuse("thresholds", "hold names that the kernel does not have");
+}
+
+Tableau tableau(Record& given) {
+    const auto coefficients = [&given](const char* name) { return matrix(given.take<Numbers2>(name), name); };
+    Tableau made{};
+    made.order = given.take<int>("order");
+    made.error_order = given.take<int>("error_order");
+    made.a = coefficients("a");
+    made.b = given.numbers("b");
+    made.c = given.numbers("c");
+    made.error = coefficients("error");
+    made.dense = coefficients("dense");
+    if (given.has("gamma")) {
+        made.gamma = given.take<double>("gamma");
+        made.splitting = coefficients("splitting");
+        check_implicit_tableau(made, 32);
+    } else {
+        made.extra_a = coefficients("extra_a");
+        made.extra_c = given.numbers("extra_c");
+        made.kinematic = given.take<bool>("kinematic");
+        check_tableau(made, 32);
+    }
     return made;
 }
 
 void add_settings(nb::module_& m) {
-    nb::class_<Thresholds>(m, "Thresholds")
-        .def("__init__", [](Thresholds* self, const nb::dict& given) { new (self) Thresholds(thresholds(given)); })
-        .def_static("names", [] {
-            std::vector<std::string> found;
-            each_threshold([&found](const char* name, auto) { found.emplace_back(name); });
-            return found;
-        });
+    record_class(m, "Thresholds", &thresholds).def_static("names", [] {
+        std::vector<std::string> names;
+        Thresholds([&names](const char* name) { return names.emplace_back(name), 1.0; });
+        return names;
+    });
     nb::class_<UsualRows<>>(m, "UsualRows")
         .def(
             "__init__",
@@ -79,13 +93,7 @@ void add_settings(nb::module_& m) {
         .def_ro("left_out", &UsualRows<>::left_out)
         .def_ro("pivots", &UsualRows<>::pivots)
         .def_ro("even", &UsualRows<>::even);
-    nb::class_<Programs>(m, "Programs")
-        .def("__init__",
-             [](Programs* self, Integers1 start, Integers1 op, Numbers1 operand, Integers1 table_start, Numbers1 knot,
-                Numbers1 origin, Numbers2 piece, Integers1 kinked, Numbers1 period, int variables) {
-                 new (self) Programs(
-                     programs(start, op, operand, table_start, knot, origin, piece, kinked, period, variables));
-             })
+    record_class(m, "Programs", &programs)
         .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
             if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");
             require_variables(self, law_variables, "program");
@@ -93,69 +101,9 @@ void add_settings(nb::module_& m) {
             const Series<double> found = self.run(program, variables);
             return std::make_tuple(found.x, found.d, found.dd);
         });
-    nb::class_<PlaneCurve>(m, "PlaneCurve")
-        .def(
-            "__init__",
-            [](PlaneCurve* self, Numbers2 pieces, Numbers2 places, double end, bool closed, int passes, double settled,
-               double straight, double beyond, double reach) {
-                new (self)
-                    PlaneCurve(plane_curve(pieces, places, end, closed, passes, settled, straight, beyond, reach));
-            },
-            nb::kw_only(), nb::arg("pieces"), nb::arg("places"), nb::arg("end"), nb::arg("closed"), nb::arg("passes"),
-            nb::arg("settled"), nb::arg("straight"), nb::arg("beyond"), nb::arg("reach"));
-    nb::class_<SpaceCurve>(m, "SpaceCurve")
-        .def(
-            "__init__",
-            [](SpaceCurve* self, Numbers2 pieces, Numbers2 places, double end, bool closed, int passes, double settled,
-               double reach) {
-                new (self) SpaceCurve(space_curve(pieces, places, end, closed, passes, settled, reach));
-            },
-            nb::kw_only(), nb::arg("pieces"), nb::arg("places"), nb::arg("end"), nb::arg("closed"), nb::arg("passes"),
-            nb::arg("settled"), nb::arg("reach"));
-    nb::class_<Tableau>(m, "Tableau")
-        .def("__init__",
-             [](Tableau* self, int order, int error_order, Numbers2 a, Numbers1 b, Numbers1 c, Numbers2 error,
-                Numbers2 extra_a, Numbers1 extra_c, Numbers2 dense) {
-                 Tableau built{order,
-                               error_order,
-                               matrix(a, "a"),
-                               numbers(b, "b"),
-                               numbers(c, "c"),
-                               matrix(error, "error"),
-                               matrix(extra_a, "extra_a"),
-                               numbers(extra_c, "extra_c"),
-                               matrix(dense, "dense"),
-                               0.0,
-                               false,
-                               {}};
-                 check_tableau(built, 32);
-                 new (self) Tableau(std::move(built));
-             })
-        .def_rw("kinematic", &Tableau::kinematic)
-        .def_static(
-            "implicit",
-            [](int order, int error_order, double gamma, Numbers2 a, Numbers1 b, Numbers1 c, Numbers1 error,
-               Numbers2 dense, Numbers2 splitting) {
-                Tableau built{order,
-                              error_order,
-                              matrix(a, "a"),
-                              numbers(b, "b"),
-                              numbers(c, "c"),
-                              {},
-                              {},
-                              {},
-                              {},
-                              gamma,
-                              false,
-                              matrix(splitting, "splitting")};
-                const std::vector<double> weights = numbers(error, "error");
-                built.error = Eigen::Map<const RowMajor>(weights.data(), 1, static_cast<Eigen::Index>(weights.size()));
-                built.dense = matrix(dense, "dense");
-                check_implicit_tableau(built, 32);
-                return built;
-            },
-            nb::arg("order"), nb::arg("error_order"), nb::arg("gamma"), nb::arg("a"), nb::arg("b"), nb::arg("c"),
-            nb::arg("error"), nb::arg("dense"), nb::arg("splitting"));
+    record_class(m, "PlaneCurve", &plane_curve);
+    record_class(m, "SpaceCurve", &space_curve);
+    record_class(m, "Tableau", &tableau);
     nb::enum_<Correction>(m, "Correction")
         .value("none", Correction::none)
         .value("baumgarte", Correction::baumgarte)

@@ -37,7 +37,7 @@ template <class D> nb::dict samples(TimeLoop<D>& run) {
 // Rigid motions (k, axes + turns): the shift, then the turn.
 template <class D> void keep(TimeLoop<D>& run, bool energy, const Numbers2& fields, double tolerance) {
     constexpr std::size_t freedoms = Size<D>::freedoms;
-    require(fields, {fields.shape(0), freedoms}, "fields");
+    require(fields, {any_length, freedoms}, "fields");
     std::vector<RigidField<D>> found(fields.shape(0));
     for (std::size_t k = 0; k < found.size(); ++k) {
         const double* from = fields.data() + freedoms * k;
@@ -133,7 +133,7 @@ template <class D> void add_run(nb::module_& m, const char* name) {
         .def("halt_at_contacts", [](TimeLoop<D>& self) { self.stops().halt(); })
         .def_prop_ro("undecided", [](const TimeLoop<D>& self) { return as_tuple(self.stops().policy().undecided()); })
         .def("take_contact_events", &take_contact_events<D>)
-        .def_prop_ro("contacts", [](const TimeLoop<D>& self) { return saved_contacts(self.stops().policy().state()); })
+        .def_prop_ro("contacts", [](const TimeLoop<D>& self) { return saved(self.stops().policy().state()); })
         .def("follow_formulation",
              [](TimeLoop<D>& self, nb::object formulation) {
                  self.follow_formulation(

@@ -13,69 +13,59 @@
 
 namespace mbproj {
 
-inline nb::dict saved_contacts(const ContactState& state) {
-    nb::dict found;
-    found["held"] = state.held;
-    found["push"] = state.push;
-    found["fastest"] = state.fastest;
-    found["met_at"] = state.met_at;
-    found["met_often"] = state.met_often;
-    found["lost"] = state.lost;
-    found["work"] = state.work;
-    found["events"] = state.events;
-    found["sliding"] = state.sliding;
-    found["stuck"] = state.stuck;
-    found["pushing"] = state.pushing;
-    found["bearing"] = state.bearing;
-    found["shares"] = state.shares;
-    found["idle"] = state.idle;
-    found["straight"] = state.straight;
-    found["starting"] = state.starting;
-    found["decides"] = state.decides;
-    found["shared"] = state.shared;
-    found["rubbed"] = state.rubbed;
-    return found;
+// Calls visit("name", member) for all that a mark has of contacts, of events, or of rows that are kept.
+template <class Contacts, class Visit> auto each_saved(Contacts& state, Visit&& visit) -> decltype(void(state.stuck)) {
+    visit("held", state.held), visit("idle", state.idle);
+    visit("straight", state.straight), visit("starting", state.starting);
+    visit("sliding", state.sliding), visit("stuck", state.stuck);
+    visit("pushing", state.pushing), visit("bearing", state.bearing);
+    visit("shares", state.shares), visit("shared", state.shared);
+    visit("rubbed", state.rubbed), visit("decides", state.decides);
+    visit("push", state.push), visit("fastest", state.fastest);
+    visit("met_at", state.met_at), visit("met_often", state.met_often);
+    visit("lost", state.lost), visit("work", state.work), visit("events", state.events);
+}
+template <class Events, class Visit> auto each_saved(Events& events, Visit&& visit) -> decltype(void(events.at_once)) {
+    visit("held", events.held), visit("last", events.last), visit("first", events.first);
+    visit("at_once", events.at_once), visit("in_a_row", events.in_a_row);
+    visit("times", events.times), visit("told", events.told);
 }
 
-// Of so many stops and frictions; of an older version it is without what frictions do, or what shares.
+template <class T> nb::dict saved(const T& state) {
+    nb::dict numbers;
+    each_saved(state, [&numbers](const char* name, const auto& value) { numbers[name] = value; });
+    return numbers;
+}
+
+// What a file has of these; of an older version it may be without some.
+template <class T> T saved_from(const nb::dict& given) {
+    T state{};
+    each_saved(state, [&given](const char* name, auto& value) {
+        if (given.contains(name)) value = nb::cast<std::decay_t<decltype(value)>>(given[name]);
+    });
+    return state;
+}
+
+// Of so many stops and frictions.
 inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates) {
-    ContactState state;
-    const auto listed = [&](const char* name) {
-        auto found = given.contains(name) ? nb::cast<std::vector<int>>(given[name]) : std::vector<int>();
-        for (const int k : found) index_below(k, coordinates, name);
-        return found;
-    };
-    state.held = listed("held"), state.idle = listed("idle");
-    state.straight = listed("straight"), state.starting = listed("starting");
-    const auto numbered = [&](const char* name) {
-        Numbered found = given.contains(name) ? nb::cast<Numbered>(given[name]) : Numbered();
-        for (const auto& [k, x] : found) {
+    auto state = saved_from<ContactState>(given);
+    const std::pair<const char*, std::vector<int>&> lists[] = {
+        {"held", state.held}, {"idle", state.idle}, {"straight", state.straight}, {"starting", state.starting}};
+    for (const auto& [name, list] : lists)
+        for (const int k : list) index_below(k, coordinates, name);
+    const std::pair<const char*, Numbered&> numbered[] = {
+        {"sliding", state.sliding}, {"stuck", state.stuck}, {"pushing", state.pushing}, {"bearing", state.bearing}};
+    for (const auto& [name, list] : numbered)
+        for (const auto& [k, x] : list) {
             index_below(k, coordinates, name);
             if (!std::isfinite(x)) refuse(name, "is not finite");
         }
-        return found;
-    };
-    state.sliding = numbered("sliding");
-    state.stuck = numbered("stuck");
-    state.pushing = numbered("pushing");
-    state.bearing = numbered("bearing");
-    if (given.contains("shares")) state.shares = nb::cast<decltype(state.shares)>(given["shares"]);
     for (const auto& [k, parts] : state.shares) {
         index_below(k, coordinates, "shares");
         for (const auto& [own, part] : parts)
             if (!has(state.held, own) || !std::isfinite(part)) refuse("shares", "are not of stops that are held");
     }
-    if (given.contains("shared")) state.shared = nb::cast<std::vector<int>>(given["shared"]);
-    if (given.contains("rubbed")) state.rubbed = nb::cast<std::vector<double>>(given["rubbed"]);
     state.rubbed.resize(coordinates, 0.0);
-    state.decides = given.contains("decides") && nb::cast<bool>(given["decides"]);
-    state.push = nb::cast<double>(given["push"]);
-    state.fastest = nb::cast<double>(given["fastest"]);
-    state.met_at = nb::cast<double>(given["met_at"]);
-    state.met_often = nb::cast<int>(given["met_often"]);
-    state.lost = nb::cast<double>(given["lost"]);
-    state.work = nb::cast<double>(given["work"]);
-    state.events = nb::cast<long>(given["events"]);
     return state;
 }
 
@@ -150,31 +140,6 @@ inline Peak peak_from(const std::vector<double>& given, int rows) {
     return {given[0], static_cast<long>(given[1]), given[2]};
 }
 
-inline nb::dict saved_events(const SavedEvents& events) {
-    nb::dict found;
-    found["held"] = events.held;
-    found["last"] = events.last;
-    found["at_once"] = events.at_once;
-    found["in_a_row"] = events.in_a_row;
-    found["first"] = events.first;
-    found["times"] = events.times;
-    found["told"] = events.told;
-    return found;
-}
-
-inline SavedEvents events_from(const nb::dict& given) {
-    using Numbers = std::vector<double>;
-    SavedEvents events;
-    events.held = nb::cast<Numbers>(given["held"]);
-    events.last = nb::cast<Numbers>(given["last"]);
-    events.at_once = nb::cast<std::vector<int>>(given["at_once"]);
-    events.in_a_row = nb::cast<std::vector<int>>(given["in_a_row"]);
-    events.first = nb::cast<Numbers>(given["first"]);
-    events.times = nb::cast<std::vector<long>>(given["times"]);
-    events.told = nb::cast<Numbers>(given["told"]);
-    return events;
-}
-
 // Body, force, the first time and how often.
 using HalvedSteps = std::vector<std::tuple<int, int, double, long>>;
 
@@ -235,10 +200,10 @@ template <class D> nb::dict saved_mark(const Mark<D>& mark) {
     found["turns"] = mark.counted.turns;
     found["previous_error"] = mark.control.previous;
     found["rejected"] = mark.control.rejected;
-    found["events"] = saved_events(mark.events);
+    found["events"] = saved(mark.events);
     if (!mark.other.empty()) found["other"] = mark.other;
     if (mark.kept) found["kept"] = saved_kept(*mark.kept);
-    if (mark.contacts) found["contacts"] = saved_contacts(*mark.contacts);
+    if (mark.contacts) found["contacts"] = saved(*mark.contacts);
     found["counters"] = std::vector<long>(counters.begin(), counters.end());
     found["peaks"] = std::vector<std::vector<double>>{as_list(mark.peaks.position), as_list(mark.peaks.joint),
                                                       as_list(mark.peaks.velocity)};
@@ -286,7 +251,7 @@ template <class D> Mark<D> mark_from(const nb::dict& given, const Model<D>& mode
         mark.contacts = contacts_from(nb::cast<nb::dict>(given["contacts"]), model.stops.bound.size());
     if (given.contains("other")) mark.other = nb::cast<std::vector<double>>(given["other"]);
     if (given.contains("kept")) mark.kept = kept_from(nb::cast<nb::dict>(given["kept"]));
-    mark.events = events_from(nb::cast<nb::dict>(given["events"]));
+    mark.events = saved_from<SavedEvents>(nb::cast<nb::dict>(given["events"]));
     const auto counters = nb::cast<std::vector<long>>(given["counters"]);
     if (counters.size() != Counters::count) refuse("counters", "has a wrong shape");
     mark.counters = Counters::from(counters);

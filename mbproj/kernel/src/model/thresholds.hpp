@@ -2,132 +2,81 @@
 // this struct; `mbproj info --thresholds` prints them.
 #pragma once
 
+#include <functional>
+
 namespace mbproj {
 
-struct Thresholds {
-    // mbproj/thresholds/__init__.py
-    double no_digits, rounding, same_written, half_digits, rounded;
-    int most_passes;
-    // mbproj/thresholds/poses.py
-    int most_dense;
-    // mbproj/thresholds/contact.py
-    double stop_slack, touching, stop_rests, rest_acceleration, rest_steps, lowest_bounce, no_push, contact_pulls,
-        slips, springs_give, damped_to, middle_unlike, turned_speed, straight_speed, creates_energy, on_grid, met_soon,
-        slides_in;
-    int most_halves, most_meetings;
-    // mbproj/thresholds/steps.py
-    double safety, smallest_change, largest_change, least_error, least_error_before, located, widest_polishing,
-        bracketed, beside, chatter, turns_told, most_turned, newton_part, newton_fixed, newton_floor, first_contraction,
-        least_contraction, softened;
-    int most_polishing, most_chatter, most_newton, free_passes, most_halvings, branch_halvings;
-    // mbproj/thresholds/solution.py
-    double row_rests, row_refused, row_tolerated;
-    // mbproj/thresholds/solution.py
-    double closed_to, closed_grains, paper_tolerance, round_off_grains, slow, widest_turn, tighter, stiffer, open_limit,
-        lost_limit;
-    // mbproj/thresholds/poses.py
-    double least_violation, passing, nearing, agreement, agreed_tolerances, shorter, branch_change, lost_velocity,
-        lost_way, at_rest, rest_rate, told_part, told_way, crossed_way;
-    int most_shorter;
-    // mbproj/thresholds/solution.py
-    double lent_part;
-    int fewest_shared, fewest_passed;
-    // mbproj/thresholds/contact.py
-    double overlap;
-    // mbproj/thresholds/solution.py
-    double near_branch, decline, choice_from, tied, no_part;
+// Gives numbers by name while the members of a struct are initialised, each where it is declared; 0 without a source.
+class NumbersByName {
+public:
+    using Source = std::function<double(const char*)>;
+
+protected:
+    NumbersByName() = default;
+    explicit NumbersByName(const Source& source) : source_(&source) {}
+    double number(const char* name) const { return source_ ? (*source_)(name) : 0.0; }
+    int whole(const char* name) const { return static_cast<int>(number(name)); }
+    void close() { source_ = nullptr; }
+
+private:
+    const Source* source_ = nullptr;
 };
 
-// Calls visit("name", member) for every threshold.
-template <class Visit> void each_threshold(Visit&& visit) {
-    visit("no_digits", &Thresholds::no_digits);
-    visit("rounding", &Thresholds::rounding);
-    visit("same_written", &Thresholds::same_written);
-    visit("half_digits", &Thresholds::half_digits);
-    visit("rounded", &Thresholds::rounded);
-    visit("most_passes", &Thresholds::most_passes);
-    visit("most_dense", &Thresholds::most_dense);
-    visit("stop_slack", &Thresholds::stop_slack);
-    visit("touching", &Thresholds::touching);
-    visit("stop_rests", &Thresholds::stop_rests);
-    visit("rest_acceleration", &Thresholds::rest_acceleration);
-    visit("rest_steps", &Thresholds::rest_steps);
-    visit("lowest_bounce", &Thresholds::lowest_bounce);
-    visit("no_push", &Thresholds::no_push);
-    visit("contact_pulls", &Thresholds::contact_pulls);
-    visit("slips", &Thresholds::slips);
-    visit("springs_give", &Thresholds::springs_give);
-    visit("damped_to", &Thresholds::damped_to);
-    visit("middle_unlike", &Thresholds::middle_unlike);
-    visit("most_halves", &Thresholds::most_halves);
-    visit("turned_speed", &Thresholds::turned_speed);
-    visit("straight_speed", &Thresholds::straight_speed);
-    visit("creates_energy", &Thresholds::creates_energy);
-    visit("on_grid", &Thresholds::on_grid);
-    visit("met_soon", &Thresholds::met_soon);
-    visit("slides_in", &Thresholds::slides_in);
-    visit("most_meetings", &Thresholds::most_meetings);
-    visit("safety", &Thresholds::safety);
-    visit("smallest_change", &Thresholds::smallest_change);
-    visit("largest_change", &Thresholds::largest_change);
-    visit("least_error", &Thresholds::least_error);
-    visit("least_error_before", &Thresholds::least_error_before);
-    visit("located", &Thresholds::located);
-    visit("most_polishing", &Thresholds::most_polishing);
-    visit("widest_polishing", &Thresholds::widest_polishing);
-    visit("bracketed", &Thresholds::bracketed);
-    visit("beside", &Thresholds::beside);
-    visit("chatter", &Thresholds::chatter);
-    visit("most_chatter", &Thresholds::most_chatter);
-    visit("turns_told", &Thresholds::turns_told);
-    visit("most_turned", &Thresholds::most_turned);
-    visit("newton_part", &Thresholds::newton_part);
-    visit("newton_fixed", &Thresholds::newton_fixed);
-    visit("newton_floor", &Thresholds::newton_floor);
-    visit("most_newton", &Thresholds::most_newton);
-    visit("first_contraction", &Thresholds::first_contraction);
-    visit("least_contraction", &Thresholds::least_contraction);
-    visit("softened", &Thresholds::softened);
-    visit("free_passes", &Thresholds::free_passes);
-    visit("most_halvings", &Thresholds::most_halvings);
-    visit("branch_halvings", &Thresholds::branch_halvings);
-    visit("row_rests", &Thresholds::row_rests);
-    visit("row_refused", &Thresholds::row_refused);
-    visit("row_tolerated", &Thresholds::row_tolerated);
-    visit("closed_to", &Thresholds::closed_to);
-    visit("closed_grains", &Thresholds::closed_grains);
-    visit("paper_tolerance", &Thresholds::paper_tolerance);
-    visit("round_off_grains", &Thresholds::round_off_grains);
-    visit("slow", &Thresholds::slow);
-    visit("widest_turn", &Thresholds::widest_turn);
-    visit("tighter", &Thresholds::tighter);
-    visit("stiffer", &Thresholds::stiffer);
-    visit("open_limit", &Thresholds::open_limit);
-    visit("lost_limit", &Thresholds::lost_limit);
-    visit("least_violation", &Thresholds::least_violation);
-    visit("passing", &Thresholds::passing);
-    visit("nearing", &Thresholds::nearing);
-    visit("agreement", &Thresholds::agreement);
-    visit("agreed_tolerances", &Thresholds::agreed_tolerances);
-    visit("shorter", &Thresholds::shorter);
-    visit("most_shorter", &Thresholds::most_shorter);
-    visit("branch_change", &Thresholds::branch_change);
-    visit("lost_velocity", &Thresholds::lost_velocity);
-    visit("lost_way", &Thresholds::lost_way);
-    visit("at_rest", &Thresholds::at_rest);
-    visit("rest_rate", &Thresholds::rest_rate);
-    visit("told_part", &Thresholds::told_part);
-    visit("told_way", &Thresholds::told_way);
-    visit("crossed_way", &Thresholds::crossed_way);
-    visit("lent_part", &Thresholds::lent_part);
-    visit("fewest_shared", &Thresholds::fewest_shared);
-    visit("fewest_passed", &Thresholds::fewest_passed);
-    visit("overlap", &Thresholds::overlap);
-    visit("near_branch", &Thresholds::near_branch);
-    visit("decline", &Thresholds::decline);
-    visit("choice_from", &Thresholds::choice_from);
-    visit("tied", &Thresholds::tied);
-    visit("no_part", &Thresholds::no_part);
-}
+struct Thresholds : NumbersByName {
+    Thresholds() = default;
+    explicit Thresholds(const Source& source) : NumbersByName(source) { close(); }
+
+    // mbproj/thresholds/__init__.py
+    double no_digits = number("no_digits"), rounding = number("rounding"), same_written = number("same_written"),
+           half_digits = number("half_digits"), rounded = number("rounded");
+    int most_passes = whole("most_passes");
+    // mbproj/thresholds/poses.py
+    int most_dense = whole("most_dense");
+    // mbproj/thresholds/contact.py
+    double stop_slack = number("stop_slack"), touching = number("touching"), stop_rests = number("stop_rests"),
+           rest_acceleration = number("rest_acceleration"), rest_steps = number("rest_steps"),
+           lowest_bounce = number("lowest_bounce"), no_push = number("no_push"),
+           contact_pulls = number("contact_pulls"), slips = number("slips"), springs_give = number("springs_give"),
+           damped_to = number("damped_to"), middle_unlike = number("middle_unlike"),
+           turned_speed = number("turned_speed"), straight_speed = number("straight_speed"),
+           creates_energy = number("creates_energy"), on_grid = number("on_grid"), met_soon = number("met_soon"),
+           slides_in = number("slides_in");
+    int most_halves = whole("most_halves"), most_meetings = whole("most_meetings");
+    // mbproj/thresholds/steps.py
+    double safety = number("safety"), smallest_change = number("smallest_change"),
+           largest_change = number("largest_change"), least_error = number("least_error"),
+           least_error_before = number("least_error_before"), located = number("located"),
+           widest_polishing = number("widest_polishing"), bracketed = number("bracketed"), beside = number("beside"),
+           chatter = number("chatter"), turns_told = number("turns_told"), most_turned = number("most_turned"),
+           newton_part = number("newton_part"), newton_fixed = number("newton_fixed"),
+           newton_floor = number("newton_floor"), first_contraction = number("first_contraction"),
+           least_contraction = number("least_contraction"), softened = number("softened");
+    int most_polishing = whole("most_polishing"), most_chatter = whole("most_chatter"),
+        most_newton = whole("most_newton"), free_passes = whole("free_passes"), most_halvings = whole("most_halvings"),
+        branch_halvings = whole("branch_halvings");
+    // mbproj/thresholds/solution.py
+    double row_rests = number("row_rests"), row_refused = number("row_refused"),
+           row_tolerated = number("row_tolerated");
+    double closed_to = number("closed_to"), closed_grains = number("closed_grains"),
+           paper_tolerance = number("paper_tolerance"), round_off_grains = number("round_off_grains"),
+           slow = number("slow"), widest_turn = number("widest_turn"), tighter = number("tighter"),
+           stiffer = number("stiffer"), open_limit = number("open_limit"), lost_limit = number("lost_limit");
+    // mbproj/thresholds/poses.py
+    double least_violation = number("least_violation"), passing = number("passing"), nearing = number("nearing"),
+           agreement = number("agreement"), agreed_tolerances = number("agreed_tolerances"),
+           shorter = number("shorter"), branch_change = number("branch_change"),
+           lost_velocity = number("lost_velocity"), lost_way = number("lost_way"), at_rest = number("at_rest"),
+           rest_rate = number("rest_rate"), told_part = number("told_part"), told_way = number("told_way"),
+           crossed_way = number("crossed_way");
+    int most_shorter = whole("most_shorter");
+    // mbproj/thresholds/solution.py
+    double lent_part = number("lent_part");
+    int fewest_shared = whole("fewest_shared"), fewest_passed = whole("fewest_passed");
+    // mbproj/thresholds/contact.py
+    double overlap = number("overlap");
+    // mbproj/thresholds/solution.py
+    double near_branch = number("near_branch"), decline = number("decline"), choice_from = number("choice_from"),
+           tied = number("tied"), no_part = number("no_part");
+};
 
 }  // namespace mbproj
