@@ -1,9 +1,9 @@
 // Records from Python: values by name. A reader takes each value where it needs it, so that a field is listed once in each language.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <initializer_list>
-#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -47,11 +47,11 @@ public:
     bool has(const char* name) const { return values_.contains(name); }
 
     template <class T> T take(const char* name) {
-        if (!has(name)) refuse(name, "is missing");
-        taken_.insert(name);
+        const nb::handle given = PyDict_GetItemString(values_.ptr(), name);
+        if (!given) refuse(name, "is missing");
+        taken_.push_back(name);
         T value;
-        if (!nb::try_cast(values_[name], value))
-            throw nb::type_error((std::string(name) + " has a wrong type").c_str());
+        if (!nb::try_cast(given, value)) throw nb::type_error((std::string(name) + " has a wrong type").c_str());
         return value;
     }
     template <class T> T take(const char* name, T otherwise) { return has(name) ? take<T>(name) : otherwise; }
@@ -74,14 +74,16 @@ public:
 
     // Refuses names that nobody took.
     void close() const {
+        if (taken_.size() == values_.size()) return;
         for (const auto& [name, value] : values_)
-            if (const auto own = nb::cast<std::string>(name); !taken_.count(own))
+            if (const auto own = nb::cast<std::string>(name);
+                std::find(taken_.begin(), taken_.end(), own) == taken_.end())
                 refuse(own, "is not known to the kernel");
     }
 
 private:
     nb::dict values_;
-    std::set<std::string> taken_;
+    std::vector<const char*> taken_;
 };
 
 // A class that Python makes from a record.
