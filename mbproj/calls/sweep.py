@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import final
+from typing import Any, final
 
 from mbproj.calls.arguments import Given, by_arguments, names_of, scene_of
 from mbproj.calls.studies import Names
@@ -83,14 +83,15 @@ def fit(
     *,
     engine: str | None = None,
     fresh: bool = False,
-    jobs: int | None = None,
+    jobs: int | Cluster | None = None,
     scheduler: str | None = None,
+    scheduler_file: Path | None = None,
     progress: Tell = silent,
 ) -> FoundDesign:
     """Finds the numbers of a scene that match measurements best, as the file `spec` asks, with their uncertainty.
     Finished starts are not searched again, unless `fresh`. Nothing is written: `best_scene` has the text. Raises
     InputError where the file, its scene or its measurements are wrong, or no design runs."""
-    return _found(spec, True, engine, fresh, jobs, scheduler, progress)
+    return _found(spec, True, (jobs, scheduler, scheduler_file), engine=engine, fresh=fresh, tell=progress)
 
 
 def optimise(
@@ -98,27 +99,19 @@ def optimise(
     *,
     engine: str | None = None,
     fresh: bool = False,
-    jobs: int | None = None,
+    jobs: int | Cluster | None = None,
     scheduler: str | None = None,
+    scheduler_file: Path | None = None,
     progress: Tell = silent,
 ) -> FoundDesign:
     """Finds the numbers of a scene that make a measure smallest or largest under constraints. All else is as in
     `fit`."""
-    return _found(spec, False, engine, fresh, jobs, scheduler, progress)
+    return _found(spec, False, (jobs, scheduler, scheduler_file), engine=engine, fresh=fresh, tell=progress)
 
 
-def _found(
-    spec: str | Path,
-    fits: bool,
-    engine: str | None,
-    fresh: bool,
-    jobs: int | None,
-    scheduler: str | None,
-    progress: Tell,
-) -> FoundDesign:
+def _found(spec: str | Path, fits: bool, where: tuple[Any, ...], **options: Any) -> FoundDesign:
     with by_arguments():
-        what = spec_of(Path(spec), fits)
-        return find_design(what, workplace(jobs, scheduler, None), engine=engine, fresh=fresh, tell=progress)
+        return find_design(spec_of(Path(spec), fits), workplace(*where), **options)
 
 
 def spec_of(path: Path, fits: bool) -> DesignSpec:
@@ -136,9 +129,12 @@ def sensitivity(
     of: Names = (),
     to: Names = (),
     parameters: Mapping[str, object] = _NOTHING,
-    jobs: int | None = None,
+    jobs: int | Cluster | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
 ) -> Sensitivities:
     """The sensitivities of a scene's expectations `of` (by default all) to its numbers `to` (paths, or parameters by
     name); a table. Raises InputError for unknown names, and where a run with a changed number fails."""
     with by_arguments():
-        return sensitivities(scene_of(scene, parameters, {}), names_of(of), names_of(to), jobs)
+        where = workplace(jobs, scheduler, scheduler_file)
+        return sensitivities(scene_of(scene, parameters, {}), names_of(of), names_of(to), where)

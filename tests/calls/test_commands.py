@@ -42,6 +42,9 @@ FUNCTIONS = (
     "new",
     "import",
     "paper",
+    "fit",
+    "optimise",
+    "sensitivity",
 )
 #: Options that only say what is printed or written, for which the objects have methods.
 PRINTS = {
@@ -69,6 +72,7 @@ ELSEWHERE = {
     "run": {"accuracy"},  # recommend
     "sweep": {"dry", "yes", "show"},
     "stability": {"single"},
+    "optimise": {"topologies"},  # which search for mechanisms
     "export": {"only_list", "mjcf", "urdf", "settings"},  # export_model
 }
 #: Python's names of what is called otherwise in a command's code.
