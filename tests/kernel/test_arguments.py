@@ -139,9 +139,9 @@ def test_other_types_than_arrays_of_numbers_are_refused(build, changes):
 
 
 def test_fields_that_are_missing_or_unknown_are_refused():
-    with pytest.raises(ValueError, match="^wheels is not known to the kernel"):
+    with pytest.raises(ValueError, match=r"^wheels is not known to the kernel"):
         model(wheels=4)
-    with pytest.raises(ValueError, match="^mass is missing"):
+    with pytest.raises(ValueError, match=r"^mass is missing"):
         core().SpaceModel(thresholds=core().Thresholds(**of_the_kernel()))
 
 
