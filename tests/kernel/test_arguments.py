@@ -134,7 +134,7 @@ def test_states_are_checked(changes, message):
 
 @pytest.mark.parametrize(("build", "changes"), WRONG_TYPES)
 def test_other_types_than_arrays_of_numbers_are_refused(build, changes):
-    with pytest.raises(TypeError, match="incompatible function arguments|has a wrong type|is none"):
+    with pytest.raises(TypeError, match=r"incompatible function arguments|has a wrong type|is none"):
         build(**changes)
 
 
