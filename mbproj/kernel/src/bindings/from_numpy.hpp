@@ -1,5 +1,4 @@
-// From NumPy arrays to the kernel's data and back. Wrong shapes, indices out of range and numbers that are not finite are refused
-// here, with the name of the array.
+// Settings, bodies, primitives, joints and bushings from records.
 #pragma once
 
 #include <memory>
@@ -8,39 +7,13 @@
 
 #include <nanobind/stl/shared_ptr.h>
 
-#include "algebra/decompositions.hpp"
 #include "bindings/record.hpp"
+#include "kinematics/bushings.hpp"
 #include "model/model.hpp"
 #include "model/settings.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {
-
-inline int index_below(int64_t index, std::size_t count, const char* name) {
-    if (index < 0 || static_cast<std::size_t>(index) >= count) refuse(name, "holds an index out of range");
-    return static_cast<int>(index);
-}
-
-inline std::vector<double> numbers(const Numbers1& array, const char* name) {
-    require(array, {any_length}, name);
-    return {array.data(), array.data() + array.size()};
-}
-inline RowMajor matrix(const Numbers2& array, const char* name) {
-    require(array, {any_length, any_length}, name);
-    return Eigen::Map<const RowMajor>(array.data(), static_cast<Eigen::Index>(array.shape(0)),
-                                      static_cast<Eigen::Index>(array.shape(1)));
-}
-
-// An array of Python's own from a vector, with `columns` per row; without columns it is flat.
-template <class Number, class... Sizes> nb::object array_of(std::vector<Number> values, Sizes... sizes) {
-    auto* kept = new std::vector<Number>(std::move(values));
-    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Number>*>(p); });
-    return nb::cast(nb::ndarray<nb::numpy, Number>(kept->data(), {static_cast<std::size_t>(sizes)...}, owner));
-}
-
-inline void require_positive(double value, const char* name) {
-    if (!(value > 0.0 && std::isfinite(value))) refuse(name, "is not positive");
-}
 
 // Times at which steps end: (time, left, right, actions, asks) of each.
 using BreakNumbers = std::vector<std::tuple<double, double, double, std::vector<int>, bool>>;
@@ -255,6 +228,47 @@ template <class D> std::vector<Body<D>> bodies(Record& given, const Thresholds& 
         found.push_back(body);
     }
     return found;
+}
+
+template <class D> struct Bushings { std::vector<Bushing<D>> each; };
+
+// Matrix number i of an array.
+template <int Rows, int Columns> Matrix<Rows, Columns> matrix_of(const Numbers3& array, std::size_t i) {
+    return matrix_by_rows<Rows, Columns>(array.data() + Rows * Columns * i);
+}
+
+// Two frames for each bushing: body, origin and rotation, one after the other.
+template <class D> Bushings<D> bushings(Record& given) {
+    constexpr int N = Bushing<D>::coordinates;
+    const auto bodies = given.take<std::size_t>("bodies");
+    const auto preload = given.array<Numbers2>("preload", {any_length, N});
+    const std::size_t count = preload.shape(0);
+    const auto body = given.array<Integers1>("body", {2 * count});
+    const auto origin = given.array<Numbers2>("origin", {2 * count, D::axes});
+    const auto turn = given.array<Numbers3>("turn", {2 * count, D::axes, D::axes});
+    const auto stiffness = given.array<Numbers3>("stiffness", {count, N, N});
+    const auto damping = given.array<Numbers3>("damping", {count, N, N});
+    const auto map = given.array<Numbers3>("map", {count, 6, N});
+    const auto turns_freely = given.array<Integers1>("turns_freely", {count});
+    Bushings<D> built;
+    for (std::size_t i = 0; i < count; ++i) {
+        Bushing<D> one;
+        for (int side = 0; side < 2; ++side) {
+            one.body[side] = index_below(body.data()[2 * i + side], bodies + 1, "body");
+            one.origin[side] = matrix_at<D::axes>(origin.data() + D::axes * (2 * i + side));
+            one.turn[side] = matrix_of<D::axes, D::axes>(turn, 2 * i + side);
+        }
+        one.stiffness = matrix_of<N, N>(stiffness, i);
+        one.damping = matrix_of<N, N>(damping, i);
+        one.preload = matrix_at<N>(preload.data() + N * i);
+        one.map = matrix_of<6, N>(map, i);
+        one.turns_freely = turns_freely.data()[i] != 0;
+        one.sees_pose =
+            D::axes == 3 &&
+            one.damping.template block<Size<D>::turns, Size<D>::turns>(D::axes, D::axes).squaredNorm() > 0.0;
+        built.each.push_back(one);
+    }
+    return built;
 }
 
 // Checks rows of a model that may be left out.

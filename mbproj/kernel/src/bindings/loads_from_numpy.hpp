@@ -1,7 +1,7 @@
 // From NumPy arrays to functions, forces and motions.
 #pragma once
 
-#include "bindings/bushings_from_numpy.hpp"
+#include "bindings/from_numpy.hpp"
 #include "kinematics/loads.hpp"
 #include "model/switches.hpp"
 

@@ -1,4 +1,5 @@
-// Records from Python: values by name. A reader takes each value where it needs it, so that a field is listed once in each language.
+// Arrays from Python and back, and records: values by name. A reader takes each value where it needs it, so that a field is listed once
+// in each language. Wrong shapes, indices out of range and numbers that are not finite are refused with the name of the field.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +13,8 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
+
+#include "model/settings.hpp"
 
 namespace mbproj {
 
@@ -40,6 +43,32 @@ template <class Array> void require(const Array& array, std::initializer_list<st
             if (!std::isfinite(array.data()[i])) refuse(name, "holds a number that is not finite");
 }
 
+inline int index_below(int64_t index, std::size_t count, const char* name) {
+    if (index < 0 || static_cast<std::size_t>(index) >= count) refuse(name, "holds an index out of range");
+    return static_cast<int>(index);
+}
+
+inline std::vector<double> numbers(const Numbers1& array, const char* name) {
+    require(array, {any_length}, name);
+    return {array.data(), array.data() + array.size()};
+}
+inline RowMajor matrix(const Numbers2& array, const char* name) {
+    require(array, {any_length, any_length}, name);
+    return Eigen::Map<const RowMajor>(array.data(), static_cast<Eigen::Index>(array.shape(0)),
+                                      static_cast<Eigen::Index>(array.shape(1)));
+}
+
+// An array of Python's own from a vector, with `columns` per row; without columns it is flat.
+template <class Number, class... Sizes> nb::object array_of(std::vector<Number> values, Sizes... sizes) {
+    auto* kept = new std::vector<Number>(std::move(values));
+    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Number>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, Number>(kept->data(), {static_cast<std::size_t>(sizes)...}, owner));
+}
+
+inline void require_positive(double value, const char* name) {
+    if (!(value > 0.0 && std::isfinite(value))) refuse(name, "is not positive");
+}
+
 class Record {
 public:
     explicit Record(const nb::dict& values) : values_(values) {}
@@ -62,8 +91,7 @@ public:
         return values;
     }
     std::vector<double> numbers(const char* name, std::size_t size = any_length) {
-        const auto values = array<Numbers1>(name, {size});
-        return {values.data(), values.data() + values.size()};
+        return mbproj::numbers(array<Numbers1>(name, {size}), name);
     }
     // An object of a class of the kernel.
     template <class T> const T& object(const char* name) {

@@ -37,11 +37,13 @@ template <class T> nb::dict saved(const T& state) {
     return numbers;
 }
 
-// What a file has of these; of an older version it may be without some.
+// What a file has of these. All numbers are there; a file of an older version may be without some lists.
 template <class T> T saved_from(const nb::dict& given) {
     T state{};
     each_saved(state, [&given](const char* name, auto& value) {
-        if (given.contains(name)) value = nb::cast<std::decay_t<decltype(value)>>(given[name]);
+        using Value = std::decay_t<decltype(value)>;
+        if (given.contains(name) || (std::is_arithmetic_v<Value> && !std::is_same_v<Value, bool>))
+            value = nb::cast<Value>(given[name]);
     });
     return state;
 }
