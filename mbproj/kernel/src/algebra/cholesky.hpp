@@ -24,7 +24,7 @@ public:
     void backward(Column<N, Scalar>& x) const { backward(x, std::make_integer_sequence<int, N>()); }
 
 private:
-    // Of the first `count` numbers of two rows.
+    // The inner product of the first `count` numbers of two rows.
     Scalar inner(int r, int s, int count) const {
         Scalar sum = 0.0;
         for (int c = 0; c < count; ++c) sum = multiply_add(L_(r, c), L_(s, c), sum);
@@ -36,7 +36,7 @@ private:
     template <int... K> void backward(Column<N, Scalar>& x, std::integer_sequence<int, K...>) const {
         (void(divide<N - 1 - K, N - K, K>(L_.col(N - 1 - K), x)), ...);
     }
-    // x_k less what the `Known` numbers from `From` on take of it, over the diagonal.
+    // x_k = (x_k - Σ line_i x_i) / line_k, over the `Known` numbers i from `From` on.
     template <int K, int From, int Known, class Line>
     [[gnu::always_inline]] static void divide(const Line& line, Column<N, Scalar>& x) {
         if constexpr (Known > 0) x[K] -= less<From>(line, x, std::make_integer_sequence<int, Known>());

@@ -1,6 +1,6 @@
-// What vectors and matrices of few numbers and their parts have in common: sizes and strides that the compiler knows, and
-// everything that reads them. Eigen's expressions would do the same; they took half of the time and the memory
-// of a compilation.
+// The base of small vectors and matrices and of their parts: sizes and strides that the compiler knows, and all
+// functions that only read. Eigen's expressions would do the same; they took half of the time and the memory of a
+// compilation.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ template <int Rows, int Columns, class Scalar = double> class Matrix;
 template <int Rows, class Scalar = double> using Column = Matrix<Rows, 1, Scalar>;
 template <class Number, int Rows, int Columns, int RowStep, int ColumnStep> class View;
 
-// What the numbers of a matrix, or of a part of one, are.
+// The type of the numbers of a matrix or of a part of a matrix.
 template <class Derived> struct NumbersOf;
 template <int Rows, int Columns, class Scalar> struct NumbersOf<Matrix<Rows, Columns, Scalar>> { using Type = Scalar; };
 template <class Number, int Rows, int Columns, int RowStep, int ColumnStep>
@@ -34,7 +34,7 @@ template <int Count, class Scalar> [[gnu::always_inline]] inline Scalar sum_by_h
         return sum_by_halves<Count / 2>(p) + sum_by_halves<Count - Count / 2>(p + Count / 2);
 }
 
-// The same of products a0 b0 + a1 b1 + ...
+// a0 b0 + a1 b1 + ..., by halves, too.
 template <int Count, class Scalar>
 [[gnu::always_inline]] inline Scalar sum_of_products(const Scalar* a, const Scalar* b) {
     constexpr int half = Count / 2;
@@ -46,7 +46,7 @@ template <int Count, class Scalar>
         return sum_of_products<half>(a, b) + sum_of_products<Count - half>(a + half, b + half);
 }
 
-// Whether all of these numbers are: 0 x is NaN for the others. Eight at a time, so that the sums stay in registers.
+// Whether all numbers are finite: 0 x is NaN for all others. Eight at a time, so that the sums stay in registers.
 inline bool all_finite(const double* x, std::ptrdiff_t size) {
     constexpr std::ptrdiff_t width = 8;
     double none[width] = {};
@@ -57,7 +57,7 @@ inline bool all_finite(const double* x, std::ptrdiff_t size) {
     return sum_by_halves<width>(none) == 0.0;
 }
 
-// `Derived` has data(), where its first number is; the next of a column is RowStep away, the next of a row ColumnStep.
+// `Derived` has data(), where it begins. RowStep leads to the next number of a column, ColumnStep to that of a row.
 template <class Derived, int Rows, int Columns, int RowStep, int ColumnStep> class Dense {
 public:
     static constexpr int count = Rows * Columns;
@@ -65,7 +65,7 @@ public:
     using Scalar = ScalarOf<Derived>;
     using Value = Matrix<Rows, Columns, Scalar>;
 
-    // The number i, column by column.
+    // The place of number i, counted column by column.
     [[gnu::always_inline]] static constexpr int place(int i) { return i % Rows * RowStep + i / Rows * ColumnStep; }
     [[gnu::always_inline]] decltype(auto) operator[](int i) { return own().data()[place(i)]; }
     [[gnu::always_inline]] Scalar operator[](int i) const { return own().data()[place(i)]; }
@@ -80,7 +80,7 @@ public:
     static constexpr int rows() { return Rows; }
     static constexpr int cols() { return Columns; }
 
-    // Parts, to read and, of what can be written, to write.
+    // Parts: to read, and to write where the matrix can be written.
     template <int N> [[gnu::always_inline]] auto segment(int at) { return part<N, 1>(own().data() + at * RowStep); }
     template <int N> [[gnu::always_inline]] auto segment(int at) const {
         return part<N, 1>(own().data() + at * RowStep);
@@ -123,7 +123,7 @@ public:
         const Scalar square = squaredNorm();
         return square > 0.0 ? Value(own() / sqrt(square)) : eval();
     }
-    // The largest size of a number.
+    // The largest absolute value.
     Scalar largest() const {
         Scalar most = abs((*this)[0]);
         for (int i = 1; i < count; ++i) most = max(most, abs((*this)[i]));

@@ -1,5 +1,5 @@
-// Dual numbers: a value, and how it changes along a few directions at once, to the first order. What is written for doubles gives
-// derivatives with them, exact but for round-off (Griewank & Walther, Evaluating Derivatives, 2008, ch. 3).
+// Dual numbers: a value and its derivatives along a few directions at once. Code for doubles gives derivatives with
+// them, exact but for round-off (Griewank & Walther, Evaluating Derivatives, 2008, ch. 3).
 #pragma once
 
 #include "algebra/scalar.hpp"
@@ -33,7 +33,7 @@ struct Dual {
         return {quotient, (a.tangent - quotient * b.tangent) / b.value};
     }
 
-    // Of two numbers that compare alike the text does the same, however they change.
+    // Comparisons look at values alone: code takes the branches that it takes for doubles.
     friend bool operator<(const Dual& a, const Dual& b) { return a.value < b.value; }
     friend bool operator>(const Dual& a, const Dual& b) { return a.value > b.value; }
     friend bool operator<=(const Dual& a, const Dual& b) { return a.value <= b.value; }
@@ -84,7 +84,7 @@ inline Dual exp(const Dual& x) {
     return chain(value, value, x);
 }
 inline Dual log(const Dual& x) { return chain(std::log(x.value), 1.0 / x.value, x); }
-// A factor that is zero keeps the slope out, be the power of x defined or not.
+// With the exponent 0 the slope is 0, even where 1 / x is not defined.
 inline Dual pow(const Dual& x, double exponent) {
     return chain(std::pow(x.value, exponent), exponent == 0.0 ? 0.0 : exponent * std::pow(x.value, exponent - 1.0), x);
 }
@@ -97,7 +97,7 @@ inline Dual abs(const Dual& x) { return x.value < 0.0 ? -x : x; }
 inline Dual max(const Dual& a, const Dual& b) { return a.value < b.value ? b : a; }
 inline Dual min(const Dual& a, const Dual& b) { return b.value < a.value ? b : a; }
 
-// What jumps has no slope beside its jumps.
+// Functions that jump have the slope 0 between their jumps.
 inline Dual floor(const Dual& x) { return std::floor(x.value); }
 inline Dual ceil(const Dual& x) { return std::ceil(x.value); }
 inline Dual nearbyint(const Dual& x) { return std::nearbyint(x.value); }

@@ -1,4 +1,4 @@
-// Four numbers that are computed at once, each by itself, and with the bits that it would have alone.
+// Four doubles that are computed at once; each has the bits that it would have alone.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace mbproj {
 
-// One where the compiler has no vectors.
+// A single double where the compiler has no vectors.
 #ifdef __GNUC__
 using FourAtOnce = double __attribute__((vector_size(32)));
 using FourBits = std::uint64_t __attribute__((vector_size(32)));

@@ -1,5 +1,5 @@
-// The irreducible blocks of a square matrix: with its rows and columns in their order it is block triangular, and each block
-// is regular or not by itself (Duff & Reid 1978). Of the rows of a driven mechanism each is what must be closed at once: a
+// The irreducible blocks of a square matrix. In their order the matrix is block triangular (Duff & Reid 1978). Each
+// block is regular or singular by itself. A block of a driven mechanism is a set of rows that must be closed at once: a
 // crank with its motion, and then groups of Assur.
 #pragma once
 
@@ -10,7 +10,7 @@ namespace mbproj {
 
 class IrreducibleBlocks final {
 public:
-    // Of a matrix whose row r has entries in `columns[r]`. None where some row has no column of its own in any order.
+    // For a matrix whose row r has entries in `columns[r]`. No blocks where some row cannot be paired with a column.
     explicit IrreducibleBlocks(const std::vector<std::vector<int>>& columns)
         : columns_(columns), row_of_(columns.size(), -1), number_(columns.size(), 0), least_(columns.size(), 0),
           block_of_(columns.size(), -1), seen_(columns.size(), -1) {
@@ -27,7 +27,7 @@ public:
     int row_of(int column) const { return row_of_[column]; }
 
 private:
-    // Pairs a row with a column, and others with others if need be.
+    // Pairs a row with a column; changes other pairs where it must.
     bool finds_column(int row, int mark) {
         for (const int column : columns_[row])
             if (row_of_[column] < 0) return row_of_[column] = row, true;
@@ -38,7 +38,7 @@ private:
         }
         return false;
     }
-    // Strongly connected columns (Tarjan 1972): each leads to those that its row has.
+    // Strongly connected columns (Tarjan 1972): a column leads to the columns in which its row has entries.
     void visit(int column) {
         number_[column] = least_[column] = ++visited_;
         open_.push_back(column);

@@ -26,7 +26,7 @@ private:
     int at_ = 0;
 };
 
-// What can be written, number by number; what is assigned has been evaluated before, but for parts of other matrices.
+// A matrix or part that can be written. What is assigned is evaluated first, unless it is a part of another matrix.
 template <class Derived, int Rows, int Columns, int RowStep, int ColumnStep> class Writable
     : public Dense<Derived, Rows, Columns, RowStep, ColumnStep> {
 public:
@@ -42,7 +42,7 @@ public:
     [[gnu::always_inline]] Derived& operator-=(const Dense<Other, Rows, Columns, S, T>& other) {
         return subtract(other, Indices());
     }
-    // Adds s times another: products and sums are rounded once, where the processor does that.
+    // Adds s times another matrix. Each product and sum is rounded once where the processor can do that.
     template <class Other, int S, int T>
     [[gnu::always_inline]] Derived& add_multiple(const Scalar& s, const Dense<Other, Rows, Columns, S, T>& other) {
         return add_multiple(s, other, Indices());
@@ -103,7 +103,7 @@ private:
     }
 };
 
-// Numbers of somebody else: a part of a matrix, or of a state vector.
+// A view of numbers that are stored elsewhere: a part of a matrix, or of a state vector.
 template <class Number, int Rows, int Columns, int RowStep, int ColumnStep> class View
     : public Writable<View<Number, Rows, Columns, RowStep, ColumnStep>, Rows, Columns, RowStep, ColumnStep> {
 public:
@@ -131,7 +131,7 @@ template <int Rows, int Columns, class Scalar> class Matrix
 public:
     using Base = Writable<Matrix, Rows, Columns, 1, Rows>;
     Matrix() = default;
-    // A vector by its numbers.
+    // A vector from its numbers.
     explicit Matrix(Scalar only) : own_{only} { static_assert(Base::count == 1); }
     Matrix(Scalar x, Scalar y) : own_{x, y} { static_assert(Base::count == 2); }
     Matrix(Scalar x, Scalar y, Scalar z) : own_{x, y, z} { static_assert(Base::count == 3); }
@@ -170,7 +170,7 @@ private:
     Scalar own_[Base::count];
 };
 
-// The matrix that begins at a number, stored column by column as one of these, or row by row.
+// A view of the matrix that begins at a number, stored column by column, or row by row.
 template <int Rows, int Columns = 1, class Number> [[gnu::always_inline]] inline auto matrix_at(Number* at) {
     return View<Number, Rows, Columns, 1, Rows>(at);
 }
@@ -178,7 +178,7 @@ template <int Rows, int Columns, class Number> auto matrix_by_rows(const Number*
     return View<const Number, Rows, Columns, Columns, 1>(at);
 }
 
-// A matrix without what goes with its numbers.
+// The values of a matrix, without the derivatives of dual numbers.
 template <int Rows, int Columns, class Scalar>
 Matrix<Rows, Columns, ValueOf<Scalar>> values_of(const Matrix<Rows, Columns, Scalar>& from) {
     Matrix<Rows, Columns, ValueOf<Scalar>> found;

@@ -1,5 +1,5 @@
-// What the kernel computes with: double, or a type of ours that the same text computes with. Functions of one stand in this
-// namespace, so that their names find those of the type at hand.
+// The numbers of the kernel: double, or a type of ours with the same functions. The functions of double stand in this
+// namespace, so that a name finds the function of the type at hand.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using std::abs, std::sqrt, std::tan, std::acos, std::asin, std::atan, std::atan2
 using std::cosh, std::sinh, std::tanh, std::exp, std::log, std::pow, std::floor, std::ceil, std::copysign;
 using std::isfinite, std::isnan, std::max, std::min, std::nearbyint, std::remainder;
 
-// What a number is without anything that goes with it; by that it is compared.
+// The value of a number, without derivatives; comparisons look at it.
 inline double value_of(double x) { return x; }
 template <class S> using ValueOf = std::decay_t<decltype(value_of(std::declval<S>()))>;
 
@@ -29,21 +29,21 @@ template <class S> using ValueOf = std::decay_t<decltype(value_of(std::declval<S
 #endif
 }
 
-// Whether a number is those of several cases.
+// Whether a number is a pack: the numbers of several cases side by side.
 template <class S> constexpr bool is_pack = false;
 
-// a where that holds, else b; of packs, lane by lane.
+// a where the condition holds, else b; for packs, lane by lane.
 template <class S> inline S where(bool holds, const S& a, const S& b) { return holds ? a : b; }
 inline bool any(bool holds) { return holds; }
 
-// Number `at` of a list; of packs, each lane has its own.
+// Number `at` of a list; in a pack, each lane has an `at` of its own.
 template <class S> inline const S& pick(const std::vector<S>& numbers, int at) { return numbers[at]; }
-// Where a value stands among ascending numbers: how many of them are not above it.
+// How many of some ascending numbers are not above a value.
 inline int rank(const double* first, const double* last, double value) {
     return static_cast<int>(std::upper_bound(first, last, value) - first);
 }
 
-// A number less whole periods, where it is beyond `most`.
+// x, less whole periods where |x| exceeds `most`.
 inline double wrapped(double x, double most, double period) { return abs(x) <= most ? x : remainder(x, period); }
 
 }  // namespace mbproj

@@ -8,8 +8,8 @@
 
 namespace mbproj {
 
-// B = L Lᵀ of the rows that are independent, the most independent first: a row is left out where no more than the part `least`
-// of its diagonal entry is left.
+// B = L Lᵀ of the independent rows. The pivot is the largest remaining part of a diagonal entry; rows whose part does
+// not exceed `least` are left out.
 class SemidefiniteCholesky final {
 public:
     void factor(const Eigen::MatrixXd& B, double least) {

@@ -13,7 +13,7 @@ namespace mbproj {
 
 template <class S> struct SineAndCosine { S sine, cosine; };
 
-// What a number's bits are kept in.
+// The integer with the bits of a number.
 template <class S> struct BitsOf {
     using Type = std::conditional_t<std::is_same_v<S, FourAtOnce>, FourBits, std::uint64_t>;
 };
@@ -29,10 +29,10 @@ template <class S> [[gnu::always_inline]] inline S from_bits(const typename Bits
     return x;
 }
 
-// Up to here a multiple of π/2 times a part of it has no more than 53 digits.
+// Up to here n times a part of π/2 has no more than 53 digits, so that the product is exact.
 constexpr double largest_reduced = 0x1p19;
 
-// Of |x| <= `largest_reduced`: n with the rest x - n π/2 = high + low, and the last digits of n.
+// x = n π/2 + high + low for |x| <= `largest_reduced`; `quadrant` is n modulo 4.
 template <class S> struct Reduced {
     S high, low;
     typename BitsOf<S>::Type quadrant;
@@ -51,7 +51,7 @@ template <class S> struct Reduced {
     }
 };
 
-// Of |high| <= π/4.
+// The sine of high + low, for |high| <= π/4.
 template <class S> [[gnu::always_inline]] inline S sine_near_zero(const S& high, const S& low) {
     const S z = high * high, v = z * high;
     const S r =
@@ -74,14 +74,14 @@ template <class S> [[gnu::always_inline]] inline SineAndCosine<S> reduced_sine_a
     const Reduced<S> part(x);
     const auto sine = bits_of(sine_near_zero(part.high, part.low));
     const auto cosine = bits_of(cosine_near_zero(part.high, part.low));
-    const auto swapped = -(part.quadrant & 1);  // all ones, or none
+    const auto swapped = -(part.quadrant & 1);  // all bits, or none
     const auto of_sine = (part.quadrant & 2) << 62, of_cosine = ((part.quadrant + 1) & 2) << 62;
     return {from_bits<S>(((cosine & swapped) | (sine & ~swapped)) ^ of_sine),
             from_bits<S>(((sine & swapped) | (cosine & ~swapped)) ^ of_cosine)};
 }
 
-// Beyond that, and of what is no number. One function for all: sine and cosine at once may have other last digits in the
-// standard library than each by itself.
+// For larger arguments and NaN. One function for all: in the standard library, sine and cosine computed at once may
+// differ in their last digits from each computed alone.
 [[gnu::noinline, gnu::cold]] inline SineAndCosine<double> far_sine_and_cosine(double x) {
     return {std::sin(x), std::cos(x)};
 }
@@ -90,7 +90,7 @@ inline SineAndCosine<double> sine_and_cosine(double x) {
     if (!(std::fabs(x) <= largest_reduced)) return far_sine_and_cosine(x);
     return reduced_sine_and_cosine(x);
 }
-// Of `at_once` numbers: each has the bits that it would have alone.
+// For `at_once` numbers; each result has the bits that it would have alone.
 inline void sines_and_cosines(const double* x, double* sine, double* cosine) {
     FourAtOnce all;
     std::memcpy(&all, x, sizeof all);

@@ -1,4 +1,4 @@
-// A vector and a weighted sum of others: what a step makes of its stages.
+// A vector plus a weighted sum of others, as a step computes from its stages.
 #pragma once
 
 #include <cstring>
@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-// From place i on, as many numbers at once as a Number has, until fewer are left.
+// Adds from place i on, as many numbers at once as a Number has. Returns the place where fewer are left.
 template <class Number> long add_weighted(const double* from, const double* const* terms, const double* factors,
                                           int count, long i, long size, double* to) {
     constexpr long lanes = sizeof(Number) / sizeof(double);

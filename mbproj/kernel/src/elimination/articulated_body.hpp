@@ -87,7 +87,7 @@ template <class D> struct HingeFactor {
         return true;
     }
 
-    // h = nᵀ g of each free motion, and g without the part that the motion takes. `pushed`: flywheels' part of nᵀ g.
+    // h = nᵀ g / nᵀ M n of each free motion, and g less h U. `pushed`: the flywheels' part of nᵀ g.
     template <bool turns> [[gnu::always_inline]] void upward(const Hinge<D>& hinge, Scalar<D>* h,
                                                              Column<F, Scalar<D>>& g, const Scalar<D>* pushed) const {
         const FreeMotion<D>* motion = motions;
@@ -105,7 +105,7 @@ template <class D> struct HingeFactor {
         }
     }
 
-    // u = u_parent + Σ n z: the free motions that follow from the parent's.
+    // u = u_parent + Σ n z with z = h - Uᵀu / nᵀ M n, one free motion after another.
     [[gnu::always_inline]] void downward(const Hinge<D>& hinge, const Scalar<D>* h, Column<F, Scalar<D>>& u) const {
         int last = hinge.free_translations() + hinge.free_rotations() - 1;
         for (int k = hinge.free_rotations() - 1; k >= 0; --k, --last)

@@ -14,7 +14,7 @@ public:
         : model_(model), loop_bodies_(loop_bodies), cancellation_(cancellation), joints_of_(model.size()),
           moves_(model.size()), carries_(model.size() + 1) {}
 
-    // The hinges among the joints that are left; they leave that list. Light bodies have none (see light_body.hpp).
+    // Chooses hinges among the joints in `joint_left`, and removes them there. Light bodies have none (light_body.hpp).
     std::vector<LoopHinge<D>> choose(std::vector<bool>& joint_left) {
         for (int j = 0; j < static_cast<int>(model_.joints.size()); ++j)
             if (joint_left[j])

@@ -21,7 +21,7 @@ template <class D> struct EliminationOrder {
     std::vector<Leaf<D>> leaves;   // in the order of their elimination: children before their parents
     std::vector<int> loop_bodies;  // with the roots of floating trees
     std::vector<int> loop_joints;
-    std::vector<LoopHinge<D>> loop_hinges;  // one at most for each of loop_bodies; no parent moves by one
+    std::vector<LoopHinge<D>> loop_hinges;  // at most one for each of loop_bodies; their parents have none
 
     // Light bodies stay in the loops, where they can be lent inertia. So do bodies that are too heavy for their parents, and all
     // bodies where `eliminate` is false.

@@ -23,7 +23,7 @@ template <class D> struct Hinge {
     int taken() const { return translation_count + rotation_count; }
 };
 
-// The hinge that a joint is with this child, where it is one.
+// A joint as a hinge with this child, or nothing where its rows do not fit.
 template <class D> std::optional<Hinge<D>> as_hinge(const Model<D>& model, const Joint& joint, int child) {
     Hinge<D> hinge{};
     hinge.child = child;
@@ -79,7 +79,7 @@ template <class S> inline bool complement(const Column<2, S>* rows, int count, M
     P /= cross;
     return cross * cross > parallel * square * rows[1].squaredNorm();
 }
-// A unit vector; `parallel`: the square of the sine below which v lies along z.
+// A unit vector normal to v; `parallel`: the square of the sine below which v lies along z.
 template <class S> inline Column<3, S> normal_to(const Column<3, S>& v, double parallel) {
     if (v.template head<2>().squaredNorm() > parallel * v.z() * v.z()) {
         const S inverse = 1.0 / v.template head<2>().norm();
@@ -116,12 +116,12 @@ template <class S> inline bool complement(const Column<3, S>* rows, int count, M
     return volume * volume > parallel * normal2 * rows[2].squaredNorm();
 }
 
-// A hinge at a pose: arms from the two centres of mass, the allowed translations and rotations, and the particular ones.
+// A hinge at a pose: arms from the two centres of mass, bases N of the free motions, and the particular motions P.
 template <class D> struct HingeFrame {
     using S = Size<D>;
     Point<D> child_arm, parent_arm;
     Matrix<D::axes, D::axes, Scalar<D>> N_t,
-        P_t;  // none for a coincident joint: it is the identity
+        P_t;  // not set for a coincident joint, whose P_t is the identity
     Matrix<S::turns, S::turns, Scalar<D>> N_r, P_r;
 
     [[gnu::always_inline]] bool update(const Model<D>& model, const Hinge<D>& hinge, const Pose<D>& pose) {

@@ -1,5 +1,5 @@
-// Flywheels that a hinge's free motions turn, and stiff forces along them, which act as flywheels in an implicit stage. In the
-// hinge's basis one free motion turns each flywheel: its inertia adds to that of the motion alone.
+// Flywheels that a hinge's free motions turn, and stiff forces along them, which act as flywheels in an implicit stage.
+// In the hinge's basis one free motion turns each flywheel, whose inertia adds to that of the motion.
 #pragma once
 
 #include "elimination/hinge.hpp"
@@ -76,14 +76,14 @@ public:
     // The addition to nᵀ M n of each free motion.
     const Scalar<D>* added() const { return added_; }
 
-    // The addition to nᵀ g of each free motion, from the right-hand sides c and the joint's own particular motion p.
+    // The addition to nᵀ g of each free motion, from the right-hand sides c and the joint's particular motion p.
     void push(const Scalar<D>* c, const Twist& p, Scalar<D>* pushed) const {
         std::fill(pushed, pushed + F, 0.0);
         for (const Turned& t : turned_) pushed[t.motion] = t.inertia * t.ratio * (c[t.row] - t.rate.dot(p));
     }
 
-    // The part of the wrench on the child with which its flywheels resist, -μ for each: all of the wrench along the free motions,
-    // where joints exert no force. Adds Σ I s'² = Σ μ² / I, where δ is a velocity.
+    // The wrench of the flywheels on the child, Σ -μ rate. It is all of the wrench along the free motions, where joints
+    // exert no force. Adds Σ I s'² = Σ μ² / I to `energy`, where δ is a velocity.
     Twist pull(const HingeFrame<D>& frame, const Twist& wrench, Scalar<D>* lambda, Scalar<D>& energy) const {
         Twist found = Twist::Zero();
         const int shifts = hinge_.free_translations();
@@ -104,10 +104,10 @@ private:
         Twist rate;  // the rate of the coordinate by the relative twist at the joint's point
         int row = 0, motion = 0;
         bool is_flywheel = true;
-        Scalar<D> inertia = 0.0, ratio = 0.0;  // the ratio of its rate to that of the free motion
+        Scalar<D> inertia = 0.0, ratio = 0.0;  // `ratio`: its rate over that of the free motion
     };
 
-    // Gives each of `count` coordinates, functions of one or two free motions, a free motion that turns no other one.
+    // Changes the basis N: each of `count` coordinates gets a free motion that changes no other coordinate.
     template <int W, int Begin, class Basis> bool align(Basis& N, int free, Turned** turned, int count, int first) {
         if (count == 0) return true;
         const auto rate = [&](int k, int n) { return turned[k]->rate.template segment<W>(Begin).dot(N.col(n)); };

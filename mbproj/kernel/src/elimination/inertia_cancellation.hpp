@@ -1,5 +1,5 @@
-// Finds leaves that would cost their parents' digits. The articulated inertia of a leaf is a difference, in which the child's
-// inertia about its free axes cancels up to round-off. This round-off must be small beside the parent's own inertia.
+// Finds leaves that would cost their parents digits. The articulated inertia of a leaf is a difference: the child's
+// inertia about its free axes cancels up to round-off, which must be small beside the parent's own inertia.
 #pragma once
 
 #include "algebra/decompositions.hpp"
@@ -32,7 +32,7 @@ public:
     }
 
 private:
-    // The moments at the joint, from a body's own moments and a mass at its centre.
+    // The moments of inertia at the joint: a body's own, and that of a mass at its centre.
     Turning moments(int body, Scalar<D> mass, int point) const {
         Inertia<D> M;
         M.set(mass, model_.bodies[body].inertia, model_.constraints.attachments[point].local);
@@ -53,7 +53,7 @@ private:
             }
         return 1.0 / norm_of_inverse(values_of(M));
     }
-    // The free axis of a revolute in the parent's axes: its own vector of both rows, or the normal to its two vectors.
+    // The free axis of a revolute in the parent's axes: its vector, if common to both rows, or the normal to its two.
     Point<D> free_axis(const Hinge<D>& hinge) const {
         Point<D> vectors[2];
         int slots[2];

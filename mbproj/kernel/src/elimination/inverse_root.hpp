@@ -50,7 +50,7 @@ public:
 
     // The number of entries of Zᵀx that can differ from 0.
     int width() const { return kind_ == Kind::hinged ? width_ : F; }
-    // About |Zᵀx|² if the body were free of its hinge.
+    // An estimate of |Zᵀx|² for the body without its hinge.
     Scalar<D> free_square(const Column<F, Scalar<D>>& x) const {
         return free_.translation * x.template head<D::axes>().squaredNorm() +
                free_.rotation * x.template tail<S::turns>().squaredNorm();
@@ -69,7 +69,8 @@ public:
             factor_.forward(x);
         }
     }
-    // For a body that moves by a hinge: the part of a force, given by Zᵀ f, and of the inertia W that its parent feels.
+    // For a hinged body: removes from a force, given Zᵀ f, and from W what its free motions take; its parent feels the
+    // rest.
     void remove(const Column<F, Scalar<D>>& coordinates, Column<F, Scalar<D>>& force) const {
         for (int k = 0; k < width_; ++k) force.add_multiple(-coordinates[k], momenta_[k]);
     }
@@ -84,7 +85,7 @@ public:
             }
         }
     }
-    // Removes the motion of the body by its own hinge, as it moves with its parent: x becomes x - Z Zᵀ W x.
+    // Removes the motion along the hinge from a motion with the parent: x becomes x - Z Zᵀ W x.
     void hold(Column<F, Scalar<D>>& x) const {
         for (int k = 0; k < width_; ++k) x.add_multiple(-momenta_[k].dot(x), motions_[k]);
     }

@@ -56,10 +56,10 @@ private:
     struct Scratch {
         Wrench g, p;  // the force less inertia times p; the particular motion
         Scalar<D> h[F];
-        int flywheels = -1;  // its number among the leaves that have any
+        int flywheels = -1;  // its number among the leaves with flywheels, or -1
     };
 
-    // The code below is compiled twice, so that leaves without flywheels pay nothing for those with some.
+    // The functions below are compiled twice, so that mechanisms without flywheels pay nothing for them.
 
     const HingeFlywheels<D>* flywheels_of(const Scratch& s) const {
         return s.flywheels >= 0 ? &flywheels_[s.flywheels] : nullptr;
@@ -134,7 +134,7 @@ private:
     const std::vector<Leaf<D>>& leaves_;
     std::vector<HingeFactor<D>> factors_;
     std::vector<Scratch> scratch_;
-    std::vector<HingeFlywheels<D>> flywheels_;  // of the leaves that have any
+    std::vector<HingeFlywheels<D>> flywheels_;  // of the leaves with flywheels
     Scalar<D> of_flywheels_ = 0.0;
     bool turn_ = true;
 };

@@ -15,7 +15,7 @@ namespace mbproj {
 template <class Scalar> class BlockCholesky final {
 public:
     BlockCholesky() = default;
-    // The sizes of the blocks, and which pairs of them couple. So many blocks are eliminated `first`, and never left out.
+    // The sizes of the blocks, and the pairs that couple. The first `first` blocks are eliminated first, with all rows.
     BlockCholesky(std::vector<int> sizes, const std::vector<std::pair<int, int>>& couplings, int first)
         : sizes_(std::move(sizes)), first_(first), place_(sizes_.size()), begin_(sizes_.size()) {
         const int count = static_cast<int>(sizes_.size());
@@ -41,7 +41,7 @@ public:
         order_by_degree(std::move(near));
     }
 
-    // Where entries of block (i, j) are added before `factor`: row-major, `transposed` if it is kept as (j, i).
+    // Where to add entries of block (i, j) before `factor`: row-major, `transposed` if (j, i) is stored.
     struct Target {
         std::size_t offset;
         bool transposed;
@@ -54,7 +54,7 @@ public:
     void clear() {
         for (auto* numbers : {&values_, &hidden_}) std::fill(numbers->begin(), numbers->end(), 0.0);
     }
-    // The part of a row's square that its diagonal entry lacks; pivots are measured against the sum.
+    // Adds a part of a row's square that its diagonal entry lacks; pivots are measured against the sum.
     void hide(int row, Scalar square) { hidden_[row] += square; }
 
     // Factors in place; returns the block that has a pivot below `smallest` of its diagonal entry, or -1.
@@ -72,11 +72,11 @@ public:
     void leave_out(std::vector<char> rows) { left_out_ = std::move(rows); }
     bool leaves_out() const { return !left_out_.empty(); }
     std::size_t stored() const { return values_.size(); }
-    std::size_t filled() const { return fill_; }  // the part of these in blocks that are 0 in the matrix
+    std::size_t filled() const { return fill_; }  // the part of them in fill: blocks that are 0 in the matrix
     int row(int block) const { return begin_[block]; }
     const ValueOf<Scalar>& smallest_pivot() const { return smallest_pivot_; }
-    const ValueOf<Scalar>& nearness() const { return nearness_; }  // the smallest pivot by its usual value, or by 1
-    void expect(const std::vector<ValueOf<Scalar>>& usual) {       // empty where they belong to other rows: a penalty
+    const ValueOf<Scalar>& nearness() const { return nearness_; }  // the smallest ratio of a pivot to its usual value
+    void expect(const std::vector<ValueOf<Scalar>>& usual) {       // empty: all 1, for other rows or a penalty
         const std::size_t n = per_usual_.size();
         for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : ValueOf<Scalar>(1.0);
     }
@@ -223,7 +223,7 @@ template <class Scalar> inline void BlockCholesky<Scalar>::measure_rows() {
     }
 }
 
-// Subtracts the products of a column's blocks, R wide, from the rest.
+// Subtracts the products of a column's blocks, R wide, from later columns.
 template <class Scalar> template <int R> void BlockCholesky<Scalar>::subtract_products(const ColumnOf& column) {
     constexpr std::size_t size = blocks::eight * R;
     const std::size_t* update = column.updates.data();
@@ -254,7 +254,7 @@ template <class Scalar> inline int BlockCholesky<Scalar>::factor(double smallest
     return -1;
 }
 
-// x := L⁻¹ x, by columns; `left_out` gets the remainders of the rows that are left out.
+// x := L⁻¹ x, by columns; calls `left_out` with the remainder of each row that is left out.
 template <class Scalar> template <class Out> void BlockCholesky<Scalar>::forward(Scalar* x, Out&& left_out) const {
     const bool all = !leaves_out();
     for (const ColumnOf& column : columns_)

@@ -1,5 +1,5 @@
-// The rows of the loops' joints, as columns Y = Zᵀ Gᵀ of the half-inverted inertias of their bodies, and S = YᵀY. Some rows are
-// held; the others are left out because they follow from these.
+// The Delassus matrix S = YᵀY of the rows of the loops' joints. Each row has a column of Y = Zᵀ Gᵀ, with W⁻¹ = Z Zᵀ.
+// Some rows are held; the others are left out because they follow from these.
 #pragma once
 
 #include <utility>
@@ -42,7 +42,7 @@ public:
     Scalar<D> y(const Flywheel& flywheel) const {
         return (flywheel.is_compliant ? complies : flywheels_turn) ? flywheel.y : 0.0;
     }
-    // Scales right-hand sides that are given for J to the rows R J; zero where compliant rows are not active.
+    // Turns right-hand sides of J into those of the rows R J; 0 where compliant rows are not active.
     void scale(Scalar<D>* rhs) const {
         for (const int h : layout_.compliant()) {
             Scalar<D>* part = rhs + cholesky.row(h);
@@ -103,7 +103,7 @@ public:
     template <class Visit> void each_flywheel(Visit&& visit) const {
         for (std::size_t f = 0; f < flywheels().size(); ++f) visit(f, flywheels()[f].row, y(flywheels()[f]));
     }
-    // Calls visit(number of the hinge, row of S, gradient) for all rows that act on hinged bodies: their part of G, or of R J.
+    // Calls visit(number of the hinge, row of S, gradient) for all rows that act on hinged bodies; of G, or of R J.
     template <class Visit> void each_hinged_gradient(Visit&& visit) const {
         for (const Incidence& at : incidences())
             if (at.hinged >= 0)
@@ -124,7 +124,7 @@ public:
         for (const Flywheel& f : flywheels()) *cholesky.at(f.offset) += y(f) != 0.0 ? f.y * f.y : 1.0;
     }
 
-    // The same where all bodies have the same mass, with lengths in parts of the mechanism's.
+    // Y and S where all bodies have the same mass, with lengths in parts of the mechanism's.
     void fill_evenly(const Pose<D>& pose) {
         for (std::size_t b = 0; b < halves.size(); ++b)
             halves[b].bare(1.0 / (model_.length * model_.length), pose[order_.loop_bodies[b]].rotation,
@@ -135,7 +135,7 @@ public:
         complies = comply;
     }
 
-    // Columns of Y of the rows that are left out of the run, at the pose of the last `fill`.
+    // Columns of Y of the rows that are left out, at the pose of the last `fill`.
     std::vector<Incidence> left_out_incidences(const Pose<D>& pose) const {
         std::vector<Incidence> found;
         const auto& left_out = layout_.left_out();
@@ -197,8 +197,8 @@ public:
     }
 
 private:
-    // Adds YᵀY of two incidences, or the lower half of one's own, to its block of S. The columns are copied, so that the compiler
-    // keeps them in registers.
+    // Adds YᵀY of incidences a and b to its block of S; the lower half where a is b. The columns are copied, so that
+    // the compiler keeps them in registers.
     void add_product(const typename RowLayout<D>::Product& product) {
         const Incidence &a = incidences()[product.a], &b = incidences()[product.b];
         Scalar<D>* target = cholesky.at(product.offset);
@@ -234,7 +234,7 @@ private:
             at.Y.col(r) = y;
         }
     }
-    // The same for a hinged body, which has all rows of its joints: none is redundant. `passed_on`: to the parent.
+    // Fills columns of Y of a hinged body, which has all rows of its joints. `passed_on`: gradients on the parent.
     void fill_hinged(const Pose<D>& pose, Incidence& at, Matrix<F, F, Scalar<D>>& G,
                      Matrix<F, F, Scalar<D>>& passed_on) {
         const LoopHinge<D>& hinge = hinges[layout_.hinge_of(at.body)];
@@ -269,7 +269,7 @@ private:
     RowLayout<D> layout_;
     const std::vector<char> slips_;  // by row of the model; empty where no row is at velocity level
     std::vector<Matrix<F, F, Scalar<D>>> gradients_,
-        passed_on_;  // of rows on hinged bodies, and of these on their parents
+        passed_on_;  // of rows on hinged bodies, and of the same rows on their parents
 };
 
 }  // namespace mbproj

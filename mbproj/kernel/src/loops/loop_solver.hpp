@@ -63,7 +63,7 @@ public:
         return has_qr;
     }
     bool by_qr() const { return by_qr_; }
-    // From now on holds all rows of the loops' joints but these of the model, ascending.
+    // Leaves out these rows of the model, ascending, from now on, and holds all other rows of the loops' joints.
     void leave_out(const std::vector<int>& rows) {
         if (!before_) before_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::reduced);
         std::swap(rows_, before_);
@@ -74,14 +74,14 @@ public:
     }
     const std::vector<int>& left_out() const { return left_out_; }
 
-    // Leaves the rows that depend on the others at this pose, up to a distance of √smallest, out of the next factors, or no rows
-    // any more. Returns their number.
+    // Leaves the rows that depend on the others at this pose, up to a distance of √smallest, out of the next factors.
+    // Returns their number.
     int leave_out_dependent(const Pose<D>& pose, double smallest) {
         even().fill_evenly(pose);
         return rows_->leave_out_all_but(even_->independent_rows(smallest, even_->count()));
     }
     void leave_none_out() { rows_->cholesky.leave_out({}); }
-    // The smallest pivot where all bodies weigh the same.
+    // The smallest pivot where all bodies have the same mass.
     Measure<D> even_pivot(const Pose<D>& pose) {
         even().fill_evenly(pose);
         return even_->cholesky.factor(0.0), even_->cholesky.smallest_pivot();
@@ -96,7 +96,7 @@ public:
         S.keep();
         Scalar<D> left = std::numeric_limits<double>::infinity();
         for (double smallest = from.choice_from; smallest > from.no_digits; smallest *= 0.5) {
-            if (smallest >= left) continue;  // it leaves out what the last one has
+            if (smallest >= left) continue;  // the same rows as in the pass before
             S.restore();
             if (auto rows = all().dependent_rows(smallest, redundant); static_cast<int>(rows.size()) == redundant)
                 return rows;
@@ -159,7 +159,7 @@ public:
     void expect(const std::vector<Measure<D>>& usual) { rows_->cholesky.expect(usual); }
 
 private:
-    // The forces on the loops' bodies and pieces in their inverse roots, without the parts that their hinges take.
+    // Zᵀ f of the loops' bodies and pieces, without the parts that their hinges take.
     template <class Forces> void push(const Forces& f, const Scalar<D>* c) {
         hinged_.move(c);
         work_.resize(rows_->layout().pieces());
@@ -174,7 +174,7 @@ private:
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
             work_[p] = work_[rows_->layout().body_of(p)];
     }
-    // Their motions; the motion of a divided body is the mean of its pieces', which differ by round-off.
+    // The motions of the bodies; that of a divided body is the mean of its pieces' motions, which differ by round-off.
     template <class Twists> void release(Twists& delta) {
         for (std::size_t p = order_.loop_bodies.size(); p < work_.size(); ++p)
             work_[rows_->layout().body_of(p)] += work_[p];
@@ -199,7 +199,7 @@ private:
         if (!all_) all_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::all);
         return *all_;
     }
-    // The rows that are held, where all bodies have the same mass; the current factor stays.
+    // The rows that are held, with the same mass for all bodies; the current factor does not change.
     DelassusMatrix<D>& even() {
         if (!even_) even_ = std::make_unique<DelassusMatrix<D>>(model_, order_, compliance_, LoopRows::hinges_first);
         even_->leave_out(left_out_);
@@ -208,7 +208,7 @@ private:
 
     void refine() {
         const auto again = [this] { improve(); };
-        const auto pivot = cholesky().smallest_pivot();  // S squares the condition
+        const auto pivot = cholesky().smallest_pivot();  // S has the square of Y's condition number
         const auto is_ill = pivot * pivot < model_.thresholds.half_digits;
         if constexpr (!is_full<D>)
             refine_lanes(is_ill, model_.thresholds, step_, lambda_, work_, again);
@@ -240,8 +240,8 @@ private:
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r] = lambda[r];
     }
 
-    // Takes back the inertia lent to light bodies (see light_body.hpp): each pass moves them by the force of the last change.
-    // `least` is the energy of forces or of the motion that counts as nothing.
+    // Takes back the inertia lent to light bodies (light_body.hpp): each pass moves them by the force of the last
+    // change. `least`, the energy of the forces or of the motion, adds to theirs as the measure of a change.
     bool settle(bool shifted, Scalar<D> least) {
         const double no_digits = model_.thresholds.no_digits, half_digits = model_.thresholds.half_digits;
         Scalar<D> before = std::numeric_limits<double>::infinity();

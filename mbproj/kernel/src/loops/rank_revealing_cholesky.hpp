@@ -54,7 +54,7 @@ template <class Scalar> inline int BlockCholesky<Scalar>::largest_pivot(const Co
     return -1;
 }
 
-// Removes a row of a block from the open ones. Its column of the block keeps its products with these, and its pivot.
+// Eliminates a row of a block from the open rows; its column of the block keeps its pivot and their factors.
 template <class Scalar>
 void BlockCholesky<Scalar>::eliminate(const ColumnOf& column, int row, const std::vector<bool>& open) {
     const int size = sizes_[column.block];

@@ -22,7 +22,7 @@ template <class Scalar> struct StepSize {
     }
 };
 
-// `improve` adds a step to λ, as long as the steps decrease.
+// Calls `improve`, which adds a step to λ, as long as the steps decrease.
 template <class Scalar, class Improve> void refine(const Thresholds& from, const std::vector<Scalar>& step,
                                                    const std::vector<Scalar>& lambda, Improve&& improve) {
     Scalar before = std::numeric_limits<double>::infinity();

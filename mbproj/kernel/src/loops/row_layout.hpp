@@ -1,8 +1,8 @@
-// The rows of the loops' joints that are held, and how they couple: the structure of S, which depends on the rows alone. A body
-// couples all its joints with each other. A body that moves by a hinge passes the rows of its other joints on to its parent. A
-// shaft, that is a body of many joints which a hinge to the ground leaves one freedom, is divided into equal pieces, one for each
-// joint, each welded to the next: S then has a band in place of a full block, and one more row for each weld. Pieces of m/k are
-// positive definite wherever the body is, so that nothing else changes.
+// The rows of the loops' joints that are held, and how they couple: the structure of S, which depends on the rows
+// alone. A body couples all its joints with each other. A body that moves by a hinge passes the rows of its other
+// joints on to its parent. A shaft is a body with many joints and one freedom on a hinge to the ground. It is divided
+// into equal pieces, one for each joint, each welded to the next: S then has a band in place of a full block, and one
+// more row for each weld. Pieces of m/k are positive definite wherever the body is, so that nothing else changes.
 #pragma once
 
 #include <numeric>
@@ -37,9 +37,9 @@ public:
     // the joint has rows.
     struct Incidence {
         int held, body, piece;
-        int hinged = -1;              // its number among those of hinged bodies, or -1; -1 for a weld
+        int hinged = -1;              // its number among incidences of hinged bodies, or -1; -1 for a weld
         int row = 0, count = 0;       // its first row of S and the number of its rows
-        int passed_on[2] = {-1, -1};  // numbers of hinged bodies whose rows the body carries, or -1
+        int passed_on[2] = {-1, -1};  // incidences of hinged bodies that pass rows on to this body, or -1
         bool acts = true;             // whether the joint acts on the body itself
         bool has_one_entry = false;   // whether each column of Y has one entry, as for a body with one freedom
         bool is_weld = false;
@@ -49,7 +49,7 @@ public:
         int a, b;
         std::size_t offset;
     };
-    // A flywheel I that is held by a row: one more coordinate, with the half-inverse 1/√I, and -1 in that row.
+    // A flywheel of inertia I with a row: one more coordinate, with the half-inverse 1/√I, and -1 in that row.
     struct Flywheel {
         int row;             // of S
         std::size_t offset;  // of its diagonal entry
@@ -72,7 +72,7 @@ public:
                 hinge_of_[place_[order.loop_hinges[h].child()]] = static_cast<int>(h);
     }
 
-    // Holds all rows but these of the model, ascending. Returns the matrix of the rows held, if they differ from those before.
+    // Leaves out these rows of the model, ascending, and holds the others: their matrix, or nothing where none changes.
     std::optional<BlockCholesky<Scalar<D>>> leave_out(const std::vector<int>& rows) {
         std::vector<JointRows> held, left_out;
         for (int h = 0; h < static_cast<int>(joints_.size()); ++h) {
@@ -238,7 +238,7 @@ private:
     int first_ = 0;
     std::vector<int> place_, hinge_of_;
     std::vector<JointRows> held_, left_out_;
-    std::size_t of_joints_ = 0;  // the number of joints' rows among those held
+    std::size_t of_joints_ = 0;  // the number of joints in `held_`, without welds
     bool is_arranged_ = false;
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;

@@ -30,13 +30,13 @@ inline FourAtOnce four_at(const double* numbers) {
     return found;
 }
 
-// Yᵀ, rows of eight numbers, of an R wide Y.
+// Yᵀ of an R wide Y, in rows of eight numbers.
 template <int R, class Scalar> void transpose(const Scalar* Y, int columns, Scalar* transposed) {
     for (int c = 0; c < columns; ++c, Y += R)
         for (int k = 0; k < R; ++k) transposed[eight * k + c] = Y[k];
 }
 
-// T -= X Yᵀ for X with R columns; for a diagonal block the whole of it.
+// T -= X Yᵀ for X with R columns; both halves of a diagonal block.
 template <int R, class Scalar>
 void subtract(Scalar* T, const Scalar* X, int rows, const Scalar* transposed, int columns) {
     for (int r = 0; r < rows; ++r, X += R, T += columns)

@@ -1,4 +1,4 @@
-// Vectors, lever arms and orientations in the plane and in space, so that the code above is written once for both.
+// Vectors, lever arms and orientations in the plane and in space, so that all other code is written once for both.
 #pragma once
 
 #include "algebra/operators.hpp"
@@ -13,9 +13,9 @@ template <int Axes, class Number> struct Dimension {
 template <class Number> using Plane = Dimension<2, Number>;
 template <class Number> using Space = Dimension<3, Number>;
 template <class D> using Scalar = typename D::Scalar;
-// The type of quantities that measure such numbers: the mechanism's length, pivots.
+// The type of measures, which have no derivatives: the mechanism's length, pivots.
 template <class D> using Measure = ValueOf<Scalar<D>>;
-// Whether this type of number takes curves, functions of a scene, and closer tests near singular poses.
+// Whether numbers are no packs. Packs have no curves, ropes, rolling or closer tests near singular poses.
 template <class D> constexpr bool is_full = !is_pack<Scalar<D>>;
 
 // The sizes of a body: `turns` axes of rotation, `freedoms`, `orientation` numbers (θ, or Euler parameters Λ), and `state`: r,
@@ -124,7 +124,7 @@ template <class S> inline Column<3, S> to_global(const Matrix<3, 3, S>& A, const
 template <class S> inline Column<1, S> to_global(const Matrix<2, 2, S>&, const Column<1, S>& omega) { return omega; }
 
 // The orientation turned by a small δθ in global axes and normalised: Λ + ½ Eᵀ δθ, or θ + δθ within [-2π, 2π]: two turns,
-// because Λ changes its sign with one, and what is recorded must not jump.
+// because Λ changes its sign with one, and recorded angles must not jump.
 template <class S> inline Column<4, S> turned(const Column<4, S>& p, const Column<3, S>& by) {
     return (p + 0.5 * matrix_E(p).transpose() * by).normalized();
 }

@@ -15,7 +15,7 @@ struct Block {
 struct Layout {
     Block bodies, states, quadratures, followed;
     std::vector<double> scale;  // magnitudes for the absolute tolerance, of the blocks with error control
-    std::vector<double> start;  // values at the start of a run, of all blocks; 0 where the run is given them
+    std::vector<double> start;  // values at the start of a run, of all blocks; 0 where the caller gives them
     int size() const { return static_cast<int>(start.size()); }
     int controlled() const { return static_cast<int>(scale.size()); }
     // Whether angles are integrated from step to step, so that each stage knows how far wheels have turned.

@@ -47,12 +47,12 @@ template <class D> struct Instance {
     Scalar<D> offset;
     Scalar<D> weight;
     bool coupled;
-    int curve;  // the model's curve whose value, a function of this instance, the row subtracts; or -1
+    int curve;  // the model's curve, a function of this instance, that the row subtracts; or -1
     std::shared_ptr<const PlaneCurve> line;   // the plane curve that it follows
     std::shared_ptr<const PlaneCurve> other;  // the second of two curves that touch
     std::shared_ptr<const SpaceCurve> wire;   // the space curve that it follows
     std::shared_ptr<const RopePath> path;     // the path of a rope
-    int follower = -1;        // its number among the curves of the model, where its foot is held on a piece
+    int follower = -1;        // its number among the model's curves, where its foot stays on one piece; or -1
     int other_follower = -1;  // the same for the second curve
 
     bool on_line() const { return kind >= Kind::profile && kind <= Kind::space_arc; }
@@ -136,10 +136,10 @@ template <class D> struct Stops {
     std::vector<double> bound;
 };
 
-// The load of a joint, which multiplies dry friction. F and T are the force and moment on body 2 at `point`, z is `axis`, both in
-// its axes. The load is preload + radial (|f₁| + |f₂|) + axial |F·z| with f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/length. In the plane
-// the axis is normal to it. Where there are `parts` of multipliers, by row number, their sum is the push of a contact; or, with
-// an axial arm, the pull of a rope, which counts whatever its sign.
+// The load of a joint, which multiplies dry friction. F and T are the force and moment on body 2 at `point`, z is
+// `axis`, both in its axes. The load is preload + radial (|f₁| + |f₂|) + axial |F·z| with f₁, f₂ = ½ (F - (F·z) z) ± (T
+// × z)/length. In the plane the axis is normal to it. With `parts`, pairs of a row and a factor of its multiplier, the
+// load is their sum: the push of a contact or, with an axial arm, the pull of a rope, whatever its sign.
 template <class D> struct Bearing {
     int joint, body;
     Point<D> point, axis;
@@ -158,9 +158,9 @@ template <class S> inline S near(const S& angle, const S& expected) {
 // Properties of the constraint rows that are found before the run. Learned during the run, they would depend on its history.
 template <class Number = double> struct UsualRows {
     int redundant = 0;          // the number of rows that follow from the others at all poses
-    std::vector<int> left_out;  // rows of joints in loops that most poses leave out, ascending; none: see RowPolicy
-    // The usual pivots of S with the other rows, all 1 where unknown; and the smallest of them where all bodies have the same
-    // mass.
+    std::vector<int> left_out;  // rows of loops' joints left out at most poses, ascending; if empty, see RowPolicy
+    // The usual pivots of S with the other rows, all 1 where unknown. `even` is the smallest pivot where all bodies
+    // have the same mass.
     std::vector<Number> pivots;
     Number even = 1.0;
 };
@@ -182,8 +182,8 @@ template <class D> struct Model {
     std::vector<Coupling> couplings;
     std::vector<Curve> curves;
     ProgramsOf<Scalar<D>>
-        programs;        // the functions of forces, the rates of states, then those of couplings, of driven rows
-    int first_rate = 0;  // of the programs
+        programs;        // functions of forces, rates of states, then functions of couplings and of driven rows
+    int first_rate = 0;  // the first program of a rate
     std::vector<Channel> channels;  // the variables of programs from `law_variables` on
     std::vector<Switch> switches;   // program after program, in the order of their instructions
     Layout layout;                  // of y
@@ -225,8 +225,8 @@ template <class D> struct Model {
     }
     // Whether the joints and motions leave no degree of freedom.
     bool is_held() const { return constraints.rows - rows.redundant >= Size<D>::freedoms * size(); }
-    // The number of rows of C, of flywheels and of stiff
-    // forces.
+    // The number of rows of C, of flywheels and of stiff forces, `all_rows`, and of coordinates that stops limit or dry
+    // friction resists.
     int all_multipliers() const { return all_rows() + static_cast<int>(stops.bound.size()); }
     int all_rows() const { return constraints.rows + static_cast<int>(flywheels.size()) + stiff_rows; }
     int first_stiff() const { return static_cast<int>(joints.size() - stiff.size()); }

@@ -58,7 +58,7 @@ template <class Number> struct ProgramsOf {
     std::vector<int> start;
     std::vector<Op> op;
     std::vector<double> operand;   // the numbers of variables and tables, and exponents
-    std::vector<Number> constant;  // of each instruction
+    std::vector<Number> constant;  // the constant of each instruction
     std::vector<int> table_start;
     std::vector<double> knot;
     std::vector<Number> origin;
@@ -88,8 +88,8 @@ template <class Number> struct ProgramsOf {
         return walk(program, variables, nullptr, [](int, const Series<S>&, const Series<S>&) {});
     }
 
-    // The same with the branches `held`, one for each instruction, or none (model/switches.hpp). It has no value where a held
-    // branch has none beyond its end, such as the root of a negative number.
+    // Value and derivatives on the branches `held`, one for each instruction, or on free ones (model/switches.hpp).
+    // Where a held branch has no value beyond its end, such as the root of a negative number, all branches are free.
     template <class S> Series<S> run(int program, const Series<S>* variables, const double* held) const {
         const Series<S> found = walk(program, variables, held, [](int, const Series<S>&, const Series<S>&) {});
         return held && !isfinite(found.x) ? run(program, variables) : found;
@@ -118,7 +118,7 @@ template <class Number> struct ProgramsOf {
             }
             top -= taken - 1;
             see(at, stack[top], stack[top + 1]);
-            if constexpr (!is_pack<S>)  // whose programs have no branches to hold
+            if constexpr (!is_pack<S>)  // programs of packs have no branches to hold
                 if (held && !isnan(held[at])) {
                     stack[top] = on_branch(at, held[at], stack[top], stack[top + 1]);
                     continue;
@@ -128,13 +128,13 @@ template <class Number> struct ProgramsOf {
         return stack[0];
     }
 
-    // The last piece of the branch of a table whose first piece is given.
+    // The last piece of the branch of a table that begins with the piece `first`.
     int last_piece(int table, int first) const {
         int last = first;
         while (last + 1 < table_start[table + 1] && !kinked[last + 1]) ++last;
         return last;
     }
-    // The end of the branch of a table whose first piece is given.
+    // The end of the branch of a table that begins with the piece `first`.
     double end(int table, int first) const {
         const int start = table_start[table], after = last_piece(table, first) + 1;
         if (after < table_start[table + 1]) return knot[after];
@@ -153,14 +153,14 @@ template <class Number> struct ProgramsOf {
         if (op[at] == Op::table) return lifted(static_cast<int>(operand[at]), x, branch);
         return op[at] == Op::min || op[at] == Op::max ? x - y : x;
     }
-    // The piece of a table that x is in, which is one of a period. Knots but the first: before them all is the first piece.
+    // The piece of a table at x, which lies within one period. The first piece also holds before its knot.
     template <class S> auto piece_at(int table, const S& x) const {
         return table_start[table] +
                rank(knot.data() + table_start[table] + 1, knot.data() + table_start[table + 1], value_of(x));
     }
 
 private:
-    // Not set to zero: a program reads only what it has written, and many are shorter than that would take.
+    // Not set to zero, which would take longer than many programs. A program reads only numbers that it has written.
     template <class S> struct Stack {
         union {
             Series<S> at[deepest_stack];

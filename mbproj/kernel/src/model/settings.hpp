@@ -77,7 +77,7 @@ struct Break {
     bool asks;
 };
 
-// Between two breaks: functions of time are seen from within.
+// The time between two breaks, in which functions of time are evaluated.
 template <class Number> struct TimeWindowOf {
     Number first = -std::numeric_limits<double>::infinity(), last = std::numeric_limits<double>::infinity();
     Number seen(const Number& t) const { return where(t < first, first, where(t > last, last, t)); }
@@ -91,7 +91,7 @@ struct SampleGrid {
     long offset = 0;
     std::size_t count = 0;
     double time(std::size_t sample) const {
-        // Rounded by itself, as in Python: a time is that of a sample only where both are equal.
+        // The product is rounded before the sum, as in Python: a time is a sample's only where their bits are equal.
         const volatile double since = static_cast<double>(offset + static_cast<long>(sample)) * interval;
         return origin + since;
     }

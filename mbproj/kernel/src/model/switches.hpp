@@ -45,7 +45,7 @@ inline int first_piece(const Programs& programs, int table, int piece) {
     return piece;
 }
 
-// The branch at x; free where x is between two signs, or NaN.
+// The branch at x; free where x = 0 lies between two signs, or x is not finite.
 inline double natural_branch(const Programs& programs, int at, double x) {
     const Op op = programs.op[at];
     if (!std::isfinite(x)) return free_branch;

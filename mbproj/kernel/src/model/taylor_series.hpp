@@ -15,7 +15,7 @@ template <class Holds, class S> inline Series<S> chosen(const Holds& holds, cons
     return {where(holds, a.x, b.x), where(holds, a.d, b.d), where(holds, a.dd, b.dd)};
 }
 
-// g(x(t)) from g, g' and g'' at x. A factor that is zero keeps a term out of what is constant in time.
+// g(x(t)) from g, g' and g'' at x.
 template <class S> inline Series<S> chain(const S& g, const S& g1, const S& g2, const Series<S>& x) {
     return {g, g1 * x.d, g2 * x.d * x.d + g1 * x.dd};
 }

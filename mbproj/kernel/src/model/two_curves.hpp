@@ -18,7 +18,7 @@ template <class S> struct SecondCurve {
 
 template <class S> struct TwoFeet { Foot<S> first, second; };
 
-// Finds the places next to the feet.
+// Finds the pair of places nearest to the feet.
 class NearestPlaces final {
 public:
     NearestPlaces(const PlaneCurve& first, const PlaneCurve& second, const SecondCurve<double>& lies, int held,
@@ -57,7 +57,7 @@ private:
         for (double turns = std::ceil((low - to - first_.beyond) / (2.0 * M_PI)); turns <= last; ++turns)
             merge(one, other, 2.0 * M_PI * turns);
     }
-    // Passes both sequences side by side, from where both have begun until one has ended.
+    // Walks along both rows of places in the order of their angles, from where both have begun until one has ended.
     void merge(const Row& one, const Row& other, double more) {
         const auto a = [&](int k) { return first_angle(one, k); };
         const auto b = [&](int k) { return second_angle(other, k) + more; };
@@ -78,7 +78,7 @@ private:
         }
         take_end();
     }
-    // The components of the line between two places, along the tangent of the first and across it.
+    // Looks at a pair of places. Their line's component along the tangent of the first changes its sign next to feet.
     void look(int m, int n) {
         const PlaneCurve::Place &one = first_.places[m], &other = second_.places[n];
         const double dx = lies_.x + lies_.turned_x(other.x, other.y) - one.x;
