@@ -22,9 +22,9 @@ public:
     // The law that had no unique solution at the last state, or -1.
     int jammed() const { return jammed_; }
 
-    // Sets the loads at a pose with this right-hand side of the rows. The solver has the forces without these frictions, which
-    // `applied` knows. `contacts` hold with the forces that follow. False where the equations have no solution; then `jammed`
-    // names the law where it is not unique.
+    // Sets the loads at a pose, with the right-hand side gamma of the rows. The solver has all forces but these
+    // frictions, which are in `applied`; the rows of `contacts` hold in each solution. False where the equations have
+    // no solution, or not only one: then `jammed` is the law.
     bool settle(Applied<D>& applied, KktSolver<D>& solver, ContactBorder<D>& contacts, const Pose<D>& pose,
                 const Motion<D>& motion, const double* gamma) {
         jammed_ = -1;
@@ -102,7 +102,7 @@ private:
     std::vector<double> lambda_;
     std::vector<int> laws_;
     std::vector<Supports<D>> base_, own_;
-    std::vector<std::vector<Supports<D>>> responses_;  // the response of each bearing to the load of each
+    std::vector<std::vector<Supports<D>>> responses_;  // of each bearing to friction by a load of 1 on each
     int jammed_ = -1;
 };
 

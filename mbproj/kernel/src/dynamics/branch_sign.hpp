@@ -46,7 +46,7 @@ private:
         int block = -1, place = 0;
     };
 
-    // Finds the blocks without these rows; none where they are not square.
+    // Finds the blocks of G without these rows; none where G is not square.
     void see(const std::vector<int>& left_out) {
         seen_for_ = left_out, first_ = last_ = {};
         const int size = S::freedoms * model_.size();

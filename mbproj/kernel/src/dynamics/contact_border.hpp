@@ -8,8 +8,8 @@
 
 namespace mbproj {
 
-// A coordinate of a stop or of a dry friction, by its number, held `at` a value. The sign of a stop is its side, so that the row
-// is the gap.
+// A row that keeps the coordinate of a stop or of a dry friction, by its number, `at` a value. `sign` is the side of a
+// stop, so that the row is its gap.
 struct ContactRow {
     int coordinate;
     double sign, at;
@@ -26,7 +26,7 @@ public:
         rows_ = std::move(rows), slides_ = std::move(slides), given_ = false;
         feet_.hold(std::move(feet), rows_.size());
     }
-    // Sets forces along rows that do not hold.
+    // Sets forces along rows that are no constraints.
     void give(std::vector<ContactRow> rows, Vector forces) {
         hold(std::move(rows));
         pushes_ = std::move(forces), given_ = true;
@@ -35,7 +35,7 @@ public:
     const std::vector<ContactRow>& rows() const { return rows_; }
     bool any() const { return !rows_.empty() && !given_; }
     bool acts() const { return any() || !slides_.empty(); }
-    // Whether the rows bear more than normal forces: friction depends on their pushes.
+    // Whether friction depends on pushes along the rows.
     bool rubs() const { return feet_.any(); }
     // The law of a friction that leaves no unique forces, or -1.
     int jammed() const { return feet_.jammed(); }
@@ -45,8 +45,8 @@ public:
         along_.clear();
         for (const ContactRow& row : rows_) along_.emplace_back(model_.stops.coordinates, row.coordinate, pose);
     }
-    // The same, and sets B with the solver's factor; reactions where bearings need them, or on request. False where the equations
-    // have no unique solution.
+    // Sets N, and B with the solver's factor; reactions where bearings need them, or on request. False where the
+    // equations have no unique solution.
     bool factor(const Pose<D>& pose, KktSolver<D>& solver, bool reacts = false) {
         const auto count = static_cast<Eigen::Index>(rows_.size());
         see(pose);
@@ -103,8 +103,8 @@ public:
             found[static_cast<Eigen::Index>(k)] = rows_[k].sign * along_[k].rate(shift, turn);
     }
 
-    // g'' of the rows in the solver's last motion. Of the first rows, values that are round-off of the whole motion become 0. The
-    // energy of accelerations bounds each row's share: |g''|² <= B Σ (m r''² + ω'ᵀ J ω').
+    // g'' of the rows in the solver's last motion. In the first `first` rows, values within the round-off of the whole
+    // motion become 0. The energy of accelerations bounds each row's share: |g''|² <= B Σ (m r''² + ω'ᵀ J ω').
     void accelerations(const Pose<D>& pose, const KktSolver<D>& solver, const Motion<D>& motion, Eigen::Index first,
                        Vector& found) {
         changes(solver, found);
@@ -119,7 +119,7 @@ public:
         for (Eigen::Index k = 0; k < first; ++k)
             if (std::abs(found[k]) <= rests_[k]) found[k] = 0.0;
     }
-    // Whether the gap of such a row opens with this acceleration.
+    // Whether the gap of one of these first rows opens with this acceleration.
     bool opens(Eigen::Index k, double acceleration) const { return acceleration > rests_[k]; }
     // The round-off of forces along these rows.
     double round_off() const {
@@ -153,7 +153,7 @@ public:
 
     // The forces z along the rows with b + B z = 0; they are 0 along dependent rows.
     void close(const Vector& b, Vector& z) const { cholesky_.solve(b, z); }
-    // Adds the friction at feet, whose laws have given the forces for a push of 1. False where that leaves no unique forces.
+    // Adds the friction at feet; `applied` has its forces for pushes of 1. False where the forces are not unique then.
     bool rub(const Pose<D>& pose, const Applied<D>& applied, KktSolver<D>& solver) {
         const auto effect = [&](const ContactFoot& foot, Vector& column, double* reactions) {
             forces_.clear();
@@ -165,7 +165,7 @@ public:
         };
         return feet_.rub(B_, reactions_, cholesky_, effect);
     }
-    // From now on the pushes settled last multiply the friction at feet; or no push does.
+    // Multiplies the friction at feet by the last pushes from now on, or by 0.
     void load(Applied<D>& applied, bool any = true) const {
         if (!rubs()) return;
         const auto take = [&](const ContactFoot& foot, double push) {
@@ -174,8 +174,8 @@ public:
         feet_.each(take, any ? pushes_ : Vector::Zero(static_cast<Eigen::Index>(rows_.size())));
     }
 
-    // Sets the forces with which no row accelerates, after the solver has solved the motion without them: `pull` adds them to its
-    // forces. Without `motion` it is the response to forces alone.
+    // Sets the forces with which no row accelerates, from the solver's motion without them; `pull` adds them to the
+    // solver's forces. Without `motion`, the solver's motion is the response to forces alone.
     void settle(const KktSolver<D>& solver, const Motion<D>* motion) {
         changes(solver, free_);
         if (motion) {
@@ -184,7 +184,7 @@ public:
         }
         feet_.any() ? feet_.close(free_, pushes_) : close(free_, pushes_);
     }
-    // The same for the joints' multipliers `lambda`, which then include the contacts.
+    // Sets these forces, and adds the joints' reactions to them to the multipliers `lambda`.
     void add_reactions(const KktSolver<D>& solver, const Motion<D>* motion, std::vector<double>& lambda) {
         settle(solver, motion);
         const Vector more = (feet_.any() ? feet_.reactions() : reactions_) * pushes_;
@@ -223,7 +223,7 @@ public:
     }
 
 private:
-    // The same, with the forces along the rows.
+    // `answer` with forces along rows that hold.
     template <class Set> [[gnu::noinline, gnu::cold]] bool answer_closed(const Pose<D>& pose, KktSolver<D>& solver,
                                                                          const Set& set, double* multipliers) {
         if (!factor(pose, solver)) return false;
@@ -242,7 +242,7 @@ private:
             forces_.add(along_[k], rows_[k].sign * z[static_cast<Eigen::Index>(k)]);
     }
 
-    // The acceleration by the current forces along themselves, for one body without joints.
+    // nᵀ W⁻¹ n of one body without joints, with the current forces n.
     double alone(int b, const Pose<D>& pose) const {
         const Body<D>& body = model_.bodies[b];
         const double shifts = body.mass > 0.0 ? forces_.force[b].squaredNorm() / body.mass : 0.0;

@@ -38,8 +38,8 @@ public:
         return sum;
     }
 
-    // At t. Accelerations, which may jump, are seen from within the window; positions and rates are continuous, and belong
-    // to t itself, so that joints close to round-off. False where one is not finite.
+    // Evaluates the motions at t. Accelerations may jump: they are evaluated inside the window. Values and rates are
+    // continuous: they are those at t, so that joints close to round-off. False where one is not finite.
     template <class Time> bool set(const Time& t, const TimeWindowOf<Time>& window) {
         bool finite = true;
         for (std::size_t k = 0; k < found_.size(); ++k) {

@@ -15,7 +15,7 @@
 
 namespace mbproj {
 
-// All quantities at one state; evaluations overwrite this scratch.
+// All quantities at one state, the state in place; evaluations overwrite this scratch.
 template <class D> class EquationsOfMotion final {
 public:
     using S = Size<D>;
@@ -34,14 +34,14 @@ public:
     bool derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
         return factor_stage(t, y) && slope_of_stage(y, slope, lambda);
     }
-    // The same at a stage of a step; the row policy records how near the pose is to a singular one. False also where other rows
-    // would do: see `hold_others`.
+    // `derivative` at a stage of a step: the row policy records how near the pose is to a singular one. False also
+    // where other rows would serve: see `hold_others`.
     bool watched_derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
         if (!factor_stage(t, y)) return false;
         policy_.see();
         return !policy_.wants_others(pose_) && slope_of_stage(y, slope, lambda, true);
     }
-    // The same by the kernel alone, whatever another formulation says.
+    // `derivative` by the kernel alone, without another formulation.
     bool own_derivative(double t, const double* y, double* slope, double* lambda) {
         return factor_stage(t, y) && (set_velocities(y, false), own_slope_at(y, slope, lambda));
     }
@@ -60,7 +60,7 @@ public:
         if (baumgarte) stabilise();
     }
 
-    // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
+    // y' with the pose in place and factored with the masses, and the velocities in place; multipliers on request.
     bool slope_at(const double* y, double* slope, double* lambda = nullptr, bool watched = false) {
         if (!own_slope_at(y, slope, lambda)) return false;
         return !other_ || metric_ == Metric::stiff || other_->slope_at(*this, y, slope, lambda, watched);
@@ -119,7 +119,7 @@ public:
     }
     // Moments of inertia that the next factors add to the bodies', for corrections alone; empty for none.
     void stiffen(const std::vector<double>& moments) { held_ = factored_ = false, solver_.stiffen(moments); }
-    // The same with rows that are dependent at this pose alone; such a factor has no other use.
+    // Factors with all rows, also those that are dependent at this pose alone; this factor is used once.
     bool factor_all(Metric metric) {
         held_ = factored_ = false;
         return solver_.factor(pose_, metric, 0.0);
@@ -131,8 +131,8 @@ public:
         set_velocities(y, false);
         solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, {0, 0});
     }
-    // Factors with the masses and the stiff forces of an implicit stage with this g, at the state in place, in a pass of Newton's
-    // method. The same rows stay held, however dependent on the compliant rows they are.
+    // Factors with the masses and the stiff forces of an implicit stage with this g, at the state in place, in a pass
+    // of Newton's method. The rows do not change, however dependent on the compliant rows they are.
     bool factor_stiff(const double* y, double g, Pass pass) {
         metric_ = Metric::stiff;
         solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, pass);
@@ -198,7 +198,7 @@ public:
     Applied<D>& applied() { return applied_; }
     // The variables of programs at the state in place, which is y, at t.
     Channels<D>& see_channels(double t, const double* y) { return channels_.set(t, y, pose_, motion_); }
-    // The same inside the window; and the variables of the last evaluation.
+    // The variables at t inside the window; and the variables of the last evaluation.
     Channels<D>& seen(double t, const double* y) { return see_channels(window_.seen(t), y); }
     Channels<D>& channels() { return channels_; }
     StateRates<D>& states() { return states_; }
@@ -251,7 +251,7 @@ private:
         if (contacts_.gives()) contacts_.see(pose_), contacts_.pull(solver_);
         return true;
     }
-    // The same with the forces of contacts.
+    // Sets the solver's forces with those of contacts, and with the friction by their pushes.
     [[gnu::noinline, gnu::cold]] bool settle_contacts(const double* y) {
         if (!solver_.solve(gamma_.data())) return false;
         contacts_.settle(solver_, &motion_);
@@ -260,7 +260,7 @@ private:
         contacts_.pull(solver_);
         return true;
     }
-    // The same with the friction at feet, not multiplied by pushes yet.
+    // Adds friction at feet to the contacts' equations; the solver's forces are without it, as pushes are not known.
     [[gnu::noinline, gnu::cold]] bool rub(const double* y) {
         if (!contacts_.rub(pose_, applied_, solver_)) return false;
         return mbproj::set_forces(model_, pose_, y, applied_, solver_), true;

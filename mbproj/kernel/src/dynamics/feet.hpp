@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-// A friction that slides against the force of a law.
+// A friction that slides, with the law that gives its force.
 struct SlidingRow {
     int coordinate, law;
 };
@@ -40,8 +40,8 @@ public:
     // The law of a friction that leaves no unique forces, or -1.
     int jammed() const { return jammed_; }
 
-    // Sets the rows from B, its factor, and the joints' reactions to each; effect(foot, column, reactions) gives the change by
-    // the friction of a foot with a push of 1. False where that leaves no unique forces.
+    // Sets the equations of the rows from B, its factor, and the joints' reactions to each row. effect(foot, column,
+    // reactions) gives the change by the friction of a foot with a push of 1. False where the forces are not unique.
     template <class Effect>
     bool rub(const Matrix& B, const Matrix& reactions, const SemidefiniteCholesky& factor, const Effect& effect) {
         const auto feet = P_.rows();
@@ -67,8 +67,8 @@ public:
     }
 
 private:
-    // Whether no push grows by more than itself, as loads of bearings: (I - K) x = 1 has a positive solution, K the largest growth
-    // of each push with each other one. They may shrink by any part.
+    // Whether no push grows by more than itself, as loads of bearings: (I - K) x = 1 has a positive solution, K the
+    // largest growth of each push with each other one. Pushes may shrink by any part.
     bool is_unique(const SemidefiniteCholesky& factor, const Matrix& E) {
         jammed_ = -1;
         const auto feet = P_.rows();

@@ -1,5 +1,5 @@
-// Another formulation of the mechanism, which makes accelerations and projections in the kernel's place: the full one, in NumPy. All
-// else stays the kernel's: steps, events, contacts and the forces of what slides, states, work.
+// Another formulation of the mechanism, which makes accelerations and projections in the kernel's place: the full one,
+// in NumPy. All else stays the kernel's: steps, events, contacts, forces of sliding frictions, states, work.
 #pragma once
 
 #include "dynamics/contact_border.hpp"
@@ -13,7 +13,7 @@ struct Projected {
     double speed_change = 0.0;                   // and as it is, rotations times the mechanism's length
     bool regular = true, near_singular = false;  // the second: near a pose where rows become dependent
 
-    // A second projection, with other rows, whose end counts.
+    // Adds a second projection, with other rows, whose result counts.
     void take(const Projected& second) {
         position_passes += second.position_passes;
         velocity_passes += second.velocity_passes;
@@ -26,8 +26,8 @@ struct Projected {
     }
 };
 
-// y at t. Functions of time are seen from within the window, programs are on these branches, one for each instruction, or free
-// where there are none, and contacts hold these rows.
+// A state y at t. Functions of time are evaluated inside the window, programs on these branches, one for each
+// instruction, or on free ones where it is null. Contacts hold these rows.
 struct AskedState {
     double t;
     const double* y;
@@ -36,7 +36,7 @@ struct AskedState {
     std::vector<ContactRow> rows;
 };
 
-// The state in place, which is y.
+// The state in place, whose numbers are y.
 template <class Equations> AskedState asked_of(Equations& equations, const double* y) {
     const auto& contacts = equations.contacts();
     return {equations.time(), y, equations.window(), equations.applied().held,
@@ -49,11 +49,11 @@ public:
     Formulation& operator=(const Formulation&) = delete;
     virtual ~Formulation() = default;
 
-    // The accelerations of all bodies in a slope, and λ of the rows of C, with these forces along the coordinates of stops and
-    // frictions. `watched`: at a stage of a step. False where there are none.
+    // Sets the accelerations of all bodies in a slope, and λ of the rows of C, with these forces along coordinates of
+    // stops and frictions. `watched`: at a stage of a step. False where the equations have no solution.
     virtual bool accelerate(const AskedState& at, const std::vector<double>& forces, bool watched, double* slope,
                             double* lambda) = 0;
-    // The same in a slope that the kernel has made at the state in place.
+    // Replaces the accelerations in a slope that the kernel has computed at the state in place.
     template <class Equations>
     bool slope_at(Equations& equations, const double* y, double* slope, double* lambda, bool watched) {
         std::vector<double> forces(equations.model().stops.bound.size(), 0.0);
@@ -66,16 +66,16 @@ public:
     // After step number `step`, or 0 between two steps: y is moved to the constraints.
     virtual Projected project(long step, const AskedState& at, double* y) = 0;
 
-    // A step is tried from the last end; one comes to its end; it is closed at y; it is made again.
+    // A step is tried from the last end; it comes to its own end; this is closed at y; the step is made again.
     virtual void begin_step() = 0;
     virtual void enter_end() = 0;
     virtual void arrive(const double* y) = 0;
     virtual void take_back() = 0;
 
-    // What the next step depends on beside y; false where that is not of this formulation.
+    // The numbers besides y on which the next step depends; `resume` is false where they are not of this formulation.
     virtual std::vector<double> save() = 0;
     virtual bool resume(const std::vector<double>& saved) = 0;
-    // Throws what was thrown there, after which nothing is answered.
+    // Throws the exception that has ended the other formulation.
     virtual void rethrow() = 0;
 
 protected:

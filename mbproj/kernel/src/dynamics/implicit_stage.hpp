@@ -1,8 +1,8 @@
-// One equation of an implicit step: accelerations a with M a + Gᵀλ = f(q, v), G a = γ(q, v) where q and v follow from a. With
-// g = hγ they are v = c + g a, and q changes with g² a. Newton's method takes the stiff forces along as compliant rows
-// (kinematics/compliant_rows.hpp): from accelerations b, by which the state at hand was made, to a with
-// (M + JᵀD J) a + Gᵀλ = f + JᵀD J b. Of a solution a = b. Scenes without stiff forces have the usual solver. States of elements
-// are eliminated, and what names channels is taken along (dynamics/stage_crossing.hpp).
+// One equation of an implicit step: accelerations a with M a + Gᵀλ = f(q, v), G a = γ(q, v) where q and v follow from
+// a. With g = hγ they are v = c + g a, and q changes with g² a. In Newton's method stiff forces are compliant rows
+// (kinematics/compliant_rows.hpp). From accelerations b, on which the current state depends, it leads to a with (M +
+// JᵀD J) a + Gᵀλ = f + JᵀD J b. At the solution a = b. Scenes without stiff forces have the usual solver. States of
+// elements are eliminated, and functions of channels are included by dynamics/stage_crossing.hpp.
 #pragma once
 
 #include "dynamics/stage_crossing.hpp"
@@ -22,7 +22,7 @@ public:
     // Whether an error has to be filtered.
     bool filters() const { return is_stiff() || crossing_.any(); }
 
-    // Stages are numbered below so many.
+    // Makes room for so many stages.
     void remember(int stages) { equations_.solver().compliance().remember(stages); }
 
     // A step begins at y at t: `filter` looks at how stiff forces are there, too.
@@ -30,14 +30,14 @@ public:
         if (is_stiff()) equations_.begin_stiff(t, y, g);
     }
 
-    // y' with the accelerations a at the state y at t, which was made by those in `before`, a slope; multipliers on request.
-    // False where there are none, or not with these rows.
+    // y' with the next accelerations a at the state y at t, which follows from those in the slope `before`; multipliers
+    // on request. False where the equations have no solution, or none with these rows.
     bool slope(double t, const double* y, double g, const double* before, Pass pass, double* slope, double* lambda) {
         const bool found = is_stiff() ? stiff_slope(t, y, g, before, pass, slope, lambda)
                                       : equations_.watched_derivative(t, y, slope, lambda);
         return found && crossed(t, y, g, before, slope, lambda);
     }
-    // The same at a state beside the step, of which the row policy takes no note.
+    // `slope` at a state beside the step, which the row policy does not record.
     bool slope_beside(double t, const double* y, double g, const double* before, double* slope, double* lambda) {
         if (is_stiff())
             return stiff_slope(t, y, g, before, {0, 0}, slope, lambda) && crossed(t, y, g, before, slope, lambda);
@@ -47,7 +47,7 @@ public:
         return equations_.slope_at(y, slope, lambda) && crossed(t, y, g, before, slope, lambda);
     }
 
-    // (I - g ∂f/∂y)⁻¹ e of an error e of the state y at t after so many stages: what stiff forces and states would make of it.
+    // Filters an error e of y at t after so many stages: (I - g ∂f/∂y)⁻¹ e, for stiff forces and states of elements.
     bool filter(double t, const double* y, double g, int stages, double* e) {
         const bool moves = is_stiff() || crossing_.pushes();
         Eigen::VectorXd shifted;
@@ -85,12 +85,12 @@ public:
     }
 
 private:
-    // With what names channels.
+    // Adds the effect of channels to a slope.
     bool crossed(double t, const double* y, double g, const double* before, double* slope, double* lambda) {
         return !crossing_.any() || crossing_.take(t, y, g, before, slope, lambda);
     }
-    // By the factor at hand, unless a force was softer at an earlier stage: where it gives way it has not held the error back.
-    // What e does to the rows of G is left to the projection.
+    // With the current factor, unless a force was softer at an earlier stage: a force that gave way has not reduced the
+    // error. The projection corrects what e violates.
     bool filter_velocities(const double* y, double g, int stages, double* e) {
         if (equations_.solver().compliance().soften(stages, g) &&
             !equations_.solver().factor(equations_.pose(), Metric::stiff, 0.0))
@@ -152,7 +152,7 @@ private:
         return equations_.slope_at(y, slope, lambda);
     }
 
-    // Calls of_law(its number among the stiff forces, that of the law) or of_bushing(bushing), in the order of their rows.
+    // Calls of_law(number of the stiff force, number of the law) or of_bushing(bushing), in the order of their rows.
     template <class OfLaw, class OfBushing> void each_stiff_force(OfLaw&& of_law, OfBushing&& of_bushing) const {
         for (std::size_t f = 0; f < model_.stiff.size(); ++f)
             if (const StiffForce& force = model_.stiff[f]; force.law >= 0)
@@ -161,7 +161,7 @@ private:
                 of_bushing(model_.loads->bushings[force.bushing]);
     }
 
-    // What the twists at hand, of accelerations or of small motions, make of a coordinate.
+    // The rate of a coordinate with the current twists, of accelerations or of small motions.
     double along(int law) const {
         return equations_.applied().rate(*model_.loads, law, equations_.pose(), shift_, turn_);
     }

@@ -41,7 +41,7 @@ public:
         seen_->set_states(y);
         return true;
     }
-    // Programs of the time and channels at y at t.
+    // The values of programs of the time and channels for y at t.
     std::vector<double> values(const Programs& programs, double t, const double* y) {
         look(t, y);
         const Series<Scalar<D>>* variables = seen_->variables();

@@ -33,15 +33,15 @@ public:
             if (!is_bare_[b] || model.bodies[b].is_light) with_inertia_.push_back(b);
     }
 
-    // Holds all rows in the calls to come but these of the model, ascending, each of a joint in a loop.
+    // Leaves out these rows of the model, ascending, each of a joint in a loop, in the calls to come.
     void leave_out(const std::vector<int>& rows) {
         if (rows != loops_.left_out()) loops_.leave_out(rows);
     }
     const std::vector<int>& left_out() const { return loops_.left_out(); }
 
-    // Factors at a pose; rows whose squared distance from the span of the others is below `near`, of what it usually is, are
-    // left out of this factor: none where that is 0, even where some hardly differ from the others. False where a joint's
-    // rows are dependent or a motion carries no mass: `singular_joint`.
+    // Factors at a pose. Rows whose squared distance from the span of the others is below the part `near` of its usual
+    // value are left out of this factor; with `near` = 0 none is. False where a joint's rows are dependent, those of
+    // `singular_joint`, or a motion carries no mass.
     bool factor(const Pose<D>& pose, Metric metric) { return factor(pose, metric, thresholds_.half_digits); }
     bool factor(const Pose<D>& pose, Metric metric, double near) {
         ++factorisations_;
@@ -71,18 +71,18 @@ public:
     bool near_singular() const { return loops_.cholesky().leaves_out(); }
     // Whether rows would be left out whichever redundant rows are held.
     bool near_branch(const Pose<D>& pose) { return is_near_singular(pose, near_); }
-    // Whether the last factor has all rows held, judged by the pivots of S.
+    // Whether the last factor is that of S with all rows held.
     bool is_regular() const { return !near_singular() && !loops_.by_qr(); }
-    // About the squared distance of the last factor's rows from dependent, in parts of its usual value.
+    // An estimate of the last factor's squared distance from dependent rows, in parts of its usual value.
     Measure<D> nearness() const { return near_singular() ? Measure<D>(0.0) : pivots_part(); }
 
-    // Whether no row is nearer to dependent than √near, where all bodies weigh the same.
+    // Whether no row is nearer than √near to dependence, where all bodies have the same mass.
     auto is_clear(const Pose<D>& pose, const Measure<D>& near) {
         if (!is_regular() || metric_ != Metric::mass) return decltype(near < near)(false);
         return near < even_nearness(pose);
     }
 
-    // Whether rows are nearer to dependent than √near, where all bodies have the same mass: real masses do not count.
+    // Whether rows are nearer than √near to dependence, where all bodies have the same mass: real masses do not count.
     bool is_near_singular(const Pose<D>& pose, double near) {
         ++close_looks_;
         return count_dependent(pose, near * model_.rows.even) > model_.rows.redundant;
@@ -97,14 +97,14 @@ public:
         ++close_looks_;
         return loops_.rows_to_leave_out(pose, model_.rows.redundant);
     }
-    // The smallest pivot of the rows held where all bodies weigh the same; the factor at hand stays. And as a part of what it
-    // usually is.
+    // The smallest pivot of the rows held where all bodies have the same mass; and in parts of its usual value. The
+    // current factor does not change.
     Measure<D> even_pivot(const Pose<D>& pose) {
         ++close_looks_;
         return loops_.even_pivot(pose);
     }
     Measure<D> even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
-    // What the pivots of the rows held usually are: masses and lengths of different orders make some small at every pose.
+    // Sets the usual pivots of the rows held: masses and lengths of different orders make some small at every pose.
     void expect(const std::vector<Measure<D>>& usual) { loops_.expect(usual); }
     // The number of searches for dependent rows or a singular pose.
     long close_looks() const { return close_looks_; }
@@ -118,15 +118,15 @@ public:
         // The centre of mass is at -reference from the reference point.
         force_[body].template tail<S::turns>() = torque - moment(reference_[body], force);
     }
-    // Adds a force to a body that has one.
+    // Adds to the force on a body.
     void add_force(int body, const Point<D>& force, const Turn<D>& torque) {
         force_[body].template head<D::axes>() += force;
         force_[body].template tail<S::turns>() += torque - moment(reference_[body], force);
     }
     void clear_forces() { std::fill(force_.begin(), force_.end(), Wrench::Zero()); }
 
-    // Solves with the forces given (which are used up) and G δ = c; multipliers on request, one for each row. False where
-    // a body without mass is free to move.
+    // Solves with the forces set before, which are used up, and G δ = c; multipliers on request, one for each row.
+    // False where a body without mass is free to move.
     bool solve(const Scalar<D>* c, Scalar<D>* lambda = nullptr) {
         leaves_.solve_up(c, force_);
         const bool settled =
@@ -147,7 +147,7 @@ public:
         if (left_out().empty()) return true;
         return spread_over_all(pose, lambda, near_singular() ? thresholds_.half_digits : thresholds_.no_digits);
     }
-    // The same for any λ that balance the forces, with any factor.
+    // Distributes any λ that balance the forces, with any factor.
     bool spread_over_all(const Pose<D>& pose, Scalar<D>* lambda) {
         return spread_over_all(pose, lambda, thresholds_.no_digits);
     }

@@ -1,13 +1,13 @@
-// Which rows a step holds: a function of the pose at which it begins. Nothing comes from the steps before, so that a run which
-// starts at any of its states goes on the same.
+// The rows that a step holds, a function of the pose at which it begins. Nothing comes from the steps before, so that a
+// run which starts at any of its states goes on the same.
 //
-// The usual rows are found before the run (mbproj.integrate.formulations.redundant_rows). Where these are ill-conditioned, the
-// step holds the best-conditioned rows of its pose; off the constraints each choice is another differential equation. Within a
-// step the answer does not change, but where the step cannot be made with it: `hold_others`.
-// The reference is mbproj.dynamics.rank.row_policy. It judges by singular values of C_q and holds combinations of rows; here
-// single rows are held, by pivots of S, squares of distances in the metric of the masses. Both solve the same equations
-// where the rows are independent. Near a singular pose each errs by the distance σ of what it leaves out, and so they may
-// differ by that.
+// The usual rows are found before the run (mbproj.integrate.formulations.redundant_rows). Where these are
+// ill-conditioned, the step holds the best-conditioned rows of its pose; off the constraints each choice is another
+// differential equation. The rows change within a step only where it cannot be made with them: `hold_others`. The
+// reference is mbproj.dynamics.rank.row_policy. It judges by singular values of C_q and holds combinations of rows;
+// here single rows are held, by pivots of S, squares of distances in the metric of the masses. Both solve the same
+// equations where the rows are independent. Near a singular pose each errs by the distance σ of the rows that it leaves
+// out, and so they may differ by that.
 #pragma once
 
 #include "dynamics/kkt_solver.hpp"
@@ -43,7 +43,7 @@ public:
     }
     // Whether the rows held are the usual ones.
     bool holds_usual() const { return solver_.left_out() == model_.rows.left_out; }
-    // The same with these, factored there if that was `found`.
+    // `start` with the rows held now; `found`: whether these have a factor at the pose.
     bool settle(const Pose<D>& pose, bool found) {
         others_may_serve_ = true;
         if (model_.rows.redundant > 0 && !(found && serves())) found = choose(pose);
@@ -64,8 +64,8 @@ public:
     bool wants_others(const Pose<D>& pose) const {
         return model_.rows.redundant > 0 && others_may_serve_ && solver_.near_singular() && !solver_.near_branch(pose);
     }
-    // A stage is off the constraints, by C and C'. A row at a distance s from the span of the others, and off what they say of it
-    // by c, errs the accelerations by c / s² where it is held, and by s where it is left out: it is held where s³ > c.
+    // A stage violates the constraints. Let a row be at a distance s from the span of the others, and violated by c
+    // more than they imply. Held, it makes accelerations err by c / s², left out by s: it is held where s³ > c.
     bool look_near(const Pose<D>& pose, const std::vector<double>& C, const std::vector<double>& C_dot,
                    double seconds) {
         const double first = held_above(model_.thresholds, largest(model_, C) + largest(model_, C_dot) * seconds);
@@ -74,7 +74,7 @@ public:
         const double off = solver_.contradiction(C.data()) + solver_.contradiction(C_dot.data()) * seconds;
         return solver_.factor(pose, Metric::mass, std::min(held_above(model_.thresholds, off), first));
     }
-    // Makes the best rows of a pose those of the step at hand. False where no others serve.
+    // Holds the best-conditioned rows of a pose in the current step. False where no others serve.
     bool hold_others(const Pose<D>& pose) { return model_.rows.redundant > 0 && others_may_serve_ && choose(pose); }
 
 private:

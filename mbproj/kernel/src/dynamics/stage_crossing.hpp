@@ -28,7 +28,7 @@ public:
                 if (names(force.programs[k])) pulls_.push_back({-1, &force, k});
     }
 
-    // Whether there are states or channels at all, and whether forces name some.
+    // Whether there are states or channels at all, and whether forces depend on channels.
     bool any() const { return model_.layout.states.size > 0 || !model_.channels.empty(); }
     bool pushes() const { return !pulls_.empty(); }
 
@@ -121,7 +121,7 @@ private:
         return true;
     }
 
-    // The accelerations in `slope`, w and the multipliers with the forces φ; states change with E f_w, `by_motion`, from `off`.
+    // Adds the effect of the forces φ to the accelerations in `slope`, to w and the multipliers. `by_motion`: E f_w.
     bool push(Vector& w, const Dense& by_motion, const Vector& off, double* slope, double* lambda) {
         const auto pulls = static_cast<Eigen::Index>(pulls_.size());
         const Dense by = pushed_by_motion_ + pushed_ * by_motion;  // C

@@ -136,7 +136,7 @@ public:
         return found;
     }
 
-    // Adds the forces and moments of forces along the coordinates on both bodies, about their centres of mass, global axes.
+    // Adds forces `along` the coordinates: forces and moments on both bodies about their centres of mass, global axes.
     void pull(const Coordinates& along, std::vector<Point<D>>& force, std::vector<Turn<D>>& torque) const {
         const Point<D> local = along.template head<D::axes>(), push = midway_.axes * local;
         const Turn<D> shared = -moment(x_, local);

@@ -22,7 +22,7 @@ public:
             variables_[law_variables + c].x = at(model_.channels[c], y, pose, motion);
         return *this;
     }
-    // The same where only the states differ from the last call.
+    // Sets the channels where only the states differ from the last call.
     void set_states(const Scalar<D>* y) {
         for (const std::size_t c : states_)
             variables_[law_variables + c].x = y[model_.layout.states.first + model_.channels[c].index];
@@ -33,10 +33,10 @@ public:
         variables_[2].x = rate;
         return variables_.data();
     }
-    // A joint's coordinate, known to less than half a turn.
+    // A joint's coordinate as y follows it, to less than half a turn.
     Scalar<D> expected(int coordinate) const { return expected_[coordinate]; }
 
-    // The slopes of a program by these variables, at the values in place, on the branches `held`; 0 by others.
+    // The slopes of a program by the variables from `first` to `end`, at their current values, on the branches `held`.
     void slopes(int program, const double* held, std::size_t first, std::size_t end, Scalar<D>* found) {
         std::fill_n(found, end - first, Scalar<D>(0.0));
         variables_[0].d = 0.0;

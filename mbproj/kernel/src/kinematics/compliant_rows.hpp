@@ -123,7 +123,7 @@ public:
             for (int c = 0; c < rows; ++c) found[r] += R(r, c) * x[c];
         std::copy(found.begin(), found.begin() + rows, x);
     }
-    // The same for the rows' gradients, given as columns.
+    // Replaces the rows' gradients, given as columns, by those of the rows R J.
     void turn(int joint, int rows, Matrix<F, F, Scalar<D>>& gradients) const {
         for (int c = 0; c < F; ++c) {
             Column<F, Scalar<D>> x = gradients.row(c).transpose();
@@ -156,7 +156,7 @@ private:
         }
         g_ = g;
     }
-    // The root of the rows and columns from `at` on.
+    // Sets the root of the block from `at` on.
     template <int N> static void set_root(const Root& weight, int at, Root& root) {
         const Matrix<N, N, Scalar<D>> own = weight.template block<N, N>(at, at);
         root.template block<N, N>(at, at) = mbproj::root<N>(0.5 * (own + own.transpose()));

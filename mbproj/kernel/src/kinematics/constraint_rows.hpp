@@ -29,7 +29,7 @@ template <class D> struct Moving {
     }
 };
 
-// The sum of a row that couples coordinates, with angles as the pose has them: see `Couplings`.
+// C of all rows. Rows that couple coordinates have angles without whole turns: see `Couplings`.
 template <class D> void constraint(const Model<D>& model, const Pose<D>& pose, Scalar<D>* C) {
     for (const Instance<D>& p : model.constraints.instances) {
         if (p.kind == Kind::coincident)

@@ -1,4 +1,4 @@
-// A coordinate at a state: a primitive of one row that no row of the constraints holds, of a joint, a force or a stop.
+// A coordinate at a state, of a joint, a force or a stop: a primitive with one value that is no row of the constraints.
 #pragma once
 
 #include "kinematics/pose.hpp"
@@ -6,7 +6,7 @@
 
 namespace mbproj {
 
-// One of a set at a pose, with its gradient at each attachment.
+// A coordinate of a set at a pose, with its gradient at each attachment.
 template <class D> struct Coordinate {
     const PrimitiveSet<D>& set;
     const Instance<D>& p;
@@ -14,7 +14,7 @@ template <class D> struct Coordinate {
 
     Coordinate(const PrimitiveSet<D>& coordinates, int number, const Pose<D>& pose)
         : set(coordinates), p(set.instances[number]) {
-        x[3].setZero();  // which few have
+        x[3].setZero();  // few instances have this slot
         for (int s = 0; s < p.slot_count; ++s) {
             const Attachment<D>& a = attachment(s);
             spoke[s] = pose[a.body].rotation * a.local;
@@ -24,11 +24,11 @@ template <class D> struct Coordinate {
             if (p.on_line()) touch_ = on_curve::touch<D>(p, x, pose.piece(p.follower), pose.piece(p.other_follower));
         gradient<D>(p, x, g, known());
     }
-    // The parameter of the foot of what follows a curve, or the second of two.
+    // The parameter of the foot on the curve that it follows, or on the second of two curves.
     Scalar<D> foot(bool second) const { return second ? touch_.other.s : touch_.foot.s; }
     const Attachment<D>& attachment(int s) const { return set.attachments[p.slots[s]]; }
     Scalar<D> value() const { return mbproj::value<D>(p, x, known()); }
-    // Of an angle with the whole turns that bring it next to what is expected of it.
+    // The value, for an angle with the whole turns that bring it nearest to the expected value.
     Scalar<D> value(Scalar<D> expected) const { return is_angle(p.kind) ? near(value(), expected) : value(); }
     template <class Velocity, class Omega> Scalar<D> rate(const Velocity& velocity, const Omega& omega) const {
         Scalar<D> sum = 0.0;
@@ -42,7 +42,7 @@ template <class D> struct Coordinate {
     Scalar<D> rate(const Motion<D>& motion) const {
         return rate([&](int b) { return motion[b].velocity; }, [&](int b) { return motion[b].omega; });
     }
-    // The part of its second derivative that holds no accelerations of bodies.
+    // The part of its second derivative that contains no accelerations of bodies.
     Scalar<D> bend(const Motion<D>& motion) const {
         Point<D> x_dot[most_slots];
         Scalar<D> sum = 0.0;
@@ -62,13 +62,13 @@ private:
     Touch<D> touch_;
 };
 
-// An angle of a joint, as the direction in which its vector stands, and how fast it turns.
+// A joint's angle as a direction (cosine, sine), and its rate.
 template <class D> struct JointAngle {
     Scalar<D> cosine = 1.0, sine = 0.0, speed = 0.0;
     Scalar<D> value() const { return atan2(sine, cosine); }
 };
 
-// Of a coordinate that is an angle.
+// The angle of a joint coordinate that is one.
 template <class D>
 JointAngle<D> joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
     const Instance<D>& p = model.coordinates.instances[coordinate];

@@ -1,4 +1,4 @@
-// Rows that couple coordinates: a pose alone knows them but for whole teeth or threads; counted turns tell which. The
+// Rows that couple coordinates. A pose gives them up to whole teeth or threads, which follow from counted turns. The
 // definitions are those of mbproj.dynamics.equations.teeth.
 #pragma once
 
@@ -10,8 +10,8 @@ template <class D> class Couplings final {
 public:
     explicit Couplings(const Model<D>& model) : model_(model) {}
 
-    // Notes what the sums count from, where a run begins: `expected` are the joints' coordinates, turns counted, and `C` is to
-    // the nearest tooth.
+    // Stores the sums at the start of a run, from which teeth are counted. `expected` are the joints' coordinates with
+    // counted turns; `C` is to the nearest tooth.
     void start(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, const Scalar<D>* C) {
         start_.clear();
         for (const Coupling& coupling : model_.couplings) {
@@ -23,11 +23,11 @@ public:
             start_.push_back(sum(coupling, pose, expected) - C[coupling.row]);
         }
     }
-    // What they count from: nothing before they have started.
+    // The sums at the start of the run; empty before the start.
     const std::vector<Scalar<D>>& started() const { return start_; }
     void start_from(std::vector<Scalar<D>> sums) { start_ = std::move(sums); }
 
-    // From the sums of what the pose shows to the tooth in mesh; to the nearest before the start.
+    // Shifts rows of C by whole teeth: to the tooth in mesh, or to the nearest tooth before the start.
     void count(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, Scalar<D>* C) const {
         for (std::size_t c = 0; c < model_.couplings.size(); ++c) {
             const Coupling& coupling = model_.couplings[c];
@@ -46,14 +46,15 @@ public:
     }
 
 private:
-    // What the laps and turns of a roller bring its row to: 0, but for round-off, where it has rolled since the scene's pose.
+    // A roller's row with its laps and turns: 0 where it is 0 up to round-off, as after rolling from the scene's pose.
     Scalar<D> rolled(const Coupling& coupling, const Pose<D>& pose, const std::vector<Scalar<D>>& expected,
                      Scalar<D> row) const {
         const Scalar<D> found = static_cast<Scalar<D>>(whole(coupling, pose, expected, row) + row);
         return abs(found) <= model_.thresholds.open_limit * model_.row_scale[coupling.row] ? Scalar<D>(0.0) : found;
     }
 
-    // The laps and turns of a roller that bring a row next to what is expected of it: without a common measure, both count.
+    // The laps and turns of a roller that bring its row nearest to its expected value; both, as they have no common
+    // measure.
     long double whole(const Coupling& coupling, const Pose<D>& pose, const std::vector<Scalar<D>>& expected,
                       Scalar<D> row) const {
         const int roller = coupling.coordinates[1];
@@ -72,7 +73,7 @@ private:
         return 0.0;
     }
 
-    // What the coordinates come to, turns counted.
+    // The weighted sum of the coordinates with counted turns, less the curve.
     Scalar<D> sum(const Coupling& coupling, const Pose<D>& pose, const std::vector<Scalar<D>>& expected) const {
         Scalar<D> total = 0.0;
         if (coupling.curve >= 0) {

@@ -14,8 +14,8 @@ template <class D> struct Law {
     bool loses;   // the work of the program is lost energy, as a damper's
     int bearing;  // the bearing whose load multiplies the program, or -1
     int apart;    // the quadrature of its lost energy, or -1
-    // For friction in a plane: the law along the other tangent, or -1, and the direction of sliding along both. The program's
-    // force at the speed v is along v, until v has turned round.
+    // For friction in a plane: the law along the other tangent, or -1, and the direction of sliding along both. The
+    // program's force acts along the velocity v, and along -v once v has turned by more than 90° from there.
     int partner;
     Scalar<D> own, other;
 };
@@ -40,8 +40,8 @@ template <class D> struct Loads {
     int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
 };
 
-// How a dry friction acts that is a law: against its own rate; along the velocity in the plane of two tangents; in a constant
-// direction, as it begins to slide; or with a given force.
+// How a dry friction acts whose force is a law: against its rate; along the velocity in the plane of two tangents; in a
+// constant direction, as it begins to slide; or with a given force.
 enum class Acts : int { alone, in_plane, kept, given };
 
 // A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F from a function.

@@ -30,7 +30,7 @@ template <class D> struct Applied {
           lost(max(0, model.layout.quadratures.size - 2), 0.0), given(model.loads ? model.loads->laws.size() : 0, 0.0),
           programs_(model.programs), least_cosine_(cos(0.5 * model.thresholds.most_turned)) {}
 
-    // False where a function has no finite value, or a bushing has turned too far.
+    // Evaluates all loads. False where a function has no finite value, or a bushing has turned too far.
     bool update(const Loads<D>& loads, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels) {
         clear();
         power = dissipation = 0.0;
@@ -78,7 +78,7 @@ template <class D> struct Applied {
         channels.slopes(given.programs[component], held, law_variables, law_variables + channels.size(), by_channels);
     }
 
-    // Replaces the loads by single forces along coordinates: starts from zero.
+    // Sets the loads to zero, before single forces are added.
     void clear() {
         for (auto& f : force) f.setZero();
         for (auto& f : torque) f.setZero();
@@ -124,7 +124,7 @@ template <class D> struct Applied {
         }
         pull(Coordinate<D>(loads.coordinates, l, pose), 1.0);
     }
-    // The rate of one of these coordinates, from velocities and angular velocities (n + 1, global axes).
+    // The rate of a coordinate of forces, from velocities and angular velocities (n + 1, global axes).
     Scalar<D> rate(const Loads<D>& loads, int l, const Pose<D>& pose, const std::vector<Point<D>>& velocity,
                    const std::vector<Turn<D>>& omega) const {
         const auto velocity_of = [&](int b) { return velocity[b]; };
@@ -139,7 +139,7 @@ template <class D> struct Applied {
         touching.clear();
         for (const auto& row : rows) touching.insert(row.coordinate);
     }
-    // Evaluates the arguments of the model's switches at a state, on these branches, or on none.
+    // Evaluates the arguments of the model's switches at a state, on these branches, or on free ones.
     void look(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
               const double* branches, std::vector<Scalar<D>>& arguments) const {
         const std::vector<Switch>& switches = model.switches;
@@ -169,7 +169,7 @@ private:
     const ProgramsOf<Scalar<D>>& programs_;
     Scalar<D> least_cosine_;
 
-    // The argument of a curve. NaN for a follower that counts only while its law acts or its stop touches, and does not now.
+    // The argument of a curve; NaN for a follower whose law does not act now, or whose stop does not touch.
     Scalar<D> followed(const Model<D>& model, int curve, const Pose<D>& pose) const {
         const auto [number, _, of, second] = model.curves[curve];
         if (of == Of::row) return pose.curved(curve);

@@ -32,13 +32,13 @@ template <class D> struct Span {
         start = direction - value_of(Scalar<D>(atan(w / h)));
         cosine = std::cos(start), sine = std::sin(start);
     }
-    // The angle by which the line has turned since then, within (-π, π].
+    // The angle by which the line has turned from `start`, within (-π, π].
     Scalar<D> turned() const { return atan2(cosine * Y - sine * X, cosine * X + sine * Y); }
     // θ, the direction of the rope.
     Scalar<D> direction() const { return start + turned() + atan(w / h); }
 };
 
-// The spans of the rope at a pose, with those past circles that it has left.
+// The spans of the rope at a pose. One span passes a circle that the rope has left.
 template <class D> struct Spans {
     Span<D> list[most_centres];
     int count = 0;

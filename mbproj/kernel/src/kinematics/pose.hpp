@@ -60,7 +60,7 @@ public:
         if (!p.on_line()) return value<D>(p, Places(*this, p).x);
         return model_.curves[number].second ? touches_[p.follower].other.s : touches_[number].foot.s;
     }
-    // The geometry at the contact of an instance that follows a curve, if its foot is held on a piece.
+    // The geometry at the contact of an instance that follows a curve, if its foot stays on a piece; else null.
     const Touch<D>* touch(const Instance<D>& p) const { return p.follower < 0 ? nullptr : &touches_[p.follower]; }
     // The piece on which a follower's foot is held; none where it is free.
     int piece(int number) const {
@@ -89,8 +89,8 @@ public:
         return a.is_point ? Point<D>(bodies_[a.body].position + spokes_[attachment]) : spokes_[attachment];
     }
 
-    // ε × the largest coordinate that enters a row of an instance and of those coupled with it; for vectors, and against the
-    // row's own scale, 1 at most.
+    // ε × the largest coordinate of the points of an instance and of those coupled with it; at least ε times the row's
+    // scale or 1, whichever is less.
     Scalar<D> grain(const Instance<D>& first, int row) const {
         Scalar<D> reach = min(1.0, model_.row_scale[row]);
         const Instance<D>* const end = model_.constraints.instances.data() + model_.constraints.instances.size();
@@ -171,8 +171,8 @@ private:
     std::vector<Twist<D>> bodies_;
 };
 
-// The time in which a violation of the velocities counts as one of the positions: the mechanism moves by its own length or 1 rad
-// in it. It is the smallest number at rest.
+// The time in which a violation of the velocities counts as one of the positions: the mechanism moves by its own length
+// or 1 rad in it. It is 0 at rest.
 template <class D> Scalar<D> time_scale(const Model<D>& model, const Scalar<D>* y) {
     const Scalar<D> rest = model.thresholds.rest_rate;
     Scalar<D> speed = 0.0;

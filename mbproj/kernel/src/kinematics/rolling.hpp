@@ -191,7 +191,7 @@ template <class D> Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, 
 }
 }  // namespace ellipsoid_height
 
-// Each kind has its own function out of line: most mechanisms do not roll, and pay only for their own rows.
+// These functions are not inlined: most mechanisms do not roll, and pay only for their own rows.
 namespace rolling {
 template <class D> [[gnu::noinline, gnu::cold]] Scalar<D> value(const Instance<D>& p, const Point<D>* x) {
     if (is_slip(p.kind)) return 0.0;

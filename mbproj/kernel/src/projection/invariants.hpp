@@ -14,9 +14,9 @@ template <class D> struct RigidField {
     Turn<D> turn;
 };
 
-// The value with which the balance began, and the counts of the rows: how often they held, were skipped near rest, or were
-// refused. Also the energy that they added, signed and in sum, and the largest magnitude of the signed sum; and their largest
-// correction, as a part of the velocity.
+// The energy and momenta with which the balance began. How often the rows held, were skipped near rest, or were
+// refused. The energy that they added: its signed sum, the sum of magnitudes, and the largest magnitude of the signed
+// sum. Their largest correction, as a part of the velocity.
 struct Kept {
     double energy = 0.0;
     std::vector<double> momenta;
@@ -73,7 +73,7 @@ public:
         kept.furthest = std::max(kept.furthest, std::abs(kept.given));
         kept.largest = std::max(kept.largest, change_);
     }
-    // The same for a state inside that step, whose interpolation has a larger error; nothing is counted.
+    // Corrects a state inside that step, whose interpolation has a larger error; nothing is counted or refused.
     void inside_step(double t, double* y) {
         if (!refused_ && !before_.empty()) hold(t, y, false);
     }
@@ -119,7 +119,7 @@ private:
         const double curve = product(way_, way_) + flywheels(beyond_, beyond_);
         const double wanted = missing - of_momenta, root = slope * slope + 2.0 * curve * wanted;
         if (std::abs(wanted) <= grain) return true;
-        // slope² / curve is 2 T of what is free, in any metric.
+        // slope² / curve is twice the kinetic energy along `way_`, in any metric.
         const double least = model_.thresholds.half_digits;
         if (!(slope > 0.0 && slope * slope > least * curve * now * now && curve > least * whole_ && root > 0.0))
             return false;
@@ -128,8 +128,8 @@ private:
         return true;
     }
 
-    // `way_`: the direction in which the balance is corrected, the smallest in the metric, in the tangent space and normal to the
-    // momenta. In the metric of the masses it is that part of the velocity; in that of the coordinates, of M v.
+    // `way_`: the direction in which the balance is corrected, the smallest in the metric, in the tangent space and
+    // normal to the momenta. It is this part of the velocity v in the metric of the masses, else of M v.
     bool direction(const double* y) {
         if (metric_ == Metric::coordinates && !equations_.contacts().any()) {
             if (!pulled(way_)) return false;
@@ -160,7 +160,7 @@ private:
         return true;
     }
 
-    // The changes of the velocities that each change one momentum, their coupling, and what closes the momenta's rows.
+    // Sets changes of velocity, one for each momentum, their coupling, and their sum that closes the momenta's rows.
     bool momenta_directions() {
         const std::size_t count = fields_.size();
         Eigen::VectorXd missing(count);

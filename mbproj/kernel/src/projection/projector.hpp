@@ -19,8 +19,8 @@ public:
           phases_(phases), trust_region_(equations), metric_(metric_of(settings.correction)),
           length2_(model_.length * model_.length) {}
 
-    // The state y after step number `step` (from 1) with its orientations normalised, projected if the schedule says so:
-    // every k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
+    // Normalises the orientations of y after step number `step` (from 1), and projects y if the schedule says so: every
+    // k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
     // Afterwards the pose of y is in place.
     Projected after_step(long step, double t, double* y) {
         if (equations_.other()) return by_other(step, t, y);
@@ -45,7 +45,7 @@ public:
         return done;
     }
 
-    // The same for a step from `before`, and with the rows of conserved quantities.
+    // `after_step` for a step from `before`, with the rows of conserved quantities.
     Projected after_step(long step, double t, const double* before, double* y) {
         if (invariants_) invariants_->enter_step(before);
         const Projected done = after_step(step, t, y);
@@ -83,7 +83,7 @@ private:
         const bool due = closes();
         return correct(y, due && settings_.position, due && settings_.velocity);
     }
-    // What another formulation does, and by how much it changes the velocities.
+    // The projection by another formulation, with its change of the velocities.
     [[gnu::noinline, gnu::cold]] Projected by_other(long step, double t, double* y) {
         start_.assign(y, y + equations_.layout().bodies.size);
         equations_.set_pose(t, y);
@@ -171,8 +171,8 @@ private:
         }
     }
 
-    // Near a singular pose a row that is left out for want of a gradient stays open to second order. With all rows, each
-    // damped step leaves a quarter of that. A failure where more is left, or the pose is not singular.
+    // Near a singular pose a row that is left out for want of a gradient stays open to second order. With all rows,
+    // each damped step leaves a quarter of that. Counts a failure where more is left, or the pose is not singular.
     void close_in_full(double* y, double left, Projected& done, Metric metric) {
         done.near_singular = equations_.solver().near_singular();
         const int most = done.position_passes + settings_.max_iterations;
@@ -221,7 +221,7 @@ private:
         done.speed_change = std::sqrt(change2);
     }
 
-    // Whether the velocity violation has come down to less than half of what was `left`: round-off does not.
+    // Whether the velocity violation is less than half of what was `left` before: round-off does not fall.
     bool falls(double* y, double& left) {
         const double before = left;
         left = largest(equations_.constraint_velocity(y));
@@ -239,8 +239,8 @@ private:
         return sum;
     }
 
-    // |C| <= tolerance row by row: as set, or 1e-13 (in lengths, of the mechanism's where that is below 1 m), or what
-    // round-off allows.
+    // Whether |C| <= tolerance row by row: the tolerance that is set; else 1e-13, times the mechanism's length if it is
+    // below 1 m, or what round-off allows.
     bool meets(const double* C) const { return rows_meet(C) && (!equations_.contacts().any() || contacts_meet()); }
     bool rows_meet(const double* C) const {
         const double most = largest(C);

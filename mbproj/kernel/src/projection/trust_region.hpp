@@ -1,10 +1,10 @@
-// One pass of a position correction: solved, and taken as far as it brings the violation down.
+// One pass of a position correction: its solution, and the part of it that reduces the violation.
 //
-// Masses ask light bodies for large turns where a heavy one would have to give way otherwise, and the linearised rows
-// promise too much of these. The smallest correction that turns no body by more than ϑ is that of a metric with moments of
-// inertia added to the bodies that would: min ½ δᵀMδ subject to G δ = -C and |δθ| <= ϑ has the conditions
-// (M + Σ μ E) δ + Gᵀλ = 0 with μ >= 0 where the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes
-// the rows to first order and leaves of order ϑ², so that some ϑ brings the violation down wherever G has full rank.
+// In the metric of the masses light bodies turn far, lest a heavy one give way; linearised rows do not hold for large
+// turns. Moments of inertia are added to such bodies, so that the smallest correction turns no body by more than ϑ. It
+// is min ½ δᵀMδ subject to G δ = -C and |δθ| <= ϑ, with the conditions (M + Σ μ E) δ + Gᵀλ = 0, μ >= 0 where the bound
+// is reached (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes the rows to first order, and leaves a
+// violation of order ϑ²: some ϑ reduces the violation wherever G has full rank.
 #pragma once
 
 #include "dynamics/equations_of_motion.hpp"
@@ -31,7 +31,7 @@ public:
         set_rhs(violation);
         return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(nullptr));
     }
-    // The same for velocities, with the rates of the state in place.
+    // The correction of velocities, with the rates of the state in place.
     bool solve(const double* violation, const Motion<D>& motion) {
         set_rhs(violation);
         return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(&motion));
@@ -62,7 +62,7 @@ public:
                 worst = r;
             }
         if (most == 0.0 || !is_round_off(C, worst)) return most;
-        most = 0.0;  // the largest is, so that each is looked at
+        most = 0.0;  // the largest row is round-off: looks at each
         for (std::size_t r = 0; r < owner_.size(); ++r)
             if (!is_round_off(C, r)) most = larger(most, std::abs(C[r]) / model_.row_scale[r]);
         return most;
@@ -71,7 +71,7 @@ public:
     // Moves y by the current correction, if that reduces the violation by half of what Newton's method predicts.
     bool whole(double* y, double& left) { return part(y, left, 1.0); }
 
-    // The same with parts of it that turn no body by more than `widest_turn`.
+    // Moves y by a part that turns no body by more than `widest_turn`, halved until it reduces the violation.
     bool shortened(double* y, double& left) {
         for (double tried = std::min(1.0, thresholds_.widest_turn / widest()); tried >= shortest_; tried *= 0.5)
             if (part(y, left, tried)) return true;

@@ -35,7 +35,7 @@ public:
         }
     }
 
-    // It evaluates f before any projection, as the extension needs it too.
+    // Evaluates f at y_new before any projection; the extension needs it, too.
     std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
                                 bool) override {
         if (!equations_.watched_derivative(t, y_new.data(), k_[tableau_.stages()].data())) return std::nullopt;

@@ -1,4 +1,4 @@
-// What all methods with explicit stages have alike: how a step goes on from the last, and where a jump is.
+// The base of methods with explicit stages: how a step begins at the end of the last, and at a jump.
 #pragma once
 
 #include "steppers/stepper.hpp"
@@ -38,7 +38,7 @@ protected:
     ExplicitStages(const Tableau& tableau, EquationsOfMotion<D>& equations)
         : Base(tableau, equations, tableau.stages() + (tableau.error.rows() > 0 ? 1 + tableau.extra_c.size() : 0)) {}
 
-    // Of the norms of two estimates (DOP853) the combination of its authors; of one that itself.
+    // The norm of a single estimate; for the two of DOP853, their combination by its authors.
     double combined(const double* norms) const {
         if (tableau_.error.rows() == 1 || norms[0] == 0.0) return norms[0];
         return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);

@@ -1,9 +1,9 @@
-// Implicit Runge-Kutta steps of an explicit first stage, stiffly accurate. Stages are solved for their accelerations
-// (dynamics/implicit_stage.hpp), one after another where none needs a later one (ESDIRK). Where they are coupled, A = L + (A - L)
-// with L lower triangular and hγ on its diagonal: in each pass of Newton's method, one stage after another is solved with L,
-// and what A - L adds is that of the pass before (van der Houwen & de Swart 1997). The last stage is the end of the step, and
-// its slope the first of the next step: evaluated anew after the projection, a stiff spring would make a large force of the
-// little that the projection has moved it.
+// Stiffly accurate implicit Runge-Kutta steps with an explicit first stage. Stages are solved for their accelerations
+// (dynamics/implicit_stage.hpp), one after another where none needs a later one (ESDIRK). Where they are coupled, A = L
+// + (A - L) with L lower triangular and hγ on its diagonal. Each pass of Newton's method solves one stage after another
+// with L, and takes the terms of A - L from the pass before (van der Houwen & de Swart 1997). The last stage is the end
+// of the step, and its slope is the first of the next step. It is not evaluated anew after the projection, whose small
+// change of the positions would change the force of a stiff spring by much.
 #pragma once
 
 #include "dynamics/implicit_stage.hpp"
@@ -61,8 +61,8 @@ public:
         }
     }
 
-    // Of a stiff vibration the estimate is as large as it is, however short the step: a step that was rejected would be made
-    // shorter until it follows what its predecessors have damped. So it is filtered twice then (Hairer & Wanner II, IV.8).
+    // For a stiff vibration the estimate does not fall with the step size: rejected steps would become so short that
+    // they follow a vibration long damped. So it is filtered twice after a rejection (Hairer & Wanner II, IV.8).
     std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
                                 bool again) override {
         found_.setZero();
@@ -90,13 +90,13 @@ public:
         set_rates(y, k_[0]);
         return true;
     }
-    // Stiff forces keep the accelerations of the extension, as a projection moves this state, too.
+    // Stiff forces are those by the extension's accelerations, because a projection has moved this state, too.
     bool inside(double t, double h, double theta, const Vector& y, Vector& slope, double* lambda) override {
         combine(Vector::Zero(y.size()), 1.0, this->dense_rates(theta), tableau_.stages(), found_);
         return implicit_.slope_beside(t, y.data(), h * tableau_.gamma, found_.data(), slope.data(), lambda);
     }
 
-    // At one state, which the projection has moved, forces differ by the jump alone.
+    // Forces before and after are both those at y, which the projection has moved: they differ by the jump alone.
     bool before_jump(double t, const Vector& y) override {
         return equations_.derivative(t, y.data(), jump_.data(), jump_lambda_.data());
     }
@@ -177,7 +177,7 @@ private:
         return fails(end - 1);
     }
 
-    // What stage s is without hγ of its own slope: in the first pass with what the stages before have come to.
+    // Stage s without hγ times its own slope: with A in the first pass, then with L, and A - L for the pass before.
     void set_base(const Vector& y, double h, int s, int first, int pass) {
         for (int j = 0; j < tableau_.stages(); ++j) weights_[j] = tableau_.a(s, j);
         weights_[s] -= tableau_.gamma;
@@ -187,8 +187,8 @@ private:
             base_ += h * (tableau_.a(s, j) - tableau_.splitting(s, j)) * old_[j];
     }
 
-    // The work of stage s at the state that its accelerations lead to: what a stiff force does changes by much with the little
-    // by which Newton's method has still changed that.
+    // The power of stage s at the state of its final accelerations: the last, small change of the state by Newton's
+    // method changes the power of a stiff force by much.
     bool settle_work(double t, double g, int s) {
         if (!implicit_.is_stiff() || layout_.quadratures.size == 0) return true;
         if (!equations_.settle_work(t, stage_.data(), k_[s].data())) return false;
@@ -196,15 +196,15 @@ private:
         return true;
     }
 
-    // Whether the passes have led to a state without values.
+    // Whether the passes have led to a state at which functions or poses are not finite.
     bool diverged() const { return !equations_.broken_state().empty() || !equations_.pose().finite(); }
-    // For want of stage s.
+    // Records that stage s is not solved.
     bool fails(int s) {
         const Vector change = k_[s] - old_[s];
         unsolved_ = Unsolved{furthest(change), leader(change)};
         return false;
     }
-    // The state of an element that changes most, by its number after the coordinates that forces act along; or a force.
+    // The coordinate whose force changes most; or the element's state that does, numbered after all coordinates.
     int leader(const Vector& change) {
         const Block& states = layout_.states;
         int found = 0;
@@ -218,7 +218,7 @@ private:
         return static_cast<int>(along) + found - states.first;
     }
 
-    // By what is left, as the contraction so far lets expect; or because round-off keeps it from falling.
+    // Whether the error that the contraction lets expect is small enough, or round-off keeps the change from falling.
     bool is_solved(double change, double before) const {
         if (contraction_ < 1.0) {
             const double left = contraction_ / (1.0 - contraction_) * change;
@@ -253,8 +253,8 @@ private:
         }
     }
 
-    // Of two slopes, in the norm of the error without its tolerance. A stage alone is placed by its accelerations; coupled
-    // ones also by the rates of the others, in the pass before.
+    // The distance of two slopes, in the norm of the error without its tolerance. A single stage follows from its
+    // accelerations; coupled stages also from rates of the others in the pass before.
     double distance(const Vector& a, const Vector& b, bool coupled) const {
         double sum = 0.0;
         for (int i = 0; i < layout_.controlled(); ++i) {
@@ -279,7 +279,7 @@ private:
 
     ImplicitStage<D> implicit_;
     const Thresholds& thresholds_;
-    const double least_;  // of a velocity, to which stages are solved
+    const double least_;  // the error of a velocity to which stages are solved
     Vector base_, found_, jump_;
     double weights_[most_stages];
     std::vector<double> lambda_;  // of the last stage

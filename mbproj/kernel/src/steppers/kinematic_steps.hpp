@@ -1,9 +1,9 @@
-// Steps of a mechanism without degrees of freedom (mbproj.integrate.steppers.kinematic_steps). The joints and motions alone say
-// where its bodies are: at each stage these are closed by Newton's method from where the stages before lead, and velocities and
-// accelerations follow from the equations. What remains to be integrated is the work of forces, and states of elements, by
-// explicit stages. Newton's method may come to another assembly of the mechanism: a step is made only where none of its stages
-// leaves a doubt about that.
-// What does not move at all has velocities of exactly 0: those of round-off would be works of round-off.
+// Steps of a mechanism without degrees of freedom (mbproj.integrate.steppers.kinematic_steps). Joints and motions alone
+// determine the poses of its bodies: Newton's method closes each stage from a prediction by the stages before, and
+// velocities and accelerations follow from the equations. Explicit stages integrate the rest: the work of forces, and
+// states of elements. Newton's method may lead to another assembly of the mechanism: a step is made only where no stage
+// leaves a doubt about that. A mechanism at rest has velocities of exactly 0: velocities of round-off would do work of
+// round-off.
 #pragma once
 
 #include "dynamics/branch_sign.hpp"
@@ -58,9 +58,9 @@ public:
             if (tableau_.b[s] != 0.0) visit(tableau_.b[s], t + tableau_.c[s] * h, states_[s]);
     }
 
-    // Of the states and the works. A work is measured against what the bodies' inertias, weights and its own power amount to
-    // in the step, and errs by no more than round-off where it errs less than that of what was worked before, or of a fall
-    // by the mechanism's length.
+    // The error of the states and the works. The scale of a work is the sum of the magnitudes of powers of inertias,
+    // weights and forces, over the step. An error below the round-off of the work so far, or of the work of a fall by
+    // the mechanism's length, is acceptable.
     std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
                                 bool) override {
         const int last = tableau_.stages();
@@ -73,7 +73,7 @@ public:
         for (int s = 0; s < last && works.size; ++s)
             if (tableau_.b[s] != 0.0) work += h * std::abs(tableau_.b[s]) * exchanged(states_[s], k_[s]);
         if (watches_sign()) {
-            // Near a singular pose works are known to what joints stay open by over its squared distance.
+            // Near a singular pose works err by the violation of the joints over the squared distance from it.
             const double nearest = std::max(equations_.policy().passed().smallest, round_off());
             work *= std::max(1.0, model_.thresholds.closed_to / (nearest * tolerance));
         }
@@ -107,8 +107,8 @@ public:
     }
 
 private:
-    // The bodies of a stage at the part c of a step, predicted, on the constraints. False where that is not for certain the
-    // branch of the motion that the step began on.
+    // Closes the predicted bodies of a stage, at the part c of a step. False where they may be on another branch of the
+    // motion than the start of the step.
     bool close(double t, double h, double c, Vector& stage) {
         const double time = t + c * h;
         lead(time, stage);
@@ -128,10 +128,10 @@ private:
         }
     }
 
-    // Works alone, which jump from branch to branch, are followed by steps so short that no other branch is in reach. Those that
-    // a scene's integrator makes for its states may be longer.
+    // Whether the sign is watched. Works jump between branches: steps for works alone are so short that no other branch
+    // is in reach. Steps for states of elements may be longer.
     bool watches_sign() const { return layout_.states.size > 0; }
-    // Whether a step passes no pose where branches cross, or is so short that it can pass one alone and reach no other branch.
+    // Whether a step passes no crossing of branches, or is so short that it can pass one and reach no other branch.
     bool keeps_sign(double t, const Vector& y, double h, const Vector& y_new) {
         if (!watches_sign()) return true;
         const bool changes = sign_.changes(equations_, t, y.data(), t + h, y_new.data());
@@ -139,8 +139,8 @@ private:
         return !doubt_;
     }
 
-    // Newton's method has corrected a small part of the way alone, and of the velocity; or a way so short that no other branch
-    // is in reach. Branches cross at an angle: where two are near to each other, their velocities are not.
+    // Whether Newton's method has corrected a small part of the way alone, and of the velocity; or a way so short that
+    // no other branch is in reach. Branches cross at an angle: their velocities differ where they are near.
     bool is_told(const Projected& done, double h, const Vector& stage) {
         const double corrected = way(predicted_, stage), made = way(states_[0], stage), length = model_.length;
         const double part = model_.thresholds.told_part, least = model_.thresholds.told_way * length;
@@ -149,7 +149,7 @@ private:
         return is_short && !equations_.is_near_singular();
     }
 
-    // y' at a stage that is closed, in place.
+    // y' at a closed stage, the state in place.
     bool evaluate(const Vector& stage, Vector& slope) {
         if (!equations_.factor(Metric::mass)) return false;
         equations_.policy().see();
@@ -158,7 +158,7 @@ private:
         return equations_.slope_at(stage.data(), slope.data());
     }
 
-    // Angles that are followed and driven are where their motions are.
+    // Sets angles that are followed and driven to the values of their motions.
     void lead(double t, Vector& stage) {
         if (!layout_.follows() || model_.driven.empty()) return;
         equations_.set_pose(t, stage.data());
@@ -167,7 +167,7 @@ private:
                 stage[layout_.followed.first + i] = equations_.drive().prescribed(k);
     }
 
-    // How far all bodies are from where they are in another state, turns times the mechanism's length.
+    // The distance of all bodies between two states, with turns times the mechanism's length.
     double way(const Vector& x, const Vector& y) const {
         double sum = 0.0;
         for (int b = 0; b < model_.size(); ++b) {
@@ -180,7 +180,7 @@ private:
     static double squared_turn(const Column<1>& by) { return std::pow(std::remainder(by[0], 2.0 * M_PI), 2); }
     static double squared_turn(const Column<4>& by) { return 4.0 * by.squaredNorm(); }
 
-    // What the bodies' inertias and weights exchange with the forces at a stage, W, all as if of one sign.
+    // The sum of the magnitudes of powers of inertias, weights and forces at a stage, W.
     double exchanged(const Vector& stage, const Vector& slope) const {
         const Block& works = layout_.quadratures;
         double sum = std::abs(slope[works.first]) + std::abs(slope[works.first + 1]);
@@ -207,7 +207,7 @@ private:
     BranchSign<D> sign_;
     std::vector<Vector> states_;  // the stages
     Vector predicted_;
-    const bool needs_last_;  // f at the end of the step
+    const bool needs_last_;  // whether f at the end of the step is needed
     bool doubt_ = false;     // about the branch at the last stage
 
     using Base::combine, Base::combined, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;

@@ -1,5 +1,5 @@
-// What the time loop asks of a method: {attempt, error, extend, at}, what they cost, and with which slope a step begins. The
-// loop, the turn counter and the step doubling know no more of it.
+// The interface of a method to the time loop: {attempt, error, extend, at}, their costs, and the slope with which a
+// step begins. The loop, the turn counter and the step doubling know no more of it.
 #pragma once
 
 #include <functional>
@@ -16,14 +16,14 @@ constexpr int most_stages = 32;  // with those of a continuous extension
 constexpr int most_first = 300;  // times that the trial step for a first step size is shortened, tenfold each
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// The size of a first step, and whether the way ahead has limited it.
+// The size of a first step, and whether the time ahead has limited it.
 struct FirstStep {
     double h;
     bool limited;
 };
 
-// The body of which Newton's method has not found the accelerations, and the force or state that keeps it from doing so: by
-// its number among the coordinates that forces act along and then the states, or -1.
+// The body whose accelerations Newton's method has not found, and the force or state that is the cause: its number
+// among the coordinates of forces and then the states, or -1.
 struct Unsolved {
     int body, force;
 };
@@ -41,7 +41,7 @@ public:
     Vector& first() { return k_[0]; }
     const Vector& first() const { return k_[0]; }
 
-    // Evaluations that the last attempt took beyond the first stage, its error, an extension, and the slope at its end.
+    // Numbers of evaluations: of the last attempt after its first stage, its error, an extension, and the end's slope.
     virtual long attempt_cost() const = 0;
     virtual int error_cost() const = 0;
     virtual int extend_cost() const = 0;
@@ -50,7 +50,7 @@ public:
 
     // y_new from y; false where a stage has no unique accelerations, or where its equations are not solved.
     virtual bool attempt(double t, const Vector& y, double h, Vector& y_new) = 0;
-    // Where the last attempt did not solve them.
+    // The equations that the last attempt did not solve.
     virtual std::optional<Unsolved> unsolved() const { return std::nullopt; }
 
     // The states at which the last step, from y at t over h, has evaluated f: visit(weight, time, state).
@@ -61,10 +61,10 @@ public:
     virtual std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
                                         bool again) = 0;
 
-    // What that was of each number of y; null where it is not kept.
+    // The estimated error of each number of y; null where it is not stored.
     virtual const Vector* estimate() const { return nullptr; }
 
-    // What the continuous extension of the last step needs.
+    // Computes what the continuous extension of the last step needs.
     virtual bool extend(double t, const Vector& y, double h) = 0;
     // y(t + θ h).
     void at(const Vector& y, double h, double theta, Vector& out) const {
@@ -75,27 +75,27 @@ public:
         combine(y, h, weights, static_cast<int>(weights.size()), out);
     }
 
-    // The slope at the end of the last step, which was moved to y, with multipliers on request: the pose of y is in place
-    // and factored with the masses, its velocities are.
+    // The slope at the end of the last step, which the projection has moved to y; multipliers on request. The pose of y
+    // is in place and factored with the masses, and its velocities are in place.
     virtual bool arrive(const Vector& y, Vector& slope, double* lambda) = 0;
-    // The same for a step that follows at once, from y at t.
+    // Sets the first slope of a step that follows at once, from y at t.
     virtual bool follow_on(double t, const Vector& y) = 0;
-    // The slope at a state inside the last step, at the part θ, which was moved to y.
+    // The slope at the part θ of the last step, where the projection has moved the state to y.
     virtual bool inside(double t, double h, double theta, const Vector& y, Vector& slope, double* lambda) = 0;
 
-    // Forces jump at y at t, where `slope` and `lambda`, on request, are at hand: they go on as they are after the jump.
+    // Forces jump at y at t. `after_jump` changes `slope`, and `lambda` on request, to their values after the jump.
     virtual bool before_jump(double t, const Vector& y) = 0;
     virtual bool after_jump(double t, const Vector& y, Vector& slope, double* lambda) = 0;
-    // The slope at the end of a step at a break, where forces belong to that time itself; the step has seen them from within
-    // the window.
+    // Changes the slope at the end of a step at a break: from the forces inside the window, which the step has used, to
+    // those at that time itself.
     virtual bool meet_break(double t, const Vector& y, const TimeWindow& window, Vector& slope, double* lambda) = 0;
-    // Whether the slope that a step begins with is part of the state, not one of its functions.
+    // Whether the slope with which a step begins is part of the state, not a function of the state.
     virtual bool carries_slope() const = 0;
     // Whether Newton's method closes each stage, so that nothing of the motion is integrated.
     virtual bool closes_stages() const { return false; }
 
     // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails or
-    // overflows however near to the start. Says whether `longest` has a say in it.
+    // overflows however near to the start. Tells whether `longest` limits it.
     FirstStep first_step(double t, const Vector& y, double tolerance, double longest) {
         const auto norm = [&](const Vector& v) {
             double sum = 0.0;

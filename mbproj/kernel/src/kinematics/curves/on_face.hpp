@@ -29,7 +29,7 @@ constexpr bool is_on_face(Kind kind) { return kind >= Kind::face && kind <= Kind
 
 namespace on_face {
 
-// (a, b) = (u·m, w·m), its size r, d = (u·ℓ, w·ℓ) and what c - d has along the tangent and across it.
+// (a, b) = (u·m, w·m), its size r, and c - d along the tangent and across it, with d = (u·ℓ, w·ℓ).
 template <class D> struct Seen {
     Point<D> line;
     Scalar<D> a, b, r, along, across;
