@@ -1,5 +1,5 @@
-// Dry frictions as they act between two events: one that sticks holds a row of the border, one that slides is a law, of which a part
-// counts, and one that others hold bears a part of its static force. And what ends that.
+// Dry frictions between two events. A friction that sticks is a row of the border; one that slides is a law, times its
+// part; one at rest without a row exerts a part of its static force. And the events that end this.
 #pragma once
 
 #include "contacts/contact_state.hpp"
@@ -14,7 +14,7 @@ public:
     explicit ActingFrictions(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), walls_(equations) {}
 
-    // The frictions come after the stops, which have these sides.
+    // Frictions are numbered after the stops, whose sides these are.
     void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
         laws_ = std::move(laws);
         stops_ = static_cast<int>(sides.size());
@@ -27,7 +27,7 @@ public:
     }
     const Walls<D>& walls() const { return walls_; }
     const std::vector<FrictionLaw>& laws() const { return laws_; }
-    // Whether some are at stops; at this one.
+    // Whether any friction is at a stop; at this stop.
     bool any_feet() const {
         return std::any_of(laws_.begin(), laws_.end(), [](const FrictionLaw& law) { return law.stop >= 0; });
     }
@@ -35,7 +35,7 @@ public:
         return std::any_of(laws_.begin(), laws_.end(), [=](const FrictionLaw& law) { return law.stop == stop; });
     }
 
-    // From now on frictions do what this state says; these rows hold and others slide, too.
+    // Sets the frictions to this state from now on, with these other rows that hold, and others that slide.
     void hold(const ContactState& state, std::vector<ContactRow> rows, std::vector<SlidingRow> slides) {
         release();
         walls_.remove(state, rows);
@@ -56,13 +56,13 @@ public:
         for (const auto& [k, at] : state.stuck) rows.push_back({stops_ + k, 1.0, at});
         equations_.hold_contacts(std::move(rows), std::move(slides), std::move(feet));
     }
-    // Of each friction its static force at the state that was seen last, before any load.
+    // The static force of each friction at the last state, not multiplied by a load.
     std::vector<double> bounds() const {
         std::vector<double> found;
         for (const FrictionLaw& law : laws_) found.push_back(law.bound < 0 ? law.fixed : given(equations_, law.bound));
         return found;
     }
-    // None acts.
+    // Makes no friction act.
     void release() {
         auto& applied = equations_.applied();
         for (const FrictionLaw& law : laws_) applied.part[law.law] = 0.0, applied.acts[law.law] = Acts::alone;
@@ -77,11 +77,11 @@ public:
 private:
     using Limits = std::numeric_limits<double>;
 
-    // Sliding in a plane is watched along directions so far aside of its own, rad: none goes back before it is at rest, or has
-    // turned by what is left to a right angle.
+    // Sliding in a plane is watched along directions at this angle to its own, rad: their rates are positive until it
+    // comes to rest, or has turned by a right angle less this angle.
     static constexpr double aside = M_PI / 3.0;
 
-    // Stops that share, and those that rub: all that push by what the rows bear.
+    // The stops whose pushes are sums of the rows' forces: those that share a load, and those with friction.
     std::vector<ContactFoot> feet_of(const ContactState& state, const std::vector<ContactRow>& rows) const {
         std::vector<ContactFoot> feet;
         const auto row_of = [&](int stop) {
@@ -105,7 +105,7 @@ private:
         const double way = among(state.sliding, k, 0.0);
         if (!has(state.sliding, k)) {
             if (has(state.stuck, k) || has(state.bearing, k) || law.stop >= 0) return;
-            for (const double sign : {1.0, -1.0})  // something else holds it
+            for (const double sign : {1.0, -1.0})  // other rows hold it
                 gaps.push_back({stops_ + k, sign, slow, true, -1, 0.0, Limits::infinity(), 4.0 * slow, true});
             return;
         }

@@ -1,4 +1,4 @@
-// Stops that give way: each is a law of the scene that counts while it pushes. Which push, and what ends that.
+// Compliant stops: each is a law of the scene that acts while it pushes. Which push, and what ends that.
 #pragma once
 
 #include "contacts/contact_state.hpp"
@@ -33,7 +33,7 @@ public:
         });
     }
 
-    // From now on those push that this state says.
+    // Makes the stops push from now on that push in this state.
     void act(const ContactState& state) {
         Applied<D>& applied = equations_.applied();
         for (const auto& [k, stop] : laws_) applied.part[stop.law] = 0.0;
@@ -53,15 +53,15 @@ public:
         for (const auto& [k, stop] : laws_)
             gaps.push_back({k, pushes(state, k) ? -stop.side : stop.side, stop.slack, false, -1, 0.0});
     }
-    // How hard those push that do, in place of their forces along the coordinates.
+    // Replaces the forces along the coordinates of stops that push by their pushes.
     void turn(const ContactState& state, std::vector<double>& forces) const {
         for (const auto& [k, by] : state.pushing) forces[k] = std::max(law(k).side * forces[k], 0.0);
     }
 
-    // At y, of which the pose is in place and factored and the velocities are, with whole turns, where neither rigid stops nor frictions
-    // act: which begin to push, and which end, from here on. One that is `met` begins, though neither its rate nor its acceleration
-    // tells. What is slower than `own`, in lengths of the mechanism and rad per s, does not move. One that leaves, but comes back
-    // before its gap is seen to open, pushes.
+    // Decides which stops begin to push and which end, at y with whole turns. Its pose is in place and factored, its
+    // velocities are in place, and neither rigid stops nor frictions act. The stop `met` begins, even where its gap
+    // neither moves nor accelerates. `own`: the speed of the fastest part, in lengths of the mechanism and rad per s;
+    // gaps that are much slower are at rest. A stop whose gap opens, but will close again within its slack, pushes.
     // False where the equations have no unique solution.
     bool meet(double t, const Vector& y, const std::vector<long>& turns, int met, double own, ContactState& next,
               std::vector<ContactEvent>& events) {
@@ -108,7 +108,7 @@ private:
     double rate(int k, const StopLaw& stop) const {
         return stop.side * Coordinate<D>(model_.stops.coordinates, k, equations_.pose()).rate(equations_.motion());
     }
-    // How the gap of the row accelerates.
+    // The acceleration of the gap of the border's row.
     bool accelerates(const Vector& y, double& found) {
         if (!equations_.own_slope_at(y.data(), slope_.data())) return false;
         Vector fall;
@@ -120,7 +120,7 @@ private:
     EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
     const Thresholds& thresholds_;
-    ContactBorder<D> border_;  // of one of them
+    ContactBorder<D> border_;  // of one stop
     std::vector<std::pair<int, StopLaw>> laws_;
     Vector slope_;
 };

@@ -1,5 +1,5 @@
-// Which contacts hold, and what happens where one is met: impacts, contacts that begin and end, bounces that come to rest, sticking
-// and sliding.
+// Decides which contacts hold, and what happens at a meeting: impacts, contacts that begin and end, bounces that come
+// to rest, sticking and sliding.
 #pragma once
 
 #include "contacts/compliant_stops.hpp"
@@ -42,14 +42,14 @@ public:
         hold();
     }
     bool any() const { return !laws_.empty() || friction_.any(); }
-    // Whether nothing has happened yet, not even what does where a run begins.
+    // Whether no meeting has been decided yet, not even that at the start of a run.
     bool begins() const { return !std::isfinite(state_.met_at); }
     const ContactState& state() const { return state_; }
-    // Why nothing was decided last.
+    // Why the last meeting could not be decided.
     const Undecided& undecided() const { return undecided_; }
     std::size_t stops() const { return laws_.size(); }
     std::vector<ContactEvent> take_events() { return std::exchange(events_, {}); }
-    // The force along each coordinate of stops and frictions at y at t, of the multipliers there.
+    // The force along each coordinate of stops and frictions at y at t, from the multipliers there.
     std::vector<double> forces(double t, const double* y, const std::vector<double>& lambda) {
         std::vector<double> found(lambda.begin() + model_.all_rows(), lambda.end());
         for (const auto& [k, parts] : state_.shares) found[k] = std::max(found[k], 0.0);
@@ -63,7 +63,7 @@ public:
                             touching_.rows_of(push), found);
         return found;
     }
-    // Where each friction slides to, with these forces; 0 where it does not. In a plane it is opposite to the force.
+    // The direction in which each friction slides, 0 for others; in a plane it is opposite to the friction's force.
     std::vector<double> slides(const std::vector<double>& forces) const {
         std::vector<double> found(forces.size());
         for (const auto& [k, way] : state_.sliding) {
@@ -75,7 +75,7 @@ public:
         return found;
     }
 
-    // What ends the contacts as they are.
+    // Sets the events that end the current contacts, for which `watch` looks.
     void watch(StopWatch<D>& watch, double spacing) const {
         std::vector<WatchedGap> gaps;
         std::vector<WatchedRow> rows;
@@ -93,12 +93,12 @@ public:
         friction_.acting.watch(state_, gaps, rows);
         watch.watch(std::move(gaps), std::move(rows), spacing);
     }
-    // How fast the fastest part moves at a state, in lengths of the mechanism and rad per s.
+    // Records the speed of the fastest part at a state, in lengths of the mechanism and rad per s.
     void see_speed(const Vector& y) { state_.fastest = std::max(state_.fastest, speed(y)); }
 
-    // At y at t, with whole turns, this stop is met, or `released`, or a friction comes to rest, or is `released`, or, -1, contacts are
-    // not known: y is what it is after. False where nothing can be decided: nothing has changed then. `interval` lies between two
-    // samples.
+    // Decides a meeting at y at t, with whole turns: this stop or friction is met or comes to rest, or is `released`;
+    // with -1 contacts are not known. Changes y to the state after it. False where nothing can be decided: then nothing
+    // has changed. `interval`: the time between two samples.
     bool meet(double t, Vector& y, const std::vector<long>& turns, int stop, bool released, double interval) {
         ContactState next = state_;
         std::vector<ContactEvent> events;
@@ -128,8 +128,8 @@ private:
 
     double speed(const Vector& y) const { return fastest_part(model_, y); }
 
-    // The rigid stops that touch at a state and their border, without contacts; those that give way push from here on, or no more.
-    // False where the equations have no unique solution.
+    // Finds the rigid stops that touch at a state, with their border, while no contact acts; decides which compliant
+    // stops push. False where the equations have no unique solution.
     bool touches(double t, const Vector& y, const std::vector<long>& turns, int met, ContactState& next,
                  std::vector<ContactEvent>& events) {
         friction_.acting.release();
@@ -204,7 +204,7 @@ private:
 
     static bool any(const Flags& flags) { return std::find(flags.begin(), flags.end(), true) != flags.end(); }
 
-    // Whether some that stay push by no more than round-off, where another one lets go: they go with it.
+    // Whether stops that stay push by no more than round-off while another is released; they are released with it.
     bool let_go(const Vector& push, Flags& staying) const {
         bool found = false;
         for (Eigen::Index i = 0; i < push.size(); ++i) {
@@ -214,7 +214,7 @@ private:
         return found;
     }
 
-    // How hard stops without friction push that stay, and how they share.
+    // Sets the pushes of stops without friction that stay, and how they share a load.
     bool press(const Flags& staying, Vector& push, Flags& opens, ContactState& next) {
         if (!touching_.pushes(after_, staying, push, opens)) return false;
         std::vector<int> closed;
@@ -226,13 +226,13 @@ private:
         return true;
     }
 
-    // The stops that stay closed, and which of those that touch they are.
+    // Lists the stops that stay closed, and their places among those that touch.
     void take(const Flags& staying, std::vector<int>& closed, std::vector<Eigen::Index>& which) const {
         for (std::size_t i = 0; i < staying.size(); ++i)
             if (staying[i]) closed.push_back(touching_.stops()[i]), which.push_back(static_cast<Eigen::Index>(i));
     }
 
-    // Whose forces are shared at will from here on.
+    // Finds the contacts whose forces the motion does not determine from here on.
     bool see_shares(double t, const Flags& staying, ContactState& next) {
         std::vector<int> near;
         std::vector<Eigen::Index> which;
@@ -241,7 +241,7 @@ private:
         return sharing_.see(t, after_, next, friction_.acting.laws(), stops, touching_.rows_of(near), next.shared);
     }
 
-    // What frictions do from here on, while these stops stay closed, and how hard those push.
+    // Decides what frictions do from here on, while these stops stay closed, and sets the stops' pushes.
     bool rub(double t, const std::vector<long>& turns, const Flags& staying, int met, bool struck, ContactState& next,
              Vector& push, Flags& opens) {
         std::vector<int> closed;

@@ -1,4 +1,4 @@
-// Contacts of stops as plain data: their laws, which hold or push, and what is recorded of them.
+// Contacts as plain data: laws of stops and frictions, the state of contacts, and recorded events.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace mbproj {
 
-// A stop: its side, its restitution, how far its gap may be below zero, and what gaps are measured against. One that gives way is a
-// law, else -1, and its force depends on the rate by its damping c, or by r = `gives_by` / m, m the mass that it sees.
+// A stop: its side, its restitution, how far its gap may be below zero, and the size of its coordinate. A compliant
+// stop has a law, else -1. Its rate counts by the damping c, or by r = `gives_by` / m with the mass m that it meets.
 struct StopLaw {
     double side, restitution, slack, size;
     int law = -1;
@@ -21,16 +21,16 @@ struct StopLaw {
     bool is_rigid() const { return law < 0; }
 };
 
-// A dry friction: the law that it is while it slides, the bearing by whose load it goes, or -1, its static and its sliding force, the
-// speed at which it has fallen from one to the other, or 0, and what its coordinate is measured against. Where these forces change in a
-// run, `bound` is the program of the static one, else -1; the sliding one is the law's. At a stop, by whose push it goes, there are two
-// along tangents of its plane, each the partner of the other; -1 for none.
+// A dry friction: its law while it slides; the bearing whose load multiplies it, or -1; its static and sliding force;
+// the Stribeck speed, or 0; the size of its coordinate. If these forces change in a run, `bound` is the program of the
+// static force, else -1; the law gives the sliding force. At a stop, whose push multiplies it, friction has two
+// tangents, each the partner of the other; -1 for none.
 struct FrictionLaw {
     int law, bearing;
     double fixed, sliding, stribeck, size;
     int bound = -1, stop = -1, partner = -1;
 
-    // How hard it resists sliding at a speed, before any load.
+    // The sliding force at a speed, not multiplied by a load.
     double at(double speed) const {
         const double part = stribeck > 0.0 ? speed / stribeck : 0.0;
         return stribeck > 0.0 ? sliding + (fixed - sliding) * std::exp(-part * part) : sliding;
@@ -39,8 +39,8 @@ struct FrictionLaw {
 
 enum class Happening : int { impact, push, rest, contact, release, slip, stick, turn, shared, decides };
 
-// What is recorded: when, which stop, or after all stops which friction, and after those which joint, what, where to; of an impact the
-// impulse and the energy that it takes.
+// A recorded event: its time; the number of the stop, or after all stops of the friction, and after those of the joint;
+// what happens; the direction; for an impact the impulse, and the energy that it takes.
 struct ContactEvent {
     double t;
     int stop;
@@ -49,19 +49,19 @@ struct ContactEvent {
     double impulse, energy;
 };
 
-// Why nothing can be decided: a stop is driven into; an impact would create energy; more stops take part in it than its law is of;
-// frictions can neither hold nor slide, or slide in two ways; something is met again and again; or what only contacts hold has no
-// inertia.
+// Why nothing can be decided: the motion drives into a stop; an impact would create energy; more stops are struck
+// together than its law is for; frictions can neither hold nor slide, or slide in two ways; meetings do not end; or
+// bodies that only contacts hold have no inertia.
 enum class Cause : int { none, driven_into, creates_energy, together, no_balance, never_ends, no_inertia };
 
-// Which stops or frictions cause it, these counted from 0; the energy, and the other laws of impact that would create none.
+// The stops or frictions that cause it, numbers from 0; the energy, and other laws of impact that would create none.
 struct Undecided {
     Cause cause = Cause::none;
     std::vector<int> which;
     double energy = 0.0;
     std::vector<int> laws;
 
-    bool is_for(Cause found, std::vector<int> of = {}) {  // false, for who decides
+    bool is_for(Cause found, std::vector<int> of = {}) {  // false, as the caller returns
         cause = found, which = std::move(of);
         return false;
     }
@@ -69,7 +69,7 @@ struct Undecided {
 
 using Numbered = std::vector<std::pair<int, double>>;
 
-// The number that a friction or a stop has among some; `none` where it has none.
+// The value of a friction or a stop in a list; `none` where it is not in the list.
 inline double among(const Numbered& all, int k, double none) {
     for (const auto& [number, found] : all)
         if (number == k) return found;
@@ -78,14 +78,15 @@ inline double among(const Numbered& all, int k, double none) {
 inline bool has(const Numbered& all, int k) { return !std::isnan(among(all, k, std::nan(""))); }
 inline bool has(const std::vector<int>& all, int k) { return std::find(all.begin(), all.end(), k) != all.end(); }
 
-// What the next step depends on: the stops that hold, how hard they push at most, the fastest motion so far, when something was met
-// last and how often then; what impacts have lost and motions have worked in no time; how many events were recorded;
-// the frictions that slide, and where to, and those that stick, and at which value. Where one sticks at a stop that holds, along
-// one coordinate, both are one row. And the stops that give way and push, with what their damping goes by, c or r. Where rows of
-// stops that touch depend on each other some are held, and each of `shares` pushes with parts of what those would bear alone, but
-// for those that are `idle`; whether the motion `decides` by it. Frictions that stick because others hold them are `bearing` a part
-// of their static force; those in a plane that are `starting` or go `straight` to rest keep their direction. Of what impacts have lost
-// `rubbed` is the part of each friction; `shared` are the numbers, as events have them, of those whose forces are at will.
+// The state of contacts, on which the next step depends. Stops that hold, their largest push, the fastest motion so
+// far, the time of the last meeting, and how often there was one then. Energy lost in impacts, work of motions there,
+// and the number of events. Frictions that slide, with their direction, and those that stick, with the value of their
+// coordinate. One that sticks at a stop along the same coordinate shares one row with it. Compliant stops that push,
+// with their c or r. Where rows of stops depend on each other, some are held: each stop of `shares` pushes with parts
+// of their multipliers, unless it is `idle`; the motion may depend on that, `decides`. `bearing`: frictions at rest
+// without a row, with their part of the static force. `starting`, or going `straight` to rest: frictions in a plane
+// that keep their direction. `rubbed`: the part of each friction in `lost`. `shared`: contacts, numbered as in events,
+// whose forces the motion does not determine.
 struct ContactState {
     std::vector<int> held;
     double push = 0.0, fastest = 0.0, met_at = -std::numeric_limits<double>::infinity();
@@ -98,7 +99,7 @@ struct ContactState {
     std::vector<double> rubbed;
     bool decides = false;
 
-    // The parts by which a stop pushes that touches, or null.
+    // The parts with which a stop that shares a load pushes, or null.
     const Numbered* parts_of(int stop) const {
         for (const auto& [k, parts] : shares)
             if (k == stop) return &parts;
@@ -106,7 +107,7 @@ struct ContactState {
     }
     // Whether a rigid stop pushes.
     bool touches(int stop) const { return (parts_of(stop) || has(held, stop)) && !has(idle, stop); }
-    // From now on the stops of these numbers share so; or none does.
+    // Sets how stops of these numbers share a load from now on; with null none does.
     void take_shares(const Shares* found, const std::vector<int>& stops) {
         shares.clear(), idle.clear(), decides = found && found->decides;
         for (std::size_t k = 0; found && k < stops.size(); ++k) {

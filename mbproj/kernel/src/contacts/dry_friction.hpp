@@ -1,6 +1,6 @@
-// Dry friction at joints and at stops, where something changes: which sticks and which slides from there on, with the stops that
-// touch. What sticks at a stop along its own coordinate, a wall, is held by both: their one row may push away from the wall as hard
-// as it has to.
+// Decides at a meeting which dry frictions at joints and at stops stick and which slide from there on, with the stops
+// that touch. A friction that sticks at a wall, a stop along its own coordinate, shares one row with it: the row may
+// push away from the wall without a bound.
 #pragma once
 
 #include "contacts/acting_frictions.hpp"
@@ -18,7 +18,7 @@ public:
         : acting(equations), equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
           undecided_(undecided), border_(model_), lambda_(model_.all_multipliers()) {}
 
-    // The frictions come after the stops, which have these sides.
+    // Frictions are numbered after the stops, whose sides these are.
     void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
         laws_ = laws;
         stops_ = static_cast<int>(sides.size());
@@ -33,10 +33,10 @@ public:
     const Walls<D>& walls() const { return acting.walls(); }
     ActingFrictions<D> acting;
 
-    // At y at t, with whole turns, while these stops touch and stay: what frictions do from here on, how hard the stops push, how
-    // they share, by their numbers, and which of them may open. `met` has come to rest, or none, -1; after an impact no friction is
-    // `known` to stick. y is without what moves of frictions at rest. A wall is its friction's row, unless it is a stop of its `own`.
-    // False where nothing can be decided.
+    // Decides what frictions do from y at t on, with whole turns, while these stops touch and stay closed. Sets the
+    // pushes of the stops, how they share a load, and which of them may open. `met`: the friction that has come to
+    // rest, or -1; after an impact no friction is `known` to stick. Frictions at rest lose the rest of their velocity
+    // in y. With `own_walls`, walls have rows of their own. False where nothing can be decided.
     bool settle(double t, Vector& y, const std::vector<long>& turns, const std::vector<ContactRow>& closed, int met,
                 bool known, ContactState& next, Vector& push, Flags& opens, bool own_walls = false) {
         std::vector<ContactRow> rows = closed, none;
@@ -88,10 +88,10 @@ public:
         return true;
     }
 
-    // Of how hard stops push, as they were seen last.
+    // The round-off of the stops' last pushes.
     double round_off() const { return border_.round_off(); }
 
-    // What begins to stick or to slide, or turns; at stops while these touch, and of two tangents the first.
+    // Records frictions that begin to stick or slide, or reverse; at stops that touch, the first of two tangents.
     void record(double t, const ContactState& before, const ContactState& after,
                 std::vector<ContactEvent>& events) const {
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k) {
@@ -112,21 +112,21 @@ public:
 private:
     using Limits = std::numeric_limits<double>;
 
-    // How hard it resists sliding at a speed, at the state that was seen last: as the law does that slides forwards.
+    // The sliding force at a speed at the last state, as the law has it for sliding forwards.
     double at(const FrictionLaw& law, double speed) const {
         return law.bound < 0 ? law.at(speed) : -given(equations_, model_.loads->laws[law.law].program, std::abs(speed));
     }
-    // Where a friction is among those that rub.
+    // The place of a friction in `rubs_`.
     Eigen::Index place(int k) const { return std::find(rubs_.begin(), rubs_.end(), k) - rubs_.begin(); }
     int partner_of(int k) const { return laws_[k].partner < 0 ? -1 : static_cast<int>(place(laws_[k].partner)); }
-    // The speed along a friction that rubs, of two tangents in the plane of both.
+    // The speed along a friction of `rubs_`; for two tangents, that in their plane.
     double speed(std::size_t i) const {
         const int other = partner_of(rubs_[i]);
         const double own = rate_[first_ + static_cast<Eigen::Index>(i)];
         return other < 0 ? std::abs(own) : std::hypot(own, rate_[first_ + other]);
     }
 
-    // Which do not slide: those that are known to stick, those that are no faster than round-off or than what was met at rest.
+    // The frictions at rest: known to stick, at walls, or no faster than round-off, or than `met`, which is at rest.
     Flags rest(int met, bool known, const ContactState& state) const {
         Flags found(rubs_.size());
         double slow = thresholds_.stop_rests * state.fastest;
@@ -144,7 +144,7 @@ private:
         return found;
     }
 
-    // What rests does not move at all: methods that do not close velocities leave more than round-off.
+    // Removes the velocities of frictions at rest: methods that do not close velocities leave more than round-off.
     bool stop_all(Vector& y, const Flags& rests, double fastest) {
         std::vector<Eigen::Index> which;
         Vector wanted = Vector::Zero(rate_.size()), z = wanted, own;
@@ -193,7 +193,7 @@ private:
         return found;
     }
 
-    // Of the rows where neither stops nor frictions act; and what bearings carry then.
+    // The accelerations of the rows without stops and frictions, and the loads of bearings then.
     bool accelerations(const Vector& y, Vector& found) {
         slope_.resize(y.size());
         if (!equations_.own_slope_at(y.data(), slope_.data(), lambda_.data())) return false;
@@ -241,7 +241,7 @@ private:
             if (laws_[k].bearing == worst) found.push_back(k);
         return found;
     }
-    // The frictions that are left at rest, or all where none is.
+    // The frictions that are still at rest, or all where none is.
     std::vector<int> at_rest(const FrictionBalance& problem) const {
         std::vector<int> found;
         for (std::size_t i = 0; i < rubs_.size(); ++i)
@@ -249,7 +249,7 @@ private:
         return found.empty() ? rubs_ : found;
     }
 
-    // What each friction does, in accelerations of all that rub; where a stop does not push there is none.
+    // Sets what each friction does, from accelerations of all of `rubs_`; at a stop that does not push there is none.
     void take(const Balanced& found, const FrictionBalance& problem, const Vector& rate, const Vector& acceleration,
               const std::vector<long>& turns, bool known, ContactState& next) const {
         const Numbered before = known ? next.stuck : Numbered();
@@ -270,7 +270,7 @@ private:
             (stops ? next.straight : next.starting).push_back(k);
         }
     }
-    // Where a friction is stuck, that may have been before.
+    // The value of the coordinate where a friction is stuck; the same as before if it was stuck.
     double value_of(const Numbered& before, int k, const std::vector<long>& turns) const {
         if (!touching_[k].empty()) return touching_[k].front().at;
         const int coordinate = model_.stops.joint_coordinate[stops_ + k];
@@ -285,11 +285,11 @@ private:
     Undecided& undecided_;
     ContactBorder<D> border_;  // of stops that touch, and of the frictions that rub
     std::vector<FrictionLaw> laws_;
-    std::vector<double> fixed_;                      // the static force of each, where they were settled last
+    std::vector<double> fixed_;                      // the static force of each at the last decision
     std::vector<std::vector<ContactRow>> touching_;  // walls of each friction
     std::vector<int> rubs_;                          // the frictions at joints and at stops that touch
     int stops_ = 0;
-    Eigen::Index first_ = 0;  // of the border's rows those of stops
+    Eigen::Index first_ = 0;  // the number of the border's rows of stops
     std::vector<double> lambda_;
     Vector slope_, rate_;
     std::vector<Supports<D>> base_;

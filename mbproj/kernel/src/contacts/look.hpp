@@ -1,4 +1,4 @@
-// A gap at two looks: the cubic through both with their rates, and what it says of the time between.
+// A gap at two looks: the cubic through both values and rates, and its minima in between.
 #pragma once
 
 #include <algorithm>
@@ -6,15 +6,15 @@
 
 namespace mbproj {
 
-// What is watched, and its rate.
+// A watched value, and its rate.
 struct Look {
     double value, rate;
 };
 
-// Where in a step a body is looked for that may have gone through another one, in eighths of it.
+// The parts of a step, in eighths, that are looked at where a body may have gone through another one.
 constexpr int through[] = {4, 2, 6, 3, 5};
 
-// Between two looks that lie h apart: value + a θ + c2 θ² + c3 θ³.
+// The gap between two looks that lie h apart: value + a θ + c2 θ² + c3 θ³.
 struct GapCubic {
     double h, value, end, a, b, c2, c3;
 
@@ -31,7 +31,7 @@ struct GapCubic {
         const double theta = -a / (c2 + std::sqrt(root));
         return theta > 0.0 && theta < 1.0 ? theta : 0.0;
     }
-    // The part at which its rate has one, and the least rate.
+    // The part at which its rate has a minimum, and the least rate.
     double slowest_at() const {
         const double theta = c3 > 0.0 ? -c2 / (3.0 * c3) : 0.0;
         return theta > 0.0 && theta < 1.0 ? theta : 0.0;
@@ -41,11 +41,11 @@ struct GapCubic {
         return theta == 0.0 ? ends : std::min(ends, (a + theta * (2.0 * c2 + 3.0 * theta * c3)) / h);
     }
 
-    // Whether a gap that closes as fast as at the start, and opens as fast as at the end, is passed on the way: a body may have
-    // gone through a thin one.
+    // Whether the gap is below zero if extrapolated over the step from its start, and also back from its end: a body
+    // may have gone through a thin one.
     bool may_pass() const { return value > 0.0 && value + a < 0.0 && end - b < 0.0; }
 
-    // The last part at which it falls to zero, about; a half where it does not.
+    // An estimate of the last part at which it falls to zero; a half where it does not.
     double last_fall() const {
         constexpr int parts = 16;
         for (int k = parts; k-- > 0;) {

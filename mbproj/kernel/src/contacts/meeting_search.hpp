@@ -1,5 +1,5 @@
-// When something is met: the size of the step that ends there, found on the step itself, so that its order is that of the
-// method.
+// Finds the size of the step that ends at a meeting. It makes steps of other sizes, so that the time has the order of
+// the method.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace mbproj {
 
-// A step of size h ends where this of what is watched is met; none, -1, where nothing is after all. Not `made` where a step on
-// the way could not be made. `slope`: how its margin changes with h there, about.
+// A step of size h ends where margin number `which` is met, or -1 where none is after all. Not `made` where a step on
+// the way could not be made. `slope`: about the derivative of this margin by h.
 struct Meeting {
     double h = 0.0;
     int which = -1;
@@ -20,16 +20,16 @@ struct Meeting {
     double slope = std::numeric_limits<double>::quiet_NaN();
 };
 
-// What is watched after a step of some size: margins that are not negative while nothing is met, as parts of what they may be
-// below zero.
+// Searches margins after steps of some size. They are not negative before a meeting, and are compared in parts of their
+// `slack`, by which they may be below zero.
 class MeetingSearch {
 public:
     using Margins = std::vector<Look>;
 
     explicit MeetingSearch(std::vector<double> slack) : slack_(std::move(slack)) {}
 
-    // In a step of size h that ends with margins `last`; at(h, margins) makes one of another size, and says whether it is made.
-    // `parts` of the step, in their order, are looked at before its end. What is `expected` is tried first.
+    // The first meeting in a step of size h, with margins `first` and `last` at its ends. at(h, margins) makes another
+    // step; false where it fails. `parts` of the step, ascending, are looked at first. `expected` is the first guess.
     template <class At> Meeting first(const At& at, const Margins& first, const Margins& last,
                                       const std::vector<double>& parts, double h, double grain,
                                       const Meeting& expected = {}) {
@@ -85,9 +85,9 @@ private:
         return static_cast<int>(found);
     }
 
-    // Where the margin that is least crosses zero, between sizes with it above and below: Newton's method where it has a rate,
-    // else a parabola through three of its values (Chandrupatla 1997). The ends stay around it, and no guess is nearer to one than
-    // half a grain: so they meet soon after one of them is there.
+    // The size at which the least margin crosses zero, between sizes where it is above and below: Newton's method where
+    // it has a rate, else a parabola through three of its values (Chandrupatla 1997). The root stays between both ends,
+    // and no guess is nearer to an end than half a grain: once one end is at the root, the other soon is.
     template <class At> Meeting root(const At& at, double low, Margins above, double high, const Margins& below,
                                      double guess, int which, double grain, const Meeting& expected) {
         double y_low = above[which].value, y_high = below[which].value, old = high, y_old = y_high, wide = high - low;
@@ -112,7 +112,7 @@ private:
         return {high, which, true, (y_high - y_low) / (high - low)};
     }
 
-    // Where the parabola x(y) through three points is at zero, if that is a good guess; else the line through the ends.
+    // The zero of the parabola x(y) through three points, if it is between the ends; else the zero of the line.
     static double between(double low, double y_low, double high, double y_high, double old, double y_old) {
         const double line = high - y_high * (high - low) / (y_high - y_low);
         const double bend = (old - low) / (y_old - y_low) - (high - low) / (y_high - y_low);

@@ -1,5 +1,5 @@
-// Whose forces the motion does not determine: of stops that touch, of frictions at rest, and of joints. These share a load at will, and
-// a run reports one share of many.
+// Finds the stops that touch, frictions at rest and joints whose forces the motion does not determine: they share a
+// load, and a run reports one share of many.
 #pragma once
 
 #include <functional>
@@ -8,8 +8,8 @@
 
 namespace mbproj {
 
-// The numbers of the joints that bear some of these forces, at y at t: one row for each coordinate of stops and frictions. In the
-// plane joints may bear what is out of it.
+// Gives the numbers of the joints that bear some of these forces at y at t. Forces have a row for each coordinate of
+// stops and frictions. In the plane joints may bear loads out of the plane.
 using LoadedJoints = std::function<std::vector<int>(double t, const Eigen::VectorXd& y, const Eigen::MatrixXd& forces)>;
 
 template <class D> class Sharing final {
@@ -21,8 +21,8 @@ public:
     explicit Sharing(EquationsOfMotion<D>& equations)
         : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_) {}
 
-    // The numbers of those that share at y at t with these contacts: of stops, then frictions, then joints. `near` are the rigid stops
-    // that touch and rest there, in rows. False where the equations have no unique solution.
+    // The numbers of the contacts that share a load at y at t: stops, then frictions, then joints. `near`: the rows of
+    // rigid stops that touch and are at rest there. False where the equations have no unique solution.
     bool see(double t, const Vector& y, const ContactState& state, const std::vector<FrictionLaw>& laws, int stops,
              const std::vector<ContactRow>& near, std::vector<int>& found) {
         found.clear();
@@ -64,8 +64,8 @@ public:
         return true;
     }
 
-    // Of the forces along all coordinates of stops and frictions at y at t those of the least-norm share, where something rests on stops
-    // by friction: a run keeps any share. `rows` are those of the stops that push.
+    // Replaces forces along coordinates of stops and frictions at y at t by those of the least-norm share. It serves
+    // where frictions at stops are at rest: the run has any share. `rows`: those of the stops that push.
     void find_least(double t, const double* y, const ContactState& state, const std::vector<FrictionLaw>& laws,
                     int stops, std::vector<ContactRow> rows, std::vector<double>& forces) {
         const std::size_t touching = rows.size();
@@ -84,7 +84,7 @@ public:
         border_.hold(rows);
         equations_.set_pose(t, y);
         if (!equations_.factor(Metric::mass) || !border_.factor(equations_.pose(), equations_.solver())) return;
-        for (Cone& cone : cones) {  // what nothing can move along bears nothing
+        for (Cone& cone : cones) {  // rows along which nothing can move have no force
             auto& own = cone.tangents;
             own.erase(std::remove_if(own.begin(), own.end(), [&](int row) { return !border_.moves(row); }), own.end());
         }
@@ -101,8 +101,8 @@ public:
 private:
     using Limits = std::numeric_limits<double>;
 
-    // A basis of the forces that leave the motion alone, along rows of unit length. Of stops without a push only rows within the span
-    // of the others count: else they open. A row that nothing can move along has no part.
+    // A basis of the forces that do not change the motion, along rows of unit length. Rows of stops that do not push
+    // count only within the span of the others: else they open. A row along which nothing can move has no part.
     std::vector<Vector> balanced_with_themselves(const std::vector<ContactRow>& rows, const ContactState& state,
                                                  Eigen::Index first) const {
         const Eigen::MatrixXd& B = border_.operator_of_rows();
@@ -126,7 +126,7 @@ private:
         return found;
     }
 
-    // Whether what shares is a stop and a friction along one coordinate of a joint each: nothing else bears any of it.
+    // Whether only walls share, each a stop and a friction along one joint coordinate: joints bear none of that.
     bool are_walls(const std::vector<ContactRow>& rows, const std::vector<Vector>& open) const {
         for (const Vector& each : open) {
             int coordinate = -1;
@@ -166,7 +166,7 @@ private:
             if (bears(model_.joints[j], lambda, size)) found.push_back(j);
         return found;
     }
-    // Whether a joint bears some of them.
+    // Whether a joint bears some of these forces.
     bool bears(const Joint& joint, const Eigen::MatrixXd& lambda, double size) const {
         if (joint.rows == 0 || joint.bushing >= 0) return false;
         Matrix<6, Size<D>::freedoms> G;

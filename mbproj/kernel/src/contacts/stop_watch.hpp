@@ -1,6 +1,6 @@
-// Looks for what ends the contacts and frictions of a leg within a step: gaps that are closed, or that open again, contacts
-// that would pull, sliding that comes to rest, friction that holds no longer. Such a step is made again, to there
-// (stepping/stop_events.hpp); what happens then is the contact policy's.
+// Looks for the end of contacts and frictions within a step: gaps that close, or that open again, contacts that would
+// pull, sliding that comes to rest, friction that holds no longer. Such a step is made again, to there
+// (stepping/stop_events.hpp); the contact policy decides what happens then.
 #pragma once
 
 #include <algorithm>
@@ -15,9 +15,9 @@
 
 namespace mbproj {
 
-// What halts a run: sign (s - bound) below -slack, s one of the stops' coordinates; or sign s', to which another one may be
-// added with its sign, and an `idle` part. Where |s'| stays within the slack over a step as long as `rests_over`, s, it is at rest,
-// which halts a run, too. What was at rest `begins` to slide.
+// A condition that ends a step: sign (s - bound) below -slack, s one of the stops' coordinates. Or, `of_rate`, sign s',
+// plus another rate with its sign, plus `idle`, below -slack. A rate within the slack over a step of at least
+// `rests_over`, s, is at rest, which ends a step, too. `begins`: a friction at rest begins to slide.
 struct WatchedGap {
     int stop;
     double sign, slack;
@@ -26,13 +26,13 @@ struct WatchedGap {
     double other_sign, rests_over = std::numeric_limits<double>::infinity(), idle = 0.0;
     bool begins = false;
 
-    // How far what is watched may be below zero.
+    // The value or the rate below which the condition is met.
     double least() const { return of_rate ? -slack - idle : -slack; }
 };
 
-// What halts a run: bound + part · load + sign λ below -slack, λ the multiplier of a row of the constraints, with the load of a
-// bearing, or none (-1), or the multiplier `by` in its place; with another row, -|λ| of both in place of sign λ. Bound and part are
-// multiplied by what a program gives at the state, if any.
+// A condition that ends a step: bound + part · load + sign λ below -slack, λ the multiplier of a row. The load is that
+// of a bearing, or 0 for -1, or the multiplier `by`. With another row, -|λ| of both replaces sign λ. The value of a
+// program, if any, multiplies bound and part.
 struct WatchedRow {
     int row;
     double sign, slack, bound, part;
@@ -53,7 +53,7 @@ struct CubicStep {
 
 template <class D> class StopWatch {
 public:
-    // `given` is what a program gives at the state that is looked at.
+    // `given`: the value of a program at the current state.
     StopWatch(const Model<D>& model, std::function<double(int)> given)
         : model_(model), stops_(model.stops), given_(std::move(given)), inside_(model.layout.size()), pose_(model),
           motion_(model) {}
@@ -66,8 +66,8 @@ public:
     }
     bool any() const { return !gaps_.empty() || !rows_.empty(); }
 
-    // How long a step of size h at most may be from y with this slope, so that no sliding in a plane changes by more than a part of
-    // its speed: at rest its direction is at once another one, which a step must not pass unseen.
+    // The longest step, at most h, from y with this slope, in which sliding in a plane changes by no more than a part
+    // of its speed. At rest its direction changes at once, which no step may pass unseen.
     double longest(const Eigen::VectorXd& y, const Eigen::VectorXd& slope, double h) {
         constexpr double ahead = 1e-3;
         double found = h;
@@ -88,13 +88,13 @@ public:
         return found;
     }
 
-    // Where a run begins, with whole turns of the joints' coordinates.
+    // Looks at the start of a run, with whole turns of the joints' coordinates.
     void begin(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns) {
         look(pose, motion, turns, before_);
     }
 
-    // At the end of a step, with the multipliers there: whether it has met something. `parts` are those of the step at which
-    // something may be met that is not at its end.
+    // Whether a step has met something, with the multipliers at its end. `parts`: the parts of the step at which
+    // something may be met before its end.
     bool met(const CubicStep& step, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
              const std::vector<double>& lambda) {
         parts_.clear();
@@ -103,7 +103,7 @@ public:
         if (found && is_below(now_)) return true;
         return closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves) || found;
     }
-    // What has been at rest over the step that was looked at last, of size h; -1 for nothing.
+    // The coordinate that has been at rest over the last step, of size h; -1 for none.
     int rests(double h) const {
         for (std::size_t k = 0; k < gaps_.size(); ++k)
             if (gaps_[k].of_rate && h >= gaps_[k].rests_over &&
@@ -111,11 +111,11 @@ public:
                 return gaps_[k].stop;
         return -1;
     }
-    // The next step begins at the end of the one that was looked at last.
+    // The next step begins at the end of the last.
     void pass() { before_.swap(now_); }
     const std::vector<double>& parts() const { return parts_; }
 
-    // What is watched at a state, gaps and then forces, which have no rate; and by how much each may be below zero.
+    // The watched values at a state: gaps, then forces, without rates. `slacks`: how far each may be below zero.
     void margins(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
                  const std::vector<double>& lambda, std::vector<Look>& found) const {
         look(pose, motion, turns, found);
@@ -123,7 +123,7 @@ public:
         for (const WatchedRow& each : rows_)
             found.push_back({force(each, pose, lambda), std::numeric_limits<double>::quiet_NaN()});
     }
-    // At the start of the step that was looked at last, where it is not known how large forces are.
+    // The watched values at the start of the last step, where forces are not known.
     std::vector<Look> first_margins() const {
         std::vector<Look> found = before_;
         only_rates(found);
@@ -139,7 +139,7 @@ public:
     const std::vector<WatchedGap>& gaps() const { return gaps_; }
     const std::vector<WatchedRow>& rows() const { return rows_; }
 
-    // Whether a force is beyond its bound within a step of size h: at a part of it, solve(part, λ) takes the multipliers there.
+    // Whether a force is beyond its bound within a step of size h; solve(part, λ) computes the multipliers inside it.
     template <class Solve> bool gives_way_inside(double h, const Pose<D>& pose, const Solve& solve) {
         if (rows_.empty()) return false;
         const int looks = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)) - 1);
@@ -153,7 +153,7 @@ public:
     }
 
 private:
-    // Of a rate that is watched the margin is the rate, whose own is not known.
+    // The margin of a watched rate is the rate itself, whose derivative is not known.
     void only_rates(std::vector<Look>& found) const {
         for (std::size_t k = 0; k < gaps_.size(); ++k)
             if (gaps_[k].of_rate) found[k] = {found[k].rate + gaps_[k].idle, std::numeric_limits<double>::quiet_NaN()};
@@ -196,8 +196,8 @@ private:
         return found;
     }
 
-    // Whether a gap closes and opens again between two looks at the parts x and x_to of a step: its cubic may see nothing of
-    // that. Where the middle is not on the cubic each half is looked at, so often at most.
+    // Whether a gap closes and opens again between two looks at the parts x and x_to of a step, which its cubic may not
+    // show. Where the middle is not on the cubic, looks at each half, at most `halves` times.
     bool closes_inside(const CubicStep& step, const std::vector<long>& turns, const std::vector<Look>& from,
                        const std::vector<Look>& to, double x, double x_to, int halves) {
         const double middle = 0.5 * (x + x_to), h = (middle - x) * step.h;

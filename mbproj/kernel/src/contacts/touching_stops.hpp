@@ -1,4 +1,4 @@
-// The rigid stops that touch at a state: their impact, with the friction at them, and how hard they push after.
+// The rigid stops that touch at a state: their impact, with the friction there, and their pushes afterwards.
 #pragma once
 
 #include "contacts/contact_state.hpp"
@@ -26,7 +26,7 @@ public:
         return rows;
     }
 
-    // At a state of which the pose is in place and factored, these touch. False where nothing is unique.
+    // Sets the stops that touch, at the factored pose in place. False where the equations have no unique solution.
     bool touch(std::vector<int> stops) {
         stop_ = std::move(stops);
         std::vector<ContactRow> rows = rows_of(stop_);
@@ -53,17 +53,17 @@ public:
         return true;
     }
     const std::vector<int>& stops() const { return stop_; }
-    // Whose restitution counts where these are struck: by impulses that of others, too, which have some.
+    // Whether the restitution of a stop counts: of struck stops, and except by Newton's law, of others with an impulse.
     bool bounces(bool struck) const { return struck || impacts_ != ImpactLaw::newton; }
-    // How fast the gaps open, and what slides there.
+    // The rates of the gaps, then of the frictions there.
     void rates(Vector& found) const { border_.rates(equations_.motion(), found); }
     Eigen::MatrixXd B_of_stops() const { return B_.topLeftCorner(count(), count()); }
 
-    // Of how hard they push, as they were seen last.
+    // The round-off of the last pushes.
     double round_off() const { return border_.round_off(); }
 
-    // The impact of the stops that touch; where a bounce would be lower than any that counts, without restitution. `rate` is what
-    // it is after.
+    // The impact of the stops that touch, without restitution where a bounce would be lower than the lowest that
+    // counts. `rate` becomes the rates after it.
     bool strike(double t, const Vector& y, const Flags& struck, const Vector& slow, Vector e, Vector& rate,
                 Vector& y_after, ContactState& next, std::vector<ContactEvent>& events,
                 std::vector<ContactEvent>& rests) {
@@ -106,7 +106,7 @@ public:
         y_after = after_;
         return true;
     }
-    // What leaves may come back before its gap is seen to open, as where sliding ends and something rocks: it stays, in the motion y, and `rate` is what it is then.
+    // Keeps gaps closed that would close before they are seen to open, as of a rocking body: changes y and `rate`.
     bool keep_down(Vector& y, const Vector& slow, Vector& rate, ContactState& next) {
         Flags lifts(stop_.size());
         bool any = false;
@@ -129,8 +129,8 @@ public:
         return true;
     }
 
-    // How hard stops push that stay closed, at y at the pose in place, and which gaps open then. Where their rows depend on each
-    // other they share as springs of one stiffness do.
+    // Sets the pushes of stops that stay closed, at y with its pose in place, and which gaps open then. Where their
+    // rows depend on each other, they share the load as springs of one stiffness.
     bool pushes(const Vector& y, const Flags& staying, Vector& push, Flags& opens) {
         if (!accelerations(y, free_)) return false;
         if (!hold(staying, push)) return undecided_.is_for(Cause::driven_into, of(staying));
@@ -176,14 +176,14 @@ private:
         return undecided_.is_for(Cause::creates_energy, of(pushing));
     }
 
-    // Takes into account what impulses z, at rates before, take from a motion y.
+    // Records the energy that impulses z, at rates before, take from a motion y, and the work of motions.
     void account(const Vector& y, const Vector& before, const Vector& z, ContactState& next) const {
         next.lost -= given(before, z);
         if (!model_.driven.empty())
             next.work += kinetic_energy(equations_, after_) - kinetic_energy(equations_, y) - given(before, z);
     }
 
-    // Pushes with which these stay closed, of the accelerations that were seen last. False where there are none.
+    // Pushes with which these stops stay closed, from the last accelerations. False where there are none.
     bool hold(const Flags& staying, Vector& push) const {
         push = Vector::Zero(count());
         Eigen::MatrixXd B;
@@ -195,7 +195,7 @@ private:
         return true;
     }
 
-    // Of those that do not open, pushes z that are not unique.
+    // Replaces pushes z that are not unique, of stops that do not open.
     void share(const Eigen::MatrixXd& B, const Vector& b, Vector& z) const {
         const Vector left = b + B * z;
         std::vector<Eigen::Index> stay;
@@ -215,7 +215,7 @@ private:
         return true;
     }
 
-    // How the gaps accelerate after, where nothing pushes.
+    // The accelerations of the gaps at y, without pushes.
     bool accelerations(const Vector& y, Vector& found) {
         equations_.set_velocities(y.data(), false);
         if (!equations_.own_slope_at(y.data(), slope_.data())) return false;
@@ -224,7 +224,7 @@ private:
         return true;
     }
 
-    // How gaps are accelerated shut where those that rest stay: a ball falls on another one that the floor holds.
+    // The accelerations with which gaps close while stops at rest stay closed: a ball falls on another on the floor.
     bool falls(const Vector& rate, const Vector& slow, Vector& fall) {
         Flags rest(stop_.size());
         for (std::size_t i = 0; i < rest.size(); ++i)
@@ -240,8 +240,8 @@ private:
         return rate > 0.0 && reached < height * laws_[stop_[i]].size;
     }
 
-    // Whether some gap opens after an impact by less than any bounce that counts, and does not stay closed; now it does, and what
-    // rests does. Where some are kept closed, others may fall shut that opened before.
+    // Whether a gap opens after an impact by less than the lowest bounce that counts, and is not `staying`; adds it,
+    // and gaps at rest. Where some gaps stay closed, others that opened before may close.
     bool rocks(const Flags& low, const Vector& rate, const Vector& slow, const Vector& fall, Flags& staying) const {
         bool more = false;
         Flags next = staying;
@@ -255,7 +255,7 @@ private:
         return more;
     }
 
-    // Impulses with which these stops stay closed: what rocks comes to rest.
+    // Impulses with which these stops stay closed: a rocking body comes to rest.
     Vector without_lifting(const Flags& staying, const Vector& rate) {
         Eigen::MatrixXd B;
         Vector b, z, found = Vector::Zero(rate.size());

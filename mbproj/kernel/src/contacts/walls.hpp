@@ -1,5 +1,5 @@
-// Rigid stops along whose coordinates dry friction at joints acts: what sticks at such a wall is held by both, along one row. How they
-// share its force is at will; of all shares the smallest is told.
+// Walls: rigid stops along coordinates of joints with dry friction. A friction that sticks at a wall shares one row
+// with it. The motion does not determine their shares of the row's force; the smallest is reported.
 #pragma once
 
 #include "contacts/contact_state.hpp"
@@ -12,7 +12,7 @@ template <class D> class Walls final {
 public:
     explicit Walls(const EquationsOfMotion<D>& equations) : equations_(equations), model_(equations.model()) {}
 
-    // The stops have these sides, and the frictions with these laws come after them.
+    // The sides of the stops, and the laws of the frictions, which are numbered after them.
     void begin(std::vector<double> sides, std::vector<FrictionLaw> laws) {
         sides_ = std::move(sides), laws_ = std::move(laws);
     }
@@ -33,13 +33,13 @@ public:
         return std::any_of(state.held.begin(), state.held.end(),
                            [&](int stop) { return is_along(stop, friction) && sides_[stop] == side; });
     }
-    // Rows of walls go: those of what sticks there hold.
+    // Removes the rows of walls at which frictions stick: the frictions' rows hold.
     void remove(const ContactState& state, std::vector<ContactRow>& rows) const {
         const auto is_wall = [&](const ContactRow& row) { return has(state, row.coordinate); };
         rows.erase(std::remove_if(rows.begin(), rows.end(), is_wall), rows.end());
     }
 
-    // Of stops that touch, those along the coordinate of each friction, which leave the rows.
+    // The walls of each friction among the rows of stops that touch; removes them from these rows.
     std::vector<std::vector<ContactRow>> take_from(std::vector<ContactRow>& rows) const {
         std::vector<std::vector<ContactRow>> found(laws_.size());
         std::vector<ContactRow> others;
@@ -50,7 +50,7 @@ public:
         rows = std::move(others);
         return found;
     }
-    // What rests at a wall among these stops sticks there.
+    // Makes frictions at rest at a wall among these stops stick there.
     void stick(const std::vector<ContactRow>& closed, ContactState& next) const {
         for (const ContactRow& row : closed) {
             const int k = along(row.coordinate);
@@ -64,13 +64,13 @@ public:
     static bool push(const std::vector<ContactRow>& walls, double side) {
         return std::any_of(walls.begin(), walls.end(), [side](const ContactRow& row) { return row.sign == side; });
     }
-    // How hard a wall pushes where it and friction up to a bound together push so hard: half of it, or what friction leaves.
+    // The push of a wall that shares this force with friction up to a bound: half of it, or what friction leaves.
     static double push_of(double force, double bound) {
         return force > 0.0 ? force - std::min(0.5 * force, bound) : 0.0;
     }
 
-    // The shares of walls and of what sticks at them, of the forces along all coordinates.
-    // Frictions have these static forces, before any load.
+    // Divides the forces of shared rows between walls and frictions. `fixed`: the static forces, not multiplied by
+    // loads.
     void share(const ContactState& state, const std::vector<double>& lambda, const std::vector<double>& fixed,
                std::vector<double>& forces) const {
         for (const int stop : state.held)

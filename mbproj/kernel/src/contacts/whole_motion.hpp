@@ -1,12 +1,12 @@
-// The motion of the whole mechanism at a state y: how fast, with which energy, how far from its stops, what programs give there, and
-// what impulses add to it.
+// Quantities of the whole mechanism at a state y: its speed, its kinetic energy, gaps of stops, values of programs, and
+// velocities after impulses.
 #pragma once
 
 #include "dynamics/equations_of_motion.hpp"
 
 namespace mbproj {
 
-// How fast the fastest part moves, in lengths of the mechanism and rad per s.
+// The speed of the fastest part, in lengths of the mechanism and rad per s.
 template <class D> double fastest_part(const Model<D>& model, const Eigen::VectorXd& y) {
     double shift = 0.0, turn = 0.0;
     for (int b = 0; b < model.size(); ++b) {
@@ -17,7 +17,7 @@ template <class D> double fastest_part(const Model<D>& model, const Eigen::Vecto
     return shift / model.length + turn;
 }
 
-// At the pose in place. Flywheels have rows after those of C.
+// The kinetic energy, with the pose in place. Flywheels have rows after those of C.
 template <class D> double kinetic_energy(const EquationsOfMotion<D>& equations, const Eigen::VectorXd& y) {
     const Model<D>& model = equations.model();
     double sum = 0.0;
@@ -36,7 +36,7 @@ template <class D> double kinetic_energy(const EquationsOfMotion<D>& equations, 
     return 0.5 * sum;
 }
 
-// How far a stop on this side is open, with whole turns of the joints' coordinates.
+// The gap of a stop on this side, with whole turns of the joints' coordinates.
 template <class D>
 double stop_gap(const Model<D>& model, const Pose<D>& pose, const std::vector<long>& turns, int stop, double side) {
     const int coordinate = model.stops.joint_coordinate[stop];
@@ -44,13 +44,13 @@ double stop_gap(const Model<D>& model, const Pose<D>& pose, const std::vector<lo
     return side * (Coordinate<D>(model.stops.coordinates, stop, pose).value() + whole - model.stops.bound[stop]);
 }
 
-// What a program gives at the state that was seen last, along a coordinate with this rate.
+// The value of a program at the last state, along a coordinate with this rate.
 template <class D> double given(EquationsOfMotion<D>& equations, int program, double rate = 0.0) {
     return equations.model().programs.value(program, equations.channels().variables(0.0, rate),
                                             equations.applied().held);
 }
 
-// The velocities with those that the solver has found for impulses.
+// Adds the velocities that the solver has found for impulses.
 template <class D> void add_velocities(const EquationsOfMotion<D>& equations, Eigen::VectorXd& y) {
     for (int b = 0; b < equations.model().size(); ++b) {
         WritablePart<D> part(y.data(), b);

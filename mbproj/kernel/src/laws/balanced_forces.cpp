@@ -9,8 +9,8 @@ namespace mbproj {
 
 namespace {
 constexpr int most_rounds = 20000, most_turns = 50;
-// Where the change in a round is almost as large as so many rounds before, the iteration would not end soon: dependent rows have
-// conditions that no forces satisfy.
+// Where the change in a round is almost as large as that many rounds before, the iteration is given up: dependent rows
+// have conditions that no forces satisfy.
 constexpr int looks_back = 256;
 constexpr double stalls = 0.9;
 constexpr double huge = 1e200, tiny = std::numeric_limits<double>::min();
@@ -20,7 +20,7 @@ double largest(const Eigen::VectorXd& x) { return x.size() ? x.cwiseAbs().maxCoe
 
 }  // namespace
 
-// The effect of the push of each stop, with the friction that slides by it, along all rows.
+// The forces along all rows by a push of 1 at each stop, with the friction that slides there.
 Eigen::MatrixXd FrictionBalance::pulls() const {
     Eigen::MatrixXd found = Eigen::MatrixXd::Identity(b.size(), stops);
     for (Index k = 0; k < count(); ++k)
@@ -101,8 +101,8 @@ FrictionBalance::Flags FrictionBalance::beyond(const Loads& loads, const Vector&
     return found;
 }
 
-// The forces y where frictions beyond their static force slide against it. For friction so strong beside the push that changing
-// one after the other does not converge.
+// The forces y where frictions that would exceed their static force slide against it. It serves where friction is so
+// strong that changing one force after the other does not converge.
 bool FrictionBalance::slipping(const Loads& loads, const Thresholds& thresholds, const Vector& held, Vector& y) const {
     const Flags slip = beyond(loads, held);
     y = held;

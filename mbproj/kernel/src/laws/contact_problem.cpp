@@ -54,7 +54,7 @@ private:
     void stick(const Numbers& u, const Cone& cone) {
         for (const int k : cone.tangents) y[k] = u[k], slope(k, k) = 1.0;
     }
-    // A force of this size along the tangents, against u: its component across turns with u.
+    // Adds the slope of a force of constant size along u_t, which turns with u.
     void turn(const Numbers& u, const Cone& cone, double size, double force) {
         for (const int i : cone.tangents)
             for (const int j : cone.tangents)
@@ -100,7 +100,7 @@ Rows held_by(const std::vector<Cone>& cones) {
 
 double largest(const Numbers& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
-// The most that forces within the cones, none of a push larger than `most`, can do along u.
+// The largest work along u of forces within the cones, with pushes of at most `most`.
 double most_along(const Numbers& u, const std::vector<Cone>& cones, double most) {
     Projection beyond(cones, u.size());
     beyond.of(u);
@@ -156,8 +156,8 @@ bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<C
             y = at.y;
             return give != 0.0 || largest((b + B * y)(held)) <= std::sqrt(thresholds.no_push) * scale;
         }
-        // What is left over is the gradient of a convex function. Where that has no least value the gradient comes to be a direction
-        // along which forces would have to do more than they can (Farkas).
+        // The residual is the gradient of a convex function. Where the function has no minimum, the residual becomes a
+        // direction along which forces would have to do more work than they can (Farkas).
         if (give == 0.0 && b_wanted.dot(off) > most_along(-spread * off, cones, largest_push)) return false;
         const DenseMatrix left = rows * at.slope * spread + more;
         Numbers w_trial, off_trial;
@@ -167,7 +167,7 @@ bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<C
             off_trial = left_over(trial.y, w_trial);
             if (off_trial.norm() < off.norm() || leaps) break;
             damping = std::max(10.0 * damping, thresholds.rounding);
-            if (damping > thresholds.damped_to) {  // no short step is better: some long ones leave the place
+            if (damping > thresholds.damped_to) {  // no short step improves: some long ones leave this point
                 damping = std::sqrt(thresholds.rounding);
                 leaps = true;
                 if (--tries == 0) return false;

@@ -1,9 +1,10 @@
 // All contacts and frictions that hold at an instant, as one problem on the Delassus operator B of their rows.
 //
-// Forces y along the rows change accelerations b to b + B y. Each foot is a spring, and all have one stiffness; the cone of the
-// foot limits the force: y = P(u), with P the projection onto the cones, and -u what the springs give way by. For rigid feet u
-// is in the range of B, and the rows that are held do not accelerate. No row is preferred, and rows may depend on each other.
-// Where all stick y is the least-norm share within the cones. Where all slide it is the limit of (B + ε I) y + b = 0 for ε -> 0.
+// Forces y along the rows change accelerations b to b + B y. Each foot is a spring, and all have one stiffness; the
+// cone of the foot limits the force: y = P(u), with P the projection onto the cones, and -u the springs' deflections.
+// For rigid feet u is in the range of B, and the rows that are held do not accelerate. No row is preferred; rows may
+// depend on each other. Where all stick, y is the least-norm share within the cones. Where all slide, it is the limit
+// of (B + ε I) y + b = 0 for ε -> 0.
 #pragma once
 
 #include <vector>
@@ -14,8 +15,8 @@
 
 namespace mbproj {
 
-// The forces that one contact may have: its normal row, -1 for a joint's friction, and its friction rows. It sticks with a force
-// up to `most`, a coefficient of the push or a force; or it slides, with this part of the push along each tangent.
+// The forces that one contact may have: its normal row, -1 for a joint's friction, and its friction rows. It sticks
+// with up to `most`, a coefficient or a force; or it slides, with the parts `slides` of the push along the tangents.
 struct Cone {
     int push = -1;
     std::vector<int> tangents;

@@ -1,4 +1,4 @@
-// Which frictions hold and which slide, once the forces of those sliding so far are known.
+// Decides which frictions hold and which slide, from the forces of those that slide so far.
 #include "laws/friction_balance.hpp"
 
 #include <algorithm>
@@ -47,7 +47,7 @@ bool FrictionBalance::depends_at_walls(const Thresholds& thresholds) const {
     return any && depend(thresholds);
 }
 
-// The cone of each contact. Those at rest get a little less, so that they hold for a while; joints get less by a margin.
+// The cone of each contact; at rest a little narrower, so that contacts hold for a while; at joints also by `margin`.
 std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, double margin, const Flags& rest,
                                          const Vector& load) const {
     std::vector<Cone> found;
@@ -72,8 +72,9 @@ std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, double ma
     return found;
 }
 
-// The forces y with which all hold. Where nothing slides the motion does not depend on the share. The least one is kept where it has
-// a margin inside the cones, else one with a margin is taken: one at their edge would not last. Without a margin they slip.
+// The forces y with which all frictions at rest hold. Where nothing slides, any share of the load causes the same
+// motion. The least one is taken if it has a margin inside the cones, else one with a margin: at their edge it would
+// not last.
 bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
     if (!all_hold(loads, thresholds, thresholds.slips, Vector::Zero(b.size()), y)) return false;
     if (!direction.isZero(0.0) || has_margin(y, 0.1)) return true;
@@ -94,7 +95,7 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
     return true;
 }
 
-// Whether friction at each stop that pushes leaves this part of the mean push.
+// Whether friction at each stop stays inside its cone by this part of the mean push.
 bool FrictionBalance::has_margin(const Vector& y, double margin) const {
     const double mean = y.head(stops).mean();
     for (Index k = 0; k < count(); ++k) {
@@ -105,7 +106,7 @@ bool FrictionBalance::has_margin(const Vector& y, double margin) const {
     return true;
 }
 
-// Of the shares with forces within the cones the one nearest to `least`; joints hold less by a margin.
+// The share within the cones that is nearest to `least`; the cones of joints are narrower by `margin`.
 bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, double margin, const Vector& least,
                                Vector& y) const {
     Flags rest;
@@ -154,15 +155,15 @@ bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, V
         y = found;
         if (change > thresholds.springs_give * largest(y)) continue;
         loads(y, load);
-        for (Index k = 0; k < count(); ++k)  // what slips has the friction of the current push
+        for (Index k = 0; k < count(); ++k)  // slipping friction is that of the current push
             if (rests(k) && moves(stops + k)) y[stops + k] *= fixed[k] * load[k] / (most[k] > 0.0 ? most[k] : 1.0);
         return true;
     }
     return false;
 }
 
-// The directions in which frictions at rest begin to slide: none where all hold; against their forces where rows yield, since
-// these hardly move. Those that are `stuck` hold by independent rows.
+// The directions in which frictions at rest begin to slide: none where all hold; against their forces where rows yield,
+// since these rows hardly move. A friction is `stuck` where it holds and its row is independent of those before.
 Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds,
                                        bool yields, Flags& stuck) const {
     const Vector force = y.tail(count()), own = (b + B * y).tail(count());
@@ -197,7 +198,7 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
         const Index other = in_plane(k) ? partner[of(k)] : k;
         const double none = thresholds.no_push * largest(b);
         const bool accelerates = with_partner(own, k) > none, begins = accelerates && with_partner(own, k) > still[k];
-        if (!moves(stops + k)) {  // along a tangent that nothing moves, the other one gives no information
+        if (!moves(stops + k)) {  // the other tangent gives no information
             const double size = std::abs(own[k]);
             found[k] = size > none && size > still[k] ? std::copysign(1.0, own[k]) : 0.0;
         } else if ((begins && !yields) || !(span.holds(stops + k) && span.holds(stops + other))) {

@@ -1,7 +1,7 @@
-// What holds and what slides from one state on, of stops that touch and of dry frictions: as much sticks as can. A stop pushes,
-// y >= 0, or opens; a friction at rest holds with |y| up to its static force, or slides against it; one that slides has its sliding
-// force. Where rows depend on each other what sticks does so while some share within all cones carries the load. Of a friction at a
-// joint and a stop along its coordinate, a wall, both are the friction's row.
+// Decides which stops that touch push, and which dry frictions stick or slide, from one state on: as many stick as can.
+// A stop pushes, y >= 0, or opens. A friction at rest holds with |y| up to its static force, or slides against it; one
+// that slides has its sliding force. Where rows depend on each other, frictions stick while some share of the load is
+// within all cones. A wall is a stop along the coordinate of a joint's friction: both have the friction's row.
 #pragma once
 
 #include <functional>
@@ -14,8 +14,8 @@
 
 namespace mbproj {
 
-// The forces y; which frictions are stuck, each held by a row of its own; the direction in which each slides, 0 at rest; the part
-// of its static force that a friction without a row of its own bears; whether stops share, and how.
+// The forces y; which frictions are stuck, each by a row; the direction in which each slides, 0 at rest; the part of
+// its static force that a friction at rest without a row exerts; whether stops share a load, and how.
 struct Balanced {
     Eigen::VectorXd y, direction, part;
     std::vector<bool> stuck;
@@ -42,9 +42,9 @@ struct FrictionBalance {
     Flags able;      // for each row, whether something can move along it
     Flags up, down;  // for each friction, whether a wall can push that way along its row
 
-    // False where there are no such forces.
+    // False where no forces satisfy these laws.
     bool decide(const Loads& loads, const Thresholds& thresholds, Balanced& found);
-    // Whether rows depend on each other while some are walls, which is none of these laws: a wall is a stop of its own then.
+    // Whether rows depend on each other while some are walls. These laws do not cover that: walls get their own rows.
     bool depends_at_walls(const Thresholds& thresholds) const;
     // Whether a friction is at rest.
     bool rests(Index k) const { return with_partner(direction, k) == 0.0; }
@@ -61,9 +61,9 @@ private:
     Eigen::MatrixXd pulls() const;
     bool relaxed(const Loads& loads, const Thresholds& thresholds, bool bounded, Vector& y) const;
     bool slipping(const Loads& loads, const Thresholds& thresholds, const Vector& held, Vector& y) const;
-    // Which frictions at rest bear more than they can.
+    // Which frictions at rest would exceed their static force.
     Flags beyond(const Loads& loads, const Vector& y) const;
-    // Whether rows of stops depend on each other, or on those of frictions at rest; y where they do, and all can hold.
+    // Whether rows of stops depend on each other, or on rows of frictions at rest.
     bool depend(const Thresholds& thresholds) const;
     std::vector<Cone> cones(const Thresholds& thresholds, double margin, const Flags& rest, const Vector& load) const;
     bool all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const;

@@ -16,8 +16,8 @@ Strike Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& bef
     return opens ? Strike::done : Strike::driven_into;
 }
 
-// The impulses that change rates b to what the joints allow: those of stops push, or leave the stop, and those of frictions are
-// within the cones of these pushes and of those `given` before.
+// The impulses that change rates b to possible ones: stops push, or are left, and the impulses of frictions are within
+// the cones of these pushes and of those `given` before.
 bool Impact::impulses(const Eigen::MatrixXd& B, const Vector& b, const Vector& given, Vector& y) const {
     const Eigen::Index frictions = rubbing_->size(), stops = b.size() - frictions;
     if (frictions == 0) return one_sided(B, b, thresholds_->no_push, y);

@@ -10,7 +10,7 @@ namespace mbproj {
 enum class ImpactLaw : int { newton, poisson, energetic };
 constexpr ImpactLaw impact_laws[] = {ImpactLaw::newton, ImpactLaw::poisson, ImpactLaw::energetic};
 
-// Whether a law has an answer; nothing that the joints allow may open the gaps, or more stops may take part than the law is of.
+// The result of a law: done; joints allow no gap to open; or more stops are struck than the law is for.
 enum class Strike : int { done, driven_into, together };
 
 // Friction along tangents of stops that touch: each tangent's coefficient, the other tangent of its plane, and its stop.
@@ -25,7 +25,7 @@ struct Rubbing {
 struct Impact {
     Eigen::VectorXd impulse, after, taken;
 
-    // With B of their rows and the rates before; what is slower than `slow` does not close, and these rows can move.
+    // From B of these rows and the rates before. Gaps slower than `slow` do not close; `moves`: the rows that can move.
     Strike strike(ImpactLaw law, const Eigen::MatrixXd& B, const Eigen::VectorXd& before,
                   const Eigen::VectorXd& restitution, const Eigen::VectorXd& slow, const Rubbing& rubbing,
                   const std::vector<bool>& moves, const Thresholds& thresholds);

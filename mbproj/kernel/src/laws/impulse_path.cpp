@@ -32,7 +32,7 @@ public:
             bool arrived = false;
             if (!follow_piece(goal, slides, y, arrived)) return false;
             if (arrived) return true;
-            const Vector left = -released(tangent(y));  // the rest of the sliding stops at once
+            const Vector left = -released(tangent(y));  // the remaining sliding stops at once
             y.segment(size_ + 1, tangents_) += left;
             y.head(size_) += B_.rightCols(tangents_) * left;
         }
@@ -43,7 +43,7 @@ private:
     using Index = Eigen::Index;
 
     Eigen::VectorBlock<Vector> tangent(Vector& y) const { return y.segment(1, tangents_); }
-    // What of the normal's part tangents take, B_tt x = given.
+    // x with B_tt x = given: the impulses along the tangents that cause these rates.
     Vector released(const Vector& given) const {
         return least_squares(B_.bottomRightCorner(tangents_, tangents_), given);
     }
@@ -57,8 +57,8 @@ private:
         return found;
     }
 
-    // After a step of size h, and an estimate of its error: Gragg's midpoint method with 2, 4, ... parts, extrapolated. A step in which
-    // sliding turns round would pass its rest.
+    // y after a step of size h, and an estimate of its error: Gragg's midpoint method with 2, 4, ... parts,
+    // extrapolated. A step in which sliding reverses has an infinite error: it has passed the state of rest.
     Vector after(const Vector& y, double h, bool slides, double& error) const {
         constexpr int columns = 6;
         Vector found[columns];
@@ -89,7 +89,7 @@ private:
         return found[columns - 1];
     }
 
-    // To the goal, or to where sliding comes to rest. False where neither comes.
+    // Follows y to the goal, or to where sliding comes to rest. False where neither comes.
     bool follow_piece(const Goal& goal, bool slides, Vector& y, bool& arrived) const {
         double h = 0.1, p = 0.0, error = 0.0;
         while (p < 1.0 / thresholds_.same_written) {
@@ -104,7 +104,7 @@ private:
         }
         return false;
     }
-    // Within a step from y to `end`: by Illinois' method.
+    // The goal within a step from y to `end`, by the Illinois method.
     Vector at_goal(const Goal& goal, const Vector& y, const Vector& end, double h, bool slides) const {
         double low = 0.0, high = h, below = goal(y), above = goal(end), error = 0.0;
         Vector found = end;
@@ -124,7 +124,7 @@ private:
         return found;
     }
 
-    // Where sticking is impossible: the direction along which the rate of sliding grows that begins.
+    // The direction in which sliding begins where sticking is impossible: sliding grows along it.
     Vector beginning() const {
         if (tangents_ == 1) return Vector::Constant(1, B_(1, 0) < 0.0 ? -1.0 : 1.0);
         constexpr int directions = 360;

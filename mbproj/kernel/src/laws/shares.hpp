@@ -1,5 +1,5 @@
-// How stops that touch share a load, where their rows depend on each other. Some stops hold rows; each push is a sum of parts of
-// these rows' multipliers.
+// How stops that touch share a load, where their rows depend on each other. Independent rows of some stops are held;
+// each push is a weighted sum of the multipliers of these rows.
 #pragma once
 
 #include <vector>
@@ -31,9 +31,9 @@ private:
     std::vector<Eigen::VectorXd> basis_;  // the components of all rows along each basis vector
 };
 
-// The stops that hold rows, and the parts of their multipliers with which each stop pushes. An `idle` stop does not push now, and
-// its parts give a negative push until it does. One that is `apart` opens, and has no share. `decides`: whether the motion
-// depends on how the stops share.
+// The stops whose rows are held, and the parts of their multipliers with which each stop pushes. An `idle` stop does
+// not push now, and its parts give a negative push until it does. A stop that is `apart` opens, and has no share.
+// `decides`: whether the motion depends on how the stops share.
 struct Shares {
     std::vector<Eigen::Index> rows;
     Eigen::MatrixXd parts;
@@ -41,9 +41,9 @@ struct Shares {
     bool decides = false;
 };
 
-// The shares of stops with these pushes, from B of their rows, and from the effect of each push with the friction that slides by
-// it. They share as springs of equal stiffness do. False where the rows of those that push, and of those that these carry along,
-// are independent.
+// The shares of stops with these pushes, as of springs of equal stiffness, from B of their rows. `B_pulled` is the
+// effect of each push with the friction that slides there. False where the rows of stops that push, and of stops whose
+// rows depend on those, are independent.
 bool shares_of(const Eigen::MatrixXd& B, const Eigen::MatrixXd& B_pulled, const Eigen::VectorXd& push,
                const Thresholds& thresholds, Shares& found);
 
