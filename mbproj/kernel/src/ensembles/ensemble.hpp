@@ -16,25 +16,25 @@ public:
     Ensemble(const Ensemble&) = delete;
     Ensemble& operator=(const Ensemble&) = delete;
 
-    // Goes on for so many seconds; whether it has come to its end.
+    // Goes on for so many seconds. Whether all cases have ended.
     virtual bool advance(double seconds) = 0;
-    // The run of each case, with the bits of one by itself: to its end, or to the step in which something rare happens. Nothing of
-    // one that is to run by itself: packs do not compute its like, or its numbers ask for another order of elimination than the
-    // first case's.
+    // The run of each case, with the bits of a run by itself: to its end, or to the step in which something rare
+    // happens. Nothing for a case that has to run by itself: packs do not compute its kind, or its numbers need another
+    // order of elimination than those of the first case.
     virtual std::vector<std::optional<CaseRun<D>>> take() = 0;
 
 protected:
     Ensemble() = default;
 };
 
-// Of these cases; null where packs do not compute the first.
+// The ensemble of these cases; null where packs do not compute the first.
 template <class D> std::unique_ptr<Ensemble<D>> ensemble_of(std::vector<Case<D>> cases, const Tableau& tableau,
                                                             const ProjectionSettings& projection);
 
-// What a library of packs shows. There is one for each kind of vector, so that no code for other processors gets into the module.
+// The table that a library of packs exports. Each kind of vector has a library: the module has no code for others.
 struct PackLibrary {
     int width = 0;  // how many cases a pack holds
-    // Bytes; those of the module are the same where both are compiled from the same sources.
+    // Sizes in bytes; the module has the same where both are compiled from the same sources.
     std::size_t plane_case = sizeof(Case<Plane<double>>), space_case = sizeof(Case<Space<double>>);
     template <class D> using EnsembleOf = decltype(&ensemble_of<D>);
     std::tuple<EnsembleOf<Plane<double>>, EnsembleOf<Space<double>>> ensembles{};

@@ -1,4 +1,4 @@
-// What the lanes of an ensemble have each by itself: a case on its way, and its largest values.
+// The data of each lane of an ensemble: the case that it runs, and its largest values.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace mbproj {
 
-// A case by its number; where it stands, its next step, and what it has done.
+// The case of a lane, by its number; its time, its next step, its counters and its samples.
 struct Lane {
     std::size_t number = 0;
     std::optional<Schedule> schedule;
@@ -19,7 +19,7 @@ struct Lane {
     Target to{};
     Counters counters{};
     SampleBlock samples;
-    // Where the step at hand began.
+    // The start of the current step.
     struct Begin {
         double h;
         StepSizeControl::Saved control;
@@ -45,7 +45,7 @@ struct PackedPeak {
     Peak of(int lane) const { return {value[lane], static_cast<long>(row[lane]), time[lane]}; }
 };
 
-// Those of a run, as Peaks has them.
+// `Peaks` of each lane.
 struct PackedPeaks {
     PackedPeak position, joint, velocity;
     void watch(const Pack* C, const Pack* C_dot, int rows, int driven, const Pack& t) {
@@ -70,7 +70,7 @@ inline Eigen::VectorXd vector_of(const std::vector<Pack>& packs, int lane) {
     for (std::size_t i = 0; i < packs.size(); ++i) found[i] = packs[i][lane];
     return found;
 }
-// In the lanes that are in, one becomes the other.
+// Copies `from` to `to` in the lanes that are in.
 inline void take_over(std::vector<Pack>& to, const std::vector<Pack>& from) {
     const Mask in = Lanes::in();
     for (std::size_t i = 0; i < to.size(); ++i) to[i] = where(in, from[i], to[i]);

@@ -1,9 +1,9 @@
-// Doubles that are computed at once, each the number of another case of an ensemble: what is written for doubles computes
-// several cases with them. Each lane has the bits that a double would have. There are eight lanes where this is compiled for
+// Packs: doubles that are computed at once, each of another case of an ensemble. With them, code for doubles computes
+// several cases. Each lane has the bits that a double would have. There are eight lanes where this is compiled for
 // AVX-512, else four, for AVX2.
 //
-// The text branches for all lanes alike. Where lanes do not agree, those in the majority have their way, and the others leave:
-// what they compute from there on is worth nothing. `Lanes` says which are in.
+// Code branches for all lanes alike. Where lanes do not agree, the majority decides, and the others leave: what they
+// compute from there on has no meaning. `Lanes` tells which are in.
 #pragma once
 
 #include <immintrin.h>
@@ -19,7 +19,7 @@ constexpr int pack_width = 4;
 #endif
 using LaneBits = long long __attribute__((vector_size(8 * pack_width)));
 
-// For each lane all ones, or none.
+// For each lane all bits, or none.
 struct Mask {
     LaneBits lanes;
 
@@ -44,17 +44,17 @@ struct Mask {
     friend Mask operator&(const Mask& a, const Mask& b) { return a.lanes & b.lanes; }
     friend Mask operator|(const Mask& a, const Mask& b) { return a.lanes | b.lanes; }
 
-    // What the lanes that are in say; those that say otherwise leave.
+    // Whether most of the lanes that are in are set; the others leave.
     operator bool() const;
     bool operator!() const { return !static_cast<bool>(*this); }
 };
 
-// The lanes that are in, of the thread at hand.
+// The lanes that are in, in the current thread.
 class Lanes {
 public:
     static Mask in() { return here(); }
     static void set(const Mask& lanes) { here() = lanes.lanes; }
-    // Those of which this does not hold leave.
+    // All other lanes leave.
     static void keep(const Mask& those) { here() &= those.lanes; }
     static void leave(int lane) { here()[lane] = 0; }
     static bool decide(const Mask& each) {
@@ -73,7 +73,7 @@ private:
     }
 };
 
-// While it is in scope, no other lanes are in than these; those that left meanwhile are out from then on.
+// While this is in scope, only these lanes are in. Lanes that leave meanwhile stay out afterwards.
 class OnlyLanes {
 public:
     explicit OnlyLanes(const Mask& those) : before_(Lanes::in()), those_(those) { Lanes::keep(those); }
@@ -116,7 +116,7 @@ struct Pack {
     friend Mask operator!=(const Pack& a, const Pack& b) { return a.lanes != b.lanes; }
 };
 
-// Rounded once where the module's own is.
+// a b + c, rounded once where the module does that for doubles.
 [[gnu::always_inline]] inline Pack multiply_add(const Pack& a, const Pack& b, const Pack& c) {
 #ifndef __FMA__
     return a * b + c;
@@ -127,7 +127,7 @@ struct Pack {
 #endif
 }
 
-// What decides for a pack is a number of each lane.
+// A pack is its own value: each lane has one.
 inline const Pack& value_of(const Pack& x) { return x; }
 
 // a in the lanes of the mask, b in the others.
@@ -153,7 +153,7 @@ inline Pack sqrt(const Pack& x) {
     return static_cast<Pack::Numbers>(_mm256_sqrt_pd(x.lanes));
 #endif
 }
-// Of the standard library, whose bits are those of each lane.
+// A function of the standard library, lane by lane, with its bits.
 template <double (*function)(double)> Pack lane_by_lane(const Pack& x) { return lane_by_lane(x, *function); }
 inline Pack tan(const Pack& x) { return lane_by_lane<std::tan>(x); }
 inline Pack asin(const Pack& x) { return lane_by_lane<std::asin>(x); }
@@ -182,14 +182,14 @@ inline Pack atan2(const Pack& y, const Pack& x) {
 inline Pack hypot(const Pack& x, const Pack& y) {
     return lane_by_lane(x, y, [](double a, double b) { return std::hypot(a, b); });
 }
-// As std::max and std::min have it: the first of numbers that do not compare.
+// As std::max and std::min: the first number where one is NaN.
 inline Pack max(const Pack& a, const Pack& b) { return where(a < b, b, a); }
 inline Pack min(const Pack& a, const Pack& b) { return where(b < a, b, a); }
 inline Pack abs(const Pack& x) {
     return reinterpret_cast<Pack::Numbers>(reinterpret_cast<LaneBits>(x.lanes) &
                                            ~reinterpret_cast<LaneBits>(Pack(-0.0).lanes));
 }
-// The larger of two; not a number where one of them is none.
+// The larger of two numbers; NaN where one is NaN.
 inline Pack larger(const Pack& most, const Pack& value) { return where((most >= value) | (most != most), most, value); }
 inline Mask isnan(const Pack& x) { return x != x; }
 inline Mask isfinite(const Pack& x) { return 0.0 * x == 0.0; }
@@ -210,7 +210,7 @@ inline SineAndCosine<Pack> sine_and_cosine(const Pack& x) {
 
 inline Pack cos(const Pack& x) { return sine_and_cosine(x).cosine; }
 
-// A number less whole periods, where it is beyond `most`.
+// x, less whole periods where |x| exceeds `most`.
 inline Pack wrapped(const Pack& x, double most, double period) {
     const Mask beyond = ~(abs(x) <= most);
     if (beyond.none()) return x;

@@ -1,5 +1,5 @@
-// The whole turns of the joints' angles in several cases at once: what `TurnCounter` counts. A lane leaves where the rates
-// at both ends of a step cannot tell its turns.
+// The whole turns of the joints' angles in several cases at once, as `TurnCounter` counts them. A lane leaves where the
+// rates at both ends of a step cannot tell its turns.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ public:
     }
     // A step begins.
     void begin() { before_ = now_, turns_before_ = turns_; }
-    // Before the state y at t is closed: angles that are followed and driven are where their motions are.
+    // Before the state y at t is closed: sets angles that are followed and driven to the values of their motions.
     void lead(PackedEquations<P>& equations, const Pack& t, Vector& y) const {
         if (!followed_.size || equations.drive().empty()) return;
         equations.set_pose(t, y.data());
@@ -45,7 +45,7 @@ public:
             if (each.motion >= 0) y[followed_.first + each.coordinate] = equations.drive().prescribed(each.motion);
     }
 
-    // Over a step of size h from y to y_new, in place.
+    // Counts turns over a step of size h from y to y_new, the state in place.
     void advance(const Pack& h, const Vector& y, Vector& y_new) {
         for (std::size_t c = 0; c < counting_.size(); ++c) {
             const Angle &before = before_[c], now = look(c);
@@ -65,13 +65,13 @@ public:
         follow(y_new);
     }
 
-    // At the end of the step that was just counted, or where it began.
+    // The angles at the end of the last counted step, or at its start.
     std::vector<double> values(int lane) const { return values(lane, now_, turns_); }
     template <class Counted> void write_end(int lane, Counted& counted) const { write(lane, now_, turns_, counted); }
     template <class Counted> void write_begin(int lane, Counted& counted) const {
         write(lane, before_, turns_before_, counted);
     }
-    // At the part s of the step of size h that was just counted, for the state y in place: along the cubics through both ends.
+    // The angles at the part s of the last counted step, of size h, for y in place: near the cubics through both ends.
     std::vector<double> inside(int lane, double s, double h, const Vector& y) const {
         const std::vector<double> first = values(lane, before_, turns_before_), last = values(lane);
         std::vector<double> found = values(lane, {}, turns_);
@@ -108,7 +108,7 @@ private:
         off = std::abs(value + 2.0 * M_PI * more - expected);
         return std::lrint(more);
     }
-    // Of all coordinates: those that count none are where their turns are.
+    // The angles of all coordinates; for those that count no turns, the turns alone.
     std::vector<double> values(int lane, const std::vector<Angle>& angles, const Turns& turns) const {
         std::vector<double> found;
         for (const long each : turns[lane]) found.push_back(with_turns(0.0, each));
@@ -139,7 +139,7 @@ private:
                  where(in, now.at.speed, before.at.speed)},
                 where(in, now.prescribed, before.prescribed)};
     }
-    // `integrated`: how far the angle has turned where it is followed, else no number.
+    // `integrated`: how far the angle has turned where y follows it, else NaN.
     void tell(std::size_t c, int lane, const Angle& now, double h, double integrated) {
         const Angle& before = before_[c];
         const bool led = counting_[c].motion >= 0;
@@ -152,7 +152,7 @@ private:
         if (!(off <= turned_)) return Lanes::leave(lane);
         turns_[lane][counting_[c].coordinate] += more;
     }
-    // Angles that are followed go on from where they are counted to be.
+    // Sets angles that are followed to their counted values.
     void follow(Vector& y) const {
         for (std::size_t c = 0; followed_.size && c < counting_.size(); ++c) {
             const int i = counting_[c].coordinate;

@@ -32,7 +32,7 @@ public:
         usual_.assign(solver_.cholesky().pivots().size(), 1.0);
     }
 
-    // A lane is another case, of which the pivots usually are so; 1 where nothing is known of them.
+    // Gives a lane to another case, with these usual pivots; 1 where they are unknown.
     void renew(int lane, const std::vector<double>& pivots) {
         const bool known = pivots.size() == usual_.size();
         for (std::size_t r = 0; r < usual_.size(); ++r) usual_[r].set(lane, known ? pivots[r] : 1.0);
@@ -40,12 +40,12 @@ public:
         factorisations.of[lane] = 0;
         see(lane, {});
     }
-    // From now on a lane sees functions of time from within this window.
+    // From now on a lane's functions of time are evaluated inside this window.
     void see(int lane, const TimeWindow& window) {
         window_.first.set(lane, window.first), window_.last.set(lane, window.last);
     }
 
-    // y' at a state at t. `look` is told how near its pose is to a singular one.
+    // y' at a state at t. Calls look(nearness) with the nearness of its pose to a singular one.
     template <class Look> void derivative(const Pack& t, const Pack* y, Pack* slope, Look&& look) {
         set_pose(t, y);
         factor(Metric::mass);
@@ -76,7 +76,7 @@ public:
             if (with_C_dot) C_dot_[model_.driven[k].row] -= drive_[k].d;
         }
     }
-    // y' where the pose is in place and factored with the masses, and its velocities are; multipliers on request.
+    // y' with the pose in place and factored with the masses, and the velocities in place; multipliers on request.
     void slope_at(const Pack* y, Pack* slope, Pack* lambda = nullptr) {
         if (model_.loads || states_.any()) channels_.set(window_.seen(t_), y, pose_, motion_);
         if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return leave();
@@ -98,7 +98,7 @@ public:
             slope[followed.first + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
     }
 
-    // The pose in place, unless it is factored.
+    // Factors at the pose in place, unless it is factored.
     void factor(Metric metric) {
         const Mask missing = metric == metric_ ? Lanes::in() & ~factored_ : Lanes::in();
         if (missing.none()) return;
@@ -131,7 +131,7 @@ public:
         for (std::size_t k = 0; k < drive_.size(); ++k) C_dot_[model_.driven[k].row] -= drive_[k].d;
         return C_dot_.data();
     }
-    // Gears and screws of the lanes that are in are at the nearest tooth, until they count on from the teeth in mesh.
+    // Gears and screws are at the nearest tooth until `start_teeth`: lanes that are in count from the teeth in mesh.
     void forget_teeth() { teeth_ = couplings_.started(), couplings_.start_from({}), known_ = false; }
     void start_teeth() {
         couplings_.start(pose_, expected_, constraint());
@@ -151,7 +151,7 @@ public:
 private:
     void leave() { Lanes::set(false); }
 
-    // Where no row is so near to dependent on the others that it would have to be left out: see EquationsOfMotion::look_near.
+    // The lanes in which no row is so near to dependence that it is left out: see EquationsOfMotion::look_near.
     Mask is_clear(const Pack* y, const Pack& nearness) {
         const Mask clear = nearness >= model_.thresholds.near_branch;
         if ((Lanes::in() & ~clear).none()) return clear;
@@ -163,7 +163,7 @@ private:
         const OnlyLanes only(~held);
         return held | Mask(solver_.is_clear(pose_, first));
     }
-    // As mbproj::time_scale, whose list of packs would be compared for all lanes alike.
+    // As mbproj::time_scale, which would compare packs for all lanes alike.
     Pack time_scale(const Pack* y) const {
         const double rest = model_.thresholds.rest_rate;
         Pack speed = 0.0;
@@ -184,8 +184,8 @@ private:
     Channels<P> channels_;
     StateRates<P> states_;
     TimeWindowOf<Pack> window_;
-    std::vector<Pack> expected_;                            // the joints' coordinates as they are followed
-    std::vector<Pack> teeth_;                               // what couplings of the other lanes count from
+    std::vector<Pack> expected_;                            // the joints' coordinates that y follows
+    std::vector<Pack> teeth_;                               // the sums from which couplings of other lanes count
     std::vector<Pack> gamma_, C_, C_dot_, lambda_, usual_;  // `usual_`: pivots
     Pack t_ = 0.0;
     Mask factored_ = false;

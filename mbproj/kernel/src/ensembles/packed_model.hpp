@@ -1,4 +1,4 @@
-// The models of several cases as one with packs for numbers, and which models are alike enough for that.
+// The models of several cases as one whose numbers are packs, and the test whether models are alike enough for that.
 #pragma once
 
 #include "elimination/elimination_order.hpp"
@@ -18,7 +18,7 @@ template <int N> Pack norm_of_inverse(const Matrix<N, N, Pack>& A) {
     return found;
 }
 
-// The numbers in which cases may differ, beside those of `each_number`: what follows from these.
+// The numbers that follow from those of `each_number`, in which cases may differ, too.
 template <class Model, class Visit> void each_derived_number(Model& model, Visit&& visit) {
     for (auto& body : model.bodies) visit_each(body.inverse_root, visit);
     for (auto* set : {&model.constraints, &model.coordinates})
@@ -28,7 +28,7 @@ template <class Model, class Visit> void each_derived_number(Model& model, Visit
     visit(model.rows.even);
 }
 
-// What the scalar kernel decides for a case by its numbers: who is eliminated in which order, and by which hinges.
+// The decisions of the scalar kernel by a case's numbers: the order of elimination, and its hinges.
 template <class D> std::vector<double> decisions_of(const Model<D>& model) {
     Structure found;
     const EliminationOrder<D> order(model, true);
@@ -69,7 +69,7 @@ template <class D> class PackedModel final {
 public:
     using P = With<D, Pack>;
 
-    // Each lane is `first`, which fits.
+    // Each lane begins as `first`, which fits.
     explicit PackedModel(const Model<D>& first)
         : model_(with<Pack>(first)), scale_(first.layout.scale.begin(), first.layout.scale.end()),
           structure_(structure_of(first)), decisions_(decisions_of(first)) {
@@ -77,14 +77,14 @@ public:
     }
 
     const Model<P>& model() const { return model_; }
-    // What the absolute tolerance is relative to, of the numbers of y that are controlled.
+    // The scales of the absolute tolerance, of the numbers of y with error control.
     const std::vector<Pack>& scale() const { return scale_; }
 
     // Whether a lane can be this case.
     bool takes(const Model<D>& model) const {
         return fits_packs(model) && structure_of(model) == structure_ && decisions_of(model) == decisions_;
     }
-    // A lane is this case from now on.
+    // Makes a lane this case from now on.
     void load(int lane, const Model<D>& from) {
         std::vector<double> numbers;
         const auto note = [&](double number) { numbers.push_back(number); };

@@ -1,4 +1,4 @@
-// What the time loop of several cases is made of, and how a case enters a lane, leaves it, and comes to its end there.
+// The parts of the time loop of several cases: how a case enters a lane, leaves it, and comes to its end there.
 #pragma once
 
 #include "ensembles/ensemble.hpp"
@@ -41,7 +41,7 @@ protected:
         return of_lanes([&](int k) { return lanes_[k].t; });
     }
 
-    // The number of the next case that packs compute, or of none.
+    // The number of the next case that packs compute, or the number of cases.
     std::size_t next() {
         const auto takes = [&](const Case<D>& next) {
             const auto acts = [](const Break& each) { return each.asks || !each.actions.empty(); };
@@ -68,7 +68,7 @@ protected:
         here_.smallest.set(k, 1.0), here_.largest.set(k, 0.0);
     }
 
-    // Notes where the lanes begin a step.
+    // Records where the lanes begin a step.
     void note_begin() {
         each_lane(Lanes::in(), [&](int k, Lane& lane) {
             lane.counters.factorisations = equations_.factorisations.of[k];
@@ -77,7 +77,7 @@ protected:
         angles_.begin();
         peaks_before_ = peaks_;
     }
-    // Lanes that have left in the step at hand are free; their cases go on by themselves from where it began.
+    // Frees lanes that have left in the current step; their cases go on by themselves from its start.
     void hand_over(const Mask& left) {
         each_lane(left, [&](int k, Lane& lane) {
             lane.samples.shorten(lane.begin.samples);
@@ -104,7 +104,7 @@ protected:
     Pack tolerance() const {
         return of_lanes([&](int k) { return steps_of(k).tolerance; });
     }
-    // The next steps of the lanes that are in, as first ones: at most what is left until steps must end.
+    // Chooses the next steps of the lanes that are in as first steps, at most to where steps must end.
     void choose_steps() {
         const Mask in = Lanes::in();
         if (in.none()) return;
@@ -119,7 +119,7 @@ protected:
         each_lane(those, [&](int k, Lane& lane) { equations_.see(k, lane.schedule->window()); });
     }
 
-    // Of the poses where the next steps begin.
+    // Records the nearness of the poses where the next steps begin.
     void stand(const Pack& nearness) {
         PackedPassed here;
         here.see(nearness);
@@ -130,7 +130,7 @@ protected:
         for (const Pack& number : numbers) finite &= isfinite(number);
         Lanes::keep(finite);
     }
-    // Lanes in which a joint is open by more than round-off leaves of it leave.
+    // Lanes leave in which a joint is open by more than a projection leaves by round-off.
     void keep_closed() {
         const Pack* C = equations_.constraint();
         for (int r = 0; r < model_.constraints.rows; ++r)
@@ -160,7 +160,7 @@ protected:
     Mask running_ = false;
     std::size_t next_ = 0;
     Vector y_, y_new_, slope_, lambda_;
-    PackedPassed here_;  // the poses where steps begin
+    PackedPassed here_;  // of the poses where steps begin
     PackedPeaks peaks_, peaks_before_;
     std::vector<std::optional<CaseRun<D>>> found_;
 };

@@ -1,19 +1,19 @@
-// The projection of several cases at once: `Projector` and `TrustRegion` for what is usual. A lane whose correction would have to be
-// damped leaves. Lanes need not agree on how many passes they make, nor when they want a fresh factor: those that hold the factor
-// at hand go first, and the others wait for a new one.
+// The projection of several cases at once, as by `Projector` and `TrustRegion` where nothing rare happens. A lane whose
+// correction would have to be damped leaves. Lanes need not agree on how many passes they make, nor when they need a
+// fresh factor: those that can use the current factor go first, and the others wait for a new one.
 #pragma once
 
 #include "ensembles/packed_equations.hpp"
 
 namespace mbproj {
 
-// Whether these settings are of projections that packs make.
+// Whether packs make projections with these settings.
 inline bool fits_packs(const ProjectionSettings& settings) {
     return (settings.correction == Correction::mass || settings.correction == Correction::coordinates) &&
            !settings.paper_test && settings.threshold < 0.0 && !settings.fallback;
 }
 
-// What a projection has done: passes of each lane, and how its velocity was changed, as a part of it and as it is.
+// The passes of a projection in each lane, and its change of the velocity, as a part of the velocity and as it is.
 struct PackedProjected {
     LaneCounts position_passes, velocity_passes;
     Pack velocity_change = 0.0, speed_change = 0.0;
@@ -33,13 +33,13 @@ public:
     // Whether step number `step` of a case is projected.
     bool is_due(long step) const { return model_.constraints.rows > 0 && step % settings_.every == 0; }
 
-    // The state y at t after a step of the lanes that are in, of which these are due; its pose is in place then.
+    // Projects y at t after a step, in those lanes that are `due`; its pose is in place then.
     PackedProjected after_step(const Pack& t, Pack* y, const Mask& due) {
         normalise(y);
         equations_.set_pose(t, y);
         return correct(y, due, !equations_.holds(metric_));
     }
-    // A state between two steps.
+    // Projects a state between two steps.
     PackedProjected anywhere(const Pack& t, Pack* y) {
         normalise(y);
         equations_.set_pose(t, y);
@@ -88,8 +88,8 @@ private:
             fresh = (fresh & ~tried) | (tried & ~(moved & (left < thresholds_.slow * before)));
         }
     }
-    // Moves y by the correction at hand, in the lanes that are in, where that brings the violation down by half of what Newton's
-    // method promises. Where it does.
+    // Moves y by the current correction, in the lanes that are in, where that reduces the violation by half of what
+    // Newton's method predicts. Returns these lanes.
     Mask whole(Pack* y, Pack& left) {
         const Mask tried = Lanes::in();
         for (int b = 0; b < model_.size(); ++b) {
@@ -109,7 +109,7 @@ private:
         }
         return moved;
     }
-    // Poses that are not of these lanes are as they were.
+    // Restores the poses of all other lanes.
     void keep_others(Pack* y, const Mask& moved) const {
         if ((~moved).none()) return;
         for (int b = 0; b < model_.size(); ++b)
@@ -151,7 +151,7 @@ private:
         if (!equations_.solver().solve(rhs_.data())) Lanes::set(false);
     }
 
-    // The largest row that is open by more than round-off, lengths in the mechanism's own.
+    // The largest row that is open by more than round-off, with lengths in parts of the mechanism's.
     Pack scaled(const Pack* C) const {
         Pack most = 0.0;
         for (std::size_t r = 0; r < owner_.size(); ++r) {

@@ -100,7 +100,7 @@ private:
         });
         const OnlyLanes only(passes);
         if (Lanes::in().none()) return;
-        const auto see = [&](bool breaks_too) {  // what is recorded at a break belongs to that time itself
+        const auto see = [&](bool breaks_too) {  // samples at a break belong to that time itself
             each_lane(Lanes::in(), [&](int k, Lane& lane) {
                 if (lane.to.at_break) equations_.see(k, breaks_too ? lane.schedule->window() : TimeWindow{});
             });
@@ -183,7 +183,7 @@ private:
         }
     }
 
-    // The steps that were made are taken over.
+    // Takes over the steps that were made.
     void finish(const Pack& error) {
         take_over(y_, y_new_);
         take_over(stages_.first(), slope_);
@@ -197,8 +197,8 @@ private:
         });
     }
 
-    // Functions of time are seen from the other side from here on: see TimeLoop::cross_break. A case of a lane that leaves here runs
-    // by itself from its start.
+    // From here on functions of time are evaluated after the break: see TimeLoop::cross_break. The case of a lane that
+    // leaves here runs by itself from its start.
     void cross_breaks(const Mask& those) {
         if (those.none()) return;
         Lanes::set(those);
@@ -230,7 +230,7 @@ template <class D> std::unique_ptr<Ensemble<D>> ensemble_of(std::vector<Case<D>>
                                                             const ProjectionSettings& projection) {
     if (cases.empty() || !fits_packs(tableau) || !fits_packs(projection) || !fits_packs(cases.front().model))
         return nullptr;
-    Lanes::set(true);  // what is decided of all lanes alike, by the first case
+    Lanes::set(true);  // for decisions by the first case, alike for all lanes
     return std::make_unique<PackedRuns<D>>(std::move(cases), tableau, projection);
 }
 

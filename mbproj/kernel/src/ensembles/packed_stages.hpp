@@ -9,7 +9,7 @@ namespace mbproj {
 // Whether packs make the steps of this method.
 inline bool fits_packs(const Tableau& tableau) { return !tableau.is_implicit() && !tableau.kinematic; }
 
-// Of the poses of a step, the smallest and the largest pivot of S.
+// The smallest and the largest pivot of S over the poses of a step.
 struct PackedPassed {
     Pack smallest = 1.0, largest = 0.0;
     void see(const Pack& nearness) {
@@ -33,7 +33,7 @@ public:
     long extend_cost() const { return static_cast<long>(tableau_.extra_c.size()); }
     int error_order() const { return tableau_.error_order; }
 
-    // y_new from y at t, where the pose of y is as near to a singular one as `here` says.
+    // y_new from y at t; `here`: the nearness of y's pose to a singular one.
     void attempt(const Pack& t, const Vector& y, const Pack& h, const PackedPassed& here, Vector& y_new) {
         passed_ = here;
         for (int s = 1; s < tableau_.stages(); ++s) {
@@ -141,7 +141,7 @@ private:
 
     const Tableau& tableau_;
     PackedEquations<P>& equations_;
-    const Vector& scale_;  // of the numbers that are controlled
+    const Vector& scale_;  // of the numbers with error control
     Vector stage_;
     std::vector<Vector> k_;  // y' at the stages
     PackedPassed passed_;

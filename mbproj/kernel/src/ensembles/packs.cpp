@@ -1,4 +1,4 @@
-// What a library of packs shows to the module.
+// The table that a library of packs exports to the module.
 #include "ensembles/ensemble.hpp"
 #include "ensembles/pack.hpp"
 

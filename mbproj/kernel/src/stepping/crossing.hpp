@@ -1,5 +1,5 @@
-// The first crossing in a step: where one of several arguments leaves the interval in which it is held.
-// Arguments that leave together cross as one.
+// Finds the first crossing in a step, where an argument leaves the interval of its branch. Arguments that leave
+// together cross as one.
 #pragma once
 
 #include <optional>
@@ -27,8 +27,8 @@ public:
 
     explicit CrossingSearch(const Thresholds& thresholds) : thresholds_(thresholds) {}
 
-    // Along path(θ, arguments). Arguments that leave within a part `together` of the step leave as one; one that leaves
-    // before the part `shortest` leaves at once.
+    // The first crossing along path(θ, arguments). Arguments that leave within a part `together` of the step leave as
+    // one; one that leaves before the part `shortest` leaves at once.
     template <class Path> std::optional<Crossing> first(const Path& path, const std::vector<Interval>& bounds,
                                                         double together, double shortest) {
         const auto excess = [&](double theta, Numbers& found) {
@@ -73,7 +73,7 @@ private:
         return found;
     }
 
-    // The last look back from θ, halving what is left to `at`, at which those chosen are inside; negative where none is.
+    // Looks back from θ, halving the distance to `at`, until the chosen are inside; negative where they never are.
     template <class Excess> double last_inside(const Excess& excess, double at, double theta) {
         for (int halving = 1; halving < halvings; ++halving)
             if (const double look = at + (theta - at) * std::pow(0.5, halving); largest(excess, look) < 0.0)
@@ -81,7 +81,7 @@ private:
         return -1.0;
     }
 
-    // Where the largest excess, negative at `low` and positive at `high`, is zero, by the Illinois rule: the upper end of
+    // The zero of the largest excess, negative at `low` and positive at `high`, by the Illinois rule: the upper end of
     // the last interval.
     template <class Excess> double root(const Excess& excess, double low, double high) {
         double below = largest(excess, low), above = largest(excess, high);

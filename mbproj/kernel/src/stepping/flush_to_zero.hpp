@@ -1,5 +1,5 @@
-// Numbers below 1e-308 become zero while this is in scope: what decays (motion out of a plane, say) would otherwise be
-// computed a hundred times slower, and no digit of a result depends on it.
+// Numbers below 1e-308 become zero while this is in scope: decaying quantities (motion out of a plane, say) would
+// otherwise be computed a hundred times slower, and no digit of a result depends on them.
 #pragma once
 
 #if defined(__SSE2__)
@@ -32,7 +32,7 @@ private:
 #endif
 };
 
-// Within the scope of the other: they are kept.
+// Keeps these numbers, inside the scope of a FlushToZero.
 class KeepDenormals : FlushToZero {
 public:
     KeepDenormals() : FlushToZero(0x8040u) {}

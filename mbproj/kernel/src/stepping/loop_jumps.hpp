@@ -1,4 +1,4 @@
-// Where something changes at once: functions of time at a break, a branch of a law, contacts. Slopes are evaluated anew there.
+// Instantaneous changes: of functions of time at a break, of a law's branch, of contacts. Slopes are evaluated anew.
 #pragma once
 
 #include "stepping/loop_parts.hpp"
@@ -25,9 +25,9 @@ protected:
         return true;
     }
 
-    void cross_break() {  // functions of time are seen from the other side from here on
+    void cross_break() {  // from here on functions of time are evaluated after the break
         if (is_asked()) return;
-        equations_.see({});  // as the slope at hand does
+        equations_.see({});  // as in the current slope
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
         equations_.see(schedule_.window());
         const bool goes_on = jump([this] {
@@ -37,7 +37,7 @@ protected:
         });
         if (goes_on) acted_ ? go_on() : stop_at(now_.t);
     }
-    // Something changes at once: arguments of switches that jump with it are on the branch that they have jumped to.
+    // Makes an instantaneous change: switches whose arguments jump with it take the branch at the new argument.
     template <class Change> bool jump(const Change& change) {
         if (trial_.locates()) events().before_jump(now_.t, now_.y, schedule_.window());
         change();
@@ -45,7 +45,7 @@ protected:
         return renew() && (!trial_.locates() || !events().any_free() || change_branches([this] { events().turn(); }));
     }
 
-    // Where a switch changes its branch, the branch beyond is held from here on. False where the run stops.
+    // Changes the branch of a switch at its crossing. False where the run stops.
     bool cross_event() {
         const Crossing crossing = *trial_.crossing();
         trial_.crossing().reset();

@@ -1,4 +1,4 @@
-// What a time loop is made of, each after those that it needs.
+// The parts of a time loop, each after those that it needs.
 #pragma once
 
 #include "dynamics/instants.hpp"
@@ -26,14 +26,14 @@ protected:
           stops_(steps_, now_, equations_, stepper_, step_end_, schedule_, trial_), instants_(model_, equations_) {}
     ~LoopParts() = default;
 
-    // What it begins with; nothing where it has begun, or where more is asked of it than its samples and its end.
+    // The case of this loop; nothing where it has begun, or where more is asked for than samples and the end.
     std::optional<Case<D>> as_case() {
         if (started_ || mark_ || keeps_marks || path || schedule_.keeps_ends || schedule_.follows() ||
             step_end_.invariants() || other_ || stops_.inside() || stops_.watch().any())
             return std::nullopt;
         return Case<D>{model_, steps_, {now_.y.begin(), now_.y.end()}, counted_.turns};
     }
-    // What was made of it elsewhere.
+    // Takes over a run of its case that was made elsewhere.
     void take(const CaseRun<D>& made) {
         mark_ = made.at;
         if (!made.finished) return;
@@ -50,13 +50,13 @@ protected:
     Schedule& schedule() { return schedule_; }
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }
-    // Programs of the time and channels, at the state between two steps.
+    // The values of programs of the time and channels, at the state between two steps.
     std::vector<double> values(const Programs& programs) { return instants_.values(programs, now_.t, now_.y.data()); }
-    // What states are from here on, where the run waits.
+    // Sets states of elements from here on, where the run waits.
     void give(typename Instants<D>::Given states) { instants_.give(std::move(states)); }
-    // At a break that asks, a run waits for what is given from outside.
+    // At a break that asks, a run waits for values from outside.
     bool is_asked() { return waits = !instants_.any_given() && schedule_.asks(now_.t); }
-    // What happens to states at the breaks that are passed.
+    // Changes states at the breaks that are passed: to values from outside, then by controllers.
     void act() {
         instants_.take_given(now_.y.data());
         bool looked = false;
@@ -86,7 +86,7 @@ protected:
         other_ = std::move(other);
         equations_.follow(other_.get());
     }
-    // Whether a mark is of such a loop; the contacts' is taken over when the run begins.
+    // Takes over a mark, except its contacts, which follow when the run begins. False where it is not of such a loop.
     bool takes(const Mark<D>& mark) {
         auto* rows = step_end_.invariants();
         if (mark.contacts.has_value() != stops_.inside() || mark.kept.has_value() != (rows != nullptr)) return false;
@@ -95,12 +95,12 @@ protected:
         if (other_ && !other_->resume(mark.other)) return false;
         return events().resume(mark.events);
     }
-    void make_again() {  // the step that was closed is none
+    void make_again() {  // takes back the step that was closed
         --now_.counters.steps;
         counted_ = counted_before_;
         step_end_.take_back();
     }
-    // A new balance of what the motion keeps, at the state at hand.
+    // Begins a new balance of the conserved quantities, at the current state.
     void begin_balance() {
         if (auto* rows = step_end_.invariants()) rows->begin(now_.t, now_.y.data());
     }
@@ -148,14 +148,14 @@ protected:
     Instants<D> instants_;
     typename TurnCounter<D>::Counted counted_, counted_before_;
     Peaks peaks;
-    std::optional<StepPath> path;  // where somebody asks for it
+    std::optional<StepPath> path;  // if it is asked for
     std::optional<Mark<D>> mark_;
     bool started_ = false;
-    bool keeps_marks = false;     // whether somebody asks for them
-    long factorised_before_ = 0;  // by the run that this one goes on with
-    bool shaped_ = false;         // by the run's end
-    bool waits = false;           // at a break, for what is given from outside
-    bool acted_ = true;           // whether all that controllers did had a value
+    bool keeps_marks = false;     // whether marks are asked for
+    long factorised_before_ = 0;  // by the run that this one continues
+    bool shaped_ = false;         // whether the run's end has limited a step
+    bool waits = false;           // at a break, for values from outside
+    bool acted_ = true;           // whether all values of controllers were finite
 };
 
 }  // namespace mbproj

@@ -1,4 +1,4 @@
-// What a run can go on from: a state between two steps, with all that the next step depends on.
+// A state between two steps from which a run can go on, with all that the next step depends on.
 #pragma once
 
 #include "contacts/contact_state.hpp"
@@ -15,24 +15,24 @@ template <class D> struct Mark {
     double t = 0.0;
     double h = 0.0;       // of the next step
     long grid = 0;        // fixed steps made
-    long part = 1;        // of the next, see schedule.hpp
-    bool shaped = false;  // by the run's end
+    long part = 1;        // the next part of a step, see schedule.hpp
+    bool shaped = false;  // whether the run's end has limited a step
     bool anew = false;    // another method goes on from here: its slope is evaluated
-    int shortened = 0;    // how often the step at hand was shortened near a singular pose
+    int shortened = 0;    // how often the current step was shortened near a singular pose
     Eigen::VectorXd y;
     Eigen::VectorXd slope;  // with which the next step begins, where it is not a function of y; else none
     typename TurnCounter<D>::Counted counted;
     StepSizeControl::Saved control{};
     SavedEvents events;
-    std::optional<ContactState> contacts;  // where they are this loop's
+    std::optional<ContactState> contacts;  // where this loop decides them
     std::vector<Halved> halved;
-    std::optional<Kept> kept;   // where rows hold what the motion keeps
-    std::vector<double> other;  // what another formulation has, where one is followed
+    std::optional<Kept> kept;   // where rows hold conserved quantities
+    std::vector<double> other;  // the numbers of another formulation, if one is followed
     Counters counters;
     Peaks peaks;
 };
 
-// A run as far as it was made elsewhere, with all samples: to its end, with the last step, or to where it can go on from.
+// A run that was made elsewhere, with all samples: to its end, with the last step, or to a mark to go on from.
 template <class D> struct CaseRun {
     Mark<D> at;
     bool finished;

@@ -1,4 +1,4 @@
-// What a run hands over: consecutive samples, counters and peaks, and how it stands.
+// The results of a run: consecutive samples, counters and peaks, and its outcome.
 #pragma once
 
 #include <algorithm>
@@ -68,7 +68,7 @@ struct Peak {
     }
 };
 
-// Of the positions, of those of the joints alone, without motions, and of the velocities.
+// The peaks of violations: of all positions, of those without motions, and of velocities.
 struct Peaks {
     Peak position, joint, velocity;
     void watch(const double* C, const double* C_dot, std::size_t rows, std::size_t driven, double t) {
@@ -81,13 +81,13 @@ struct Peaks {
     }
 };
 
-// Samples one after another, row-major: y, accelerations (global r'', ω' in body axes), multipliers, angles with turns; where contacts are
-// the loop's, the force along each coordinate of stops and frictions, where each friction slides to, and the work and the loss in no
-// time.
+// Samples one after another, row-major: y, accelerations (global r'', ω' in body axes), multipliers, angles with turns.
+// Where the loop decides contacts: the force along each coordinate of stops and frictions, the direction in which each
+// friction slides, and the work and the losses at impacts.
 struct SampleBlock {
     std::vector<double> t, y, acceleration, multipliers, angles, step_size, pushes, slides, jumps;
     std::vector<long> counters;
-    // Without those after so many.
+    // Drops the samples after so many.
     void shorten(std::size_t samples) {
         if (t.empty()) return;
         const std::size_t all = t.size();
@@ -101,7 +101,7 @@ struct SampleBlock {
         counters.clear();
     }
 
-    // y and its slope, and λ of C's rows, the first of `lambda`.
+    // Adds a sample: y and its slope, and λ of C's rows, the first of `lambda`.
     template <class D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
                                 const std::vector<double>& lambda, int rows, double h,
                                 const std::vector<double>& turned, const Counters& counted) {
@@ -129,7 +129,7 @@ template <class D> struct Case {
     std::vector<long> turns;
 };
 
-// The steps that were made: where they end, how long they are, and the states there, one after another.
+// The steps that were made: the times of their ends, their sizes, and the states there, one after another.
 struct StepPath {
     std::vector<double> t, h, y;
     void add(double end, double size, const Eigen::VectorXd& state) {
@@ -138,8 +138,8 @@ struct StepPath {
     }
 };
 
-// A step that cannot tell the turns of a coordinate: how far it turns, how far from that the pose comes out (rad), and the
-// part of the step that would do.
+// A step that is too coarse to tell the turns of a coordinate: how far it turns, how far from that the pose is (rad),
+// and the part of the step that would be short enough.
 struct Slip {
     int coordinate = -1;
     double turned = 0.0, off = 0.0;
@@ -158,8 +158,8 @@ struct Outcome {
     bool projection_failed = false;
     double velocity_change = 0.0;
     Slip slip{};
-    double step = 0.0;          // that would not slip, s
-    int body = -1, force = -1;  // for want of which a step was not solved
+    double step = 0.0;          // that would tell the turns, s
+    int body = -1, force = -1;  // the cause that a step was not solved
     bool near_singular = false;
     RopeTrouble rope{};
     bool stops() const { return status != Status::running; }
@@ -172,7 +172,7 @@ struct Outcome {
         found.projection_failed = projection_failed;
         return found;
     }
-    // Branches of the motion: another one, or two that cannot be told apart; where no branches are near, none.
+    // The motion is on another branch, or on one of two that are not told apart; `near_singular`: branches are near.
     static Outcome at_branch(Status status, double t, double change, bool near_singular) {
         Outcome found{status, t};
         found.velocity_change = change;
@@ -185,7 +185,7 @@ struct Outcome {
         found.row = law;
         return found;
     }
-    // What a rope does that its path does not allow: the number of its coordinate.
+    // A rope has left its path: the number of its coordinate.
     static Outcome off_rope(double t, int coordinate, const RopeTrouble& found) {
         Outcome outcome{Status::off_rope, t};
         outcome.row = coordinate;
@@ -205,7 +205,7 @@ struct Outcome {
         found.row = number;
         return found;
     }
-    // The equations of an implicit step, for want of the accelerations of a body, or of a force if that is not -1.
+    // An implicit step is not solved: for the accelerations of a body, or for a force if that is not -1.
     static Outcome unsolved(double t, int body, int force, bool near_singular) {
         Outcome found{Status::unsolved, t};
         found.body = body;
@@ -213,7 +213,7 @@ struct Outcome {
         found.near_singular = near_singular;
         return found;
     }
-    // By a step of size h.
+    // A step of size h does not tell the turns.
     static Outcome untold(const Slip& slip, double t, double h) {
         Outcome found{Status::untold, t};
         found.slip = slip;

@@ -14,8 +14,8 @@
 
 namespace mbproj {
 
-// Where a step ends, how long it is, whether that is on the grid and a sample is due there, whether it is at a break, and
-// whether the run's end has a say in it: that of a longer run might be another.
+// The end and the size of a step; whether it ends on the grid, a sample is due there, and it ends at a break; and
+// whether the run's end has limited it: a longer run might make another step.
 struct Target {
     double t, h;
     bool on_grid, due, at_break, shaped;
@@ -28,7 +28,7 @@ public:
     explicit StepParts(long at = 1) : at_(at) {}
 
     long at() const { return at_; }
-    // Whether the part at hand ends where the whole does.
+    // Whether the current part ends where the whole does.
     bool is_last() const { return (at_ & (at_ + 1)) == 0; }
     // Where it ends, as a part of the whole.
     double end() const {
@@ -36,10 +36,10 @@ public:
         while (2 * count <= at_) count *= 2;
         return (static_cast<double>(at_ - count) + 1.0) / static_cast<double>(count);
     }
-    // Whether it was halved less often.
+    // Whether the part was halved less than so many times.
     bool below(int halvings) const { return at_ < 1L << halvings; }
     void halve() { at_ *= 2; }
-    // The part at hand is made: the next one is as long as those halves allow that are made.
+    // The current part is made: the next one is as long as the halves allow that are made.
     void go_on() {
         while (at_ > 1 && at_ % 2 == 1) at_ /= 2;
         if (at_ > 1) ++at_;
@@ -49,8 +49,8 @@ private:
     long at_;
 };
 
-// Fixed steps whose equations Newton's method has not solved, by what kept it from doing so. For
-// want of the same body's accelerations, or the same force: how often, and of which step's start first.
+// Fixed steps whose equations Newton's method has not solved, by their cause: the same body's accelerations, or the
+// same force. How many they are, and where the first one starts, s.
 struct Halved {
     Unsolved cause;
     double first;
@@ -80,8 +80,8 @@ public:
         pass_break(steps.start);
         if (!steps.fixed()) next_sample_ = 1;
     }
-    // A run goes on at t, where so many steps of the grid are made, and of the next the parts before this, and the samples
-    // up to then.
+    // A run goes on at t: so many steps of the grid are made, the parts of the next step before this one, and the
+    // samples up to t.
     void resume(double t, long grid, StepParts parts) {
         grid_ = grid, parts_ = parts;
         if (!steps_.fixed()) next_sample_ = first_after(t);
@@ -89,13 +89,13 @@ public:
         pass_break(t);
         acted_ = passed_;
     }
-    // Whether the run waits for what is given from outside, before it passes the breaks up to t or goes on from these.
+    // Whether the run waits for values from outside, before it passes the breaks up to t or goes on from these.
     bool asks(double t) const {
         for (std::size_t k = acted_; k < steps_.breaks.size() && steps_.breaks[k].time <= t + beside(t); ++k)
             if (steps_.breaks[k].asks) return true;
         return false;
     }
-    // What controllers do at breaks that are passed and at which they have not acted yet, in their order.
+    // Calls the actions of controllers, in their order, at passed breaks where they have not acted yet.
     template <class Act> bool act(const Act& act) {
         for (; acted_ < passed_; ++acted_)
             for (const int action : steps_.breaks[acted_].actions)
@@ -105,12 +105,12 @@ public:
     long grid() const { return grid_; }
     const StepParts& parts() const { return parts_; }
 
-    // Where the next step from t ends; with error control it takes at most h.
+    // The end of the next step from t; with error control its size is at most h.
     Target target(double t, double h) const {
         return steps_.fixed() ? part_of(on_grid(t), t) : follows() ? along(t) : within(t, h);
     }
-    // With error control: steps end where those of another run did, so that the error has no say. The last ends the run.
-    // False where they do not fit.
+    // With error control: steps end where those of another run did, whatever their error. The last ends the run. False
+    // where they do not fit.
     bool follow(std::vector<double> ends) {
         if (steps_.fixed() || ends.empty() || !(ends.front() > steps_.start) || ends.back() != steps_.end() ||
             std::adjacent_find(ends.begin(), ends.end(), std::greater_equal<>()) != ends.end())
@@ -119,10 +119,10 @@ public:
         return true;
     }
     bool follows() const { return !followed_.empty(); }
-    // Where the steps that were made end, of a run that another may follow.
+    // Whether to record where steps end, for another run that follows them.
     bool keeps_ends = false;
     const std::vector<double>& ends() const { return ends_; }
-    // A fixed step of size h from t is to be made in halves. False where they would be too short.
+    // Divides a fixed step of size h from t into halves. False where they would be too short.
     bool halve(double t, double h, int most) {
         if (!parts_.below(most) || !resolves(t, 0.5 * h)) return false;
         parts_.halve();
@@ -133,7 +133,7 @@ public:
         const std::size_t next = std::max(next_sample_, first_from(time));
         return {time, time - t, false, is_due(next, time), false, false};
     }
-    // How far apart times are near t, and on the way to the next sample.
+    // The resolution of times near t, and on the way to the next sample.
     double grain(double t) const {
         return std::numeric_limits<double>::epsilon() * std::max(std::abs(t), steps_.interval());
     }
@@ -154,17 +154,17 @@ public:
     std::size_t count_inside() const { return inside_ - next_sample_; }
     double take() { return steps_.sample(next_sample_++); }
 
-    // Time does not resolve steps that are shorter.
+    // Whether time resolves a step of size h: `shortest` is the shortest.
     bool resolves(double t, double h) const { return !(h < shortest(t)); }
     double shortest(double t) const { return 16.0 * grain(t); }
 
-    // Breaks up to t are passed.
+    // Passes the breaks up to t.
     void pass_break(double t) {
         while (next_break() <= t + beside(t)) ++passed_;
     }
     // Whether the run's end is where steps must end next.
     bool is_before_end() const { return !(next_break() < steps_.end()); }
-    // How far it is from t to where steps must end.
+    // The time from t to the next break or the end of the run.
     double left(double t) const { return std::min(next_break(), steps_.end()) - t; }
     bool is_after_break() const { return passed_ > 0; }
     TimeWindow window() const {
@@ -189,7 +189,7 @@ private:
         return {time, time - t, true, k % steps_.every == 0 || last, next_break() <= time + beside(time), last};
     }
 
-    // The part at hand of a fixed step, from t on.
+    // The current part of a fixed step, from t on.
     Target part_of(const Target& whole, double t) const {
         if (parts_.is_last()) return whole;
         const double grid = steps_.start + static_cast<double>(grid_) * steps_.step;
@@ -212,7 +212,7 @@ private:
                 is_before_end() && 2.0 * h > left_over};
     }
 
-    // To the next end of the run that is followed; where a break is before it, to that.
+    // To the next end of a step of the run that is followed, or to a break before it.
     Target along(double t) const {
         const double time = std::min(*std::upper_bound(followed_.begin(), followed_.end() - 1, t), next_break());
         const std::size_t next = std::max(next_sample_, first_from(time));
@@ -246,7 +246,7 @@ private:
     StepParts parts_;                           // of the next
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
     std::size_t passed_ = 0, acted_ = 0;        // breaks
-    std::vector<double> followed_, ends_;       // of steps: those of another run, its own
+    std::vector<double> followed_, ends_;       // ends of steps: of another run, and its own
 };
 
 }  // namespace mbproj

@@ -1,5 +1,5 @@
-// Events in the state: the switches of the laws, the branches that are held, and where one changes.
-// The time loop makes the steps.
+// Events in the state: the switches of the laws, their branches, and where a branch changes. The time loop makes the
+// steps.
 #pragma once
 
 #include <tuple>
@@ -9,9 +9,9 @@
 
 namespace mbproj {
 
-// What the next step depends on: a branch for each instruction of the loads' programs, when each switch has changed its
-// branch, how often at that time and with hardly any time between; of those that fixed steps pass over, when first, how
-// many times, and on which branch each is.
+// The state of events, on which the next step depends: a branch for each instruction of the loads' programs; when each
+// switch has changed its branch, how often at that time, and how often in quick succession. Of the switches that fixed
+// steps pass over: when first, how many times, and the current branch.
 struct SavedEvents {
     std::vector<double> held, last;
     std::vector<int> at_once, in_a_row;
@@ -26,7 +26,7 @@ public:
     using Met = std::tuple<double, int, int>;      // time, switch, direction
     using Passed = std::tuple<int, double, long>;  // switch, first time, how many times
 
-    // `fixed`: steps of one size pass over a switch from which the motion is pushed back, from then on.
+    // `fixed`: whether steps are fixed: these pass over a switch once the motion was pushed back from it.
     StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations, bool fixed)
         : model_(model), equations_(equations), thresholds_(model.thresholds), fixed_(fixed),
           count_(model.switches.size()), search_(thresholds_), x_(count_), before_(count_), after_(count_) {
@@ -49,16 +49,16 @@ public:
         return fits;
     }
 
-    // Scenes without switches have nothing to do with this.
+    // Whether the scene has switches.
     bool any() const { return count_ > 0; }
-    // Whether steps pass over some of them.
+    // Whether steps pass over some switches.
     bool passes() const {
         return std::any_of(state_.times.begin(), state_.times.end(), [](long times) { return times > 0; });
     }
     // The laws and the rows are on the branches held from now on.
     void hold() { equations_.hold(state_.held.data()); }
 
-    // How near to an event a step of size h ends, s.
+    // The largest distance of a step's end from an event, s, for a step of size h.
     double slack(double h, double tolerance, double grain) const {
         return std::max(thresholds_.located * tolerance * h, 4.0 * grain);
     }
@@ -74,14 +74,14 @@ public:
         return search_.first(path, bounds(), slack / h, 16.0 * grain / h);
     }
 
-    // By how much an argument is outside.
+    // By how much an argument is outside its interval.
     double excess(std::size_t k, double t, const Vector& y, const TimeWindow& window) {
         look(t, y, window, x_);
         return bounds()[k].excess(x_[k]);
     }
 
-    // From a crossing on, the branches beyond are held. A switch that changes its branch too often at one time, or -1:
-    // fixed steps pass over it from here on.
+    // Holds the branches beyond a crossing. Returns a switch that changes its branch too often at one time, or -1;
+    // fixed steps pass over such a switch from here on.
     int cross(const Crossing& crossing, double t, double grain, double duration) {
         for (std::size_t k = 0; k < count_; ++k) {
             if (!crossing.leaving[k]) continue;
@@ -100,7 +100,7 @@ public:
             if (!located(k)) direction_[k] = 0;
         return -1;
     }
-    // Whether steps pass over a switch from now on, from which the motion is pushed back: with error control they do not.
+    // Whether steps pass over switch k from now on, which pushes the motion back; with error control they do not.
     bool gives_up(int k, double t) {
         if (!fixed_) return false;
         held(k) = free_branch;
@@ -109,8 +109,8 @@ public:
         return true;
     }
 
-    // Before a jump in time, and after: arguments that have jumped out of their intervals are on the branch that they have
-    // jumped to. Signs that are not told stay free.
+    // Before a jump in time, and after it: switches whose arguments have jumped out of their intervals take the branch
+    // there. Signs of 0 stay free.
     void before_jump(double t, const Vector& y, const TimeWindow& window) { look(t, y, window, before_); }
     void after_jump(double t, const Vector& y, const TimeWindow& window) {
         look(t, y, window, x_);
@@ -119,7 +119,7 @@ public:
             if ((held_in[k].excess(x_[k]) > 0.0 && x_[k] != before_[k]) || lets_go(k)) held(k) = free_branch;
         settle();
     }
-    // Signs that were not told before a step are told where it has moved what they are of.
+    // Sets signs that were free before a step, where the step has moved their arguments from 0.
     void tell(double t, const Vector& y, const TimeWindow& window) {
         if (!any_free()) return;
         look(t, y, window, x_);
@@ -131,14 +131,14 @@ public:
         return false;
     }
 
-    // How the arguments change along a slope, over a small part of a step: on the branches of before, and of after.
+    // The changes of arguments along a slope, over a small part of a step: before a change of branches, and after.
     void glance_before(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window) {
         glance(t, y, slope, h, window, before_);
     }
     void glance_after(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window) {
         glance(t, y, slope, h, window, after_);
     }
-    // On the edge of two signs, that is held which the motion of before turns to.
+    // Sets free signs to the direction in which their arguments moved before the jump.
     void turn() {
         direction_.assign(count_, 0);
         for (std::size_t k = 0; k < count_; ++k) {
@@ -160,8 +160,8 @@ public:
         return back >= 0 && gives_up(back, t);
     }
 
-    // At the end of a fixed step, whose pose and velocities are in place: takes note of what is passed over and has changed its
-    // branch.
+    // At the end of a fixed step, whose pose and velocities are in place: counts the switches that are passed over and
+    // have changed their branch.
     void watch(double t, const Vector& y, const TimeWindow& window) {
         look_here(t, y, window, nullptr, x_);
         for (std::size_t k = 0; k < count_; ++k) {
@@ -188,7 +188,7 @@ public:
 private:
     static constexpr int most_at_once = 3;
 
-    // Whether a switch was seen to be of what follows a curve, but does not touch it.
+    // Whether a switch belongs to a follower that does not touch its curve at the last look.
     bool lets_go(std::size_t k) const { return model_.switches[k].curve >= 0 && std::isnan(x_[k]); }
     bool located(std::size_t k) const { return state_.times[k] == 0; }
     double& held(std::size_t k) { return state_.held[model_.switches[k].at]; }

@@ -1,7 +1,7 @@
-// Steps past singular poses. On the constraints the motion goes through such a pose smoothly, but a stage is off them by
-// some power of h, and that is divided there by the distance of C_q from losing its rank: a coarse step may come out
-// anywhere, on another branch of the motion even, with velocities that agree with it. So a step within which that distance
-// changes by a large part is repeated as two halves, and both must come to the same.
+// Steps past singular poses. On the constraints the motion goes through such a pose smoothly. But a stage violates them
+// by some power of h, and there this error is divided by the distance of C_q from losing its rank: a coarse step may
+// end anywhere, even on another branch of the motion, with velocities that agree with it. So a step within which this
+// distance changes by a large part is repeated as two halves, and both must agree.
 #pragma once
 
 #include "projection/projector.hpp"
@@ -18,7 +18,7 @@ public:
         : equations_(equations), projector_(projector), half_(stepper.copy()),
           middle_(Vector::Zero(equations.layout().size())), end_(middle_) {}
 
-    // Whether the step that was just made needs the check, by the poses that its stages have passed: not where these are closed.
+    // Whether the last step needs the check, by the poses of its stages; closed stages need none.
     bool is_near() const {
         if (half_->closes_stages()) return false;
         const Thresholds& thresholds = equations_.model().thresholds;
@@ -39,11 +39,11 @@ public:
         return reaches_end && projector_.anywhere(t + h, end_.data()).regular;
     }
 
-    // Where the half steps end.
+    // The states at the ends of the half steps.
     const Vector& middle() const { return middle_; }
     const Vector& end() const { return end_; }
 
-    // How far a state is from another, as a part of the velocity or of the way made in a step.
+    // The distance of two states, as a part of the velocity or of the way made in a step.
     double off(const Vector& x, const Vector& y, double h) const {
         const double length = equations_.model().length;
         double way = 0.0, change = 0.0, speed = 0.0;  // squares
@@ -60,7 +60,7 @@ public:
     }
 
 private:
-    // 2 |δθ|², of small turns.
+    // 2 |δθ|² of a small rotation between two poses.
     static double turned(const Part<D>& a, const Part<D>& b) {
         using Orientation = Column<S::orientation>;
         return (rotation(Orientation(a.orientation())) - rotation(Orientation(b.orientation()))).squaredNorm();

@@ -18,8 +18,8 @@ public:
             const TurnCounter<D>& turns)
         : model_(model), equations_(equations), projector_(projector), turns_(turns) {}
 
-    // The step number `counters.steps` from y at t led to y_new at t_new. Closes and counts it in place; `halves` is the
-    // check by step doubling, null where none is due. Says why the run cannot go on from there: running where it can.
+    // The step number `counters.steps` from y at t led to y_new at t_new. Closes and counts it in place; `halves` is
+    // the check by step doubling, or null. Returns why the run cannot go on from there; `running` where it can.
     Outcome close(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted,
                   const StepDoubling<D>* halves, Counters& counters, Peaks& peaks) {
         Formulation* other = equations_.other();
@@ -29,7 +29,7 @@ public:
         return found;
     }
 
-    // A state inside a step, moved to the constraints. Says why it cannot be recorded: running where it can.
+    // Moves a state inside a step to the constraints. Returns why it cannot be recorded; `running` where it can.
     Outcome close_sample(double t, Vector& y) {
         turns_.lead(t, y);
         const Projected done = projector_.anywhere(t, y.data());
@@ -50,7 +50,7 @@ public:
         return found;
     }
 
-    // What the motion keeps, where rows hold it; else null.
+    // The rows of conserved quantities, or null.
     Invariants<D>* invariants() { return projector_.invariants(); }
     // The step that was closed is made again.
     void take_back() {
@@ -120,15 +120,15 @@ private:
         return {};
     }
 
-    // Whether the step has led so far off that its projection has nothing to go by.
+    // Whether the step has led so far off the constraints that its projection is arbitrary.
     Outcome lost(const Projected& done, double t, double h) const {
         const bool found = done.velocity_change > model_.thresholds.lost_velocity &&
                            done.speed_change * h > model_.thresholds.lost_way * model_.length;
         return found ? Outcome::at_branch(Status::branch, t, done.velocity_change, false) : Outcome{};
     }
 
-    // Whether a step past a singular pose has met another branch of the motion: velocities are continuous, but branches cross
-    // in singular poses at an angle. Or whether its halves have.
+    // Whether a step past a singular pose has met another branch of the motion: velocities are continuous, but branches
+    // cross in singular poses at an angle. Or whether its halves end elsewhere.
     Outcome other_branch(const Projected& done, double t, const Vector& y, double h, const StepDoubling<D>* halves) {
         const bool jumps = done.velocity_change > model_.thresholds.branch_change &&
                            done.speed_change * h > model_.thresholds.at_rest * model_.length;

@@ -11,7 +11,7 @@ namespace mbproj {
 // PI controller: h_new = 0.9 h err^(-a) err_old^b with b = 0.2 / k, a = 1 / k - 0.75 b, k the estimate's order + 1.
 class StepSizeControl {
 public:
-    // The last error, and whether the step at hand was rejected before.
+    // The last error, and whether the current step was rejected before.
     struct Saved {
         double previous = 0.0;
         bool rejected = false;
@@ -20,9 +20,9 @@ public:
     StepSizeControl(int error_order, const Thresholds& thresholds)
         : thresholds_(thresholds), k_(error_order + 1), state_{thresholds.least_error_before, false} {}
 
-    // The next step is the first of its kind: after a jump, what went before says nothing.
+    // Forgets the last error: after a jump it says nothing about the next step.
     void forget() { state_ = {thresholds_.least_error_before, false}; }
-    // Whether the step at hand was rejected before, and is not the first of its kind.
+    // Whether the current step was rejected before, and there is an error of a step before it.
     bool is_again() const { return state_.rejected && state_.previous > thresholds_.least_error_before; }
     const Saved& save() const { return state_; }
     void resume(const Saved& state) { state_ = state; }
@@ -48,7 +48,7 @@ private:
     Saved state_;
 };
 
-// h, or what is left to the end, or half of that where one step more would be tiny.
+// h, or the time left to the end, or half of it where one step more would be tiny.
 inline double fitted(double h, double left) {
     if (h >= left) return left;
     return 2.0 * h > left && left > 1.01 * h ? 0.5 * left : h;

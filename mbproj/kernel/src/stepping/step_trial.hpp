@@ -10,7 +10,7 @@
 
 namespace mbproj {
 
-// Where a run stands: at y at t; the size of the next step, its end, and the state there.
+// The current point of a run: y at t; the size of the next step, its end, and the state there.
 struct Standing {
     double t, h = 0.0;
     Eigen::VectorXd y, y_new;
@@ -37,13 +37,13 @@ public:
     bool passes() const { return events_.passes(); }
     StepSizeControl& control() { return control_; }
     const std::vector<Halved>& halvings() const { return halvings_.all(); }
-    // Of the last step: the check by halves, null where none was due; where it ends; its error; why none was made.
+    // Of the last step: the check by halves, null if none was due; the crossing at its end; its error; why it failed.
     const StepDoubling<D>* halves() const { return halved_ ? &doubling_ : nullptr; }
     std::optional<Crossing>& crossing() { return crossing_; }
     double error() const { return error_; }
     const Outcome& lost() const { return lost_; }
 
-    // How often the step at hand was shortened near a singular pose; where a run goes on, from this.
+    // How often the current step was shortened near a singular pose; `resume` restores this.
     int shortened() const { return shortened_; }
     void resume(const StepSizeControl::Saved& control, int shortened, const std::vector<Halved>& halved) {
         control_.resume(control);
@@ -57,7 +57,7 @@ public:
 
     // The step to `now.to` once more, where it is known to end there. False where it is to be tried again.
     bool again() { return halved_ = false, attempt(); }
-    // Its stages alone, with the rows that are held; false also where others would serve.
+    // The stages of a step alone, with the rows that are held; false also where others would serve.
     bool stages() {
         equations_.policy().begin();
         if (equations_.other()) equations_.other()->begin_step();
@@ -66,23 +66,23 @@ public:
         return made;
     }
 
-    // The same with the norm of the error; none where they are not solved.
+    // The norm of the error of its stages; nothing where they fail.
     std::optional<double> stages_and_error() {
         now_.counters.evaluations += stepper_.error_cost();
         if (!stages()) return std::nullopt;
         return stepper_.error(now_.to.t, now_.y, now_.y_new, now_.to.h, steps_.tolerance, control_.is_again());
     }
 
-    // The step that was made is not taken: its end cannot be accepted.
+    // Rejects the step that was made: the next one is tried with size h.
     void reject(double h) {
-        if (schedule_.follows()) now_.outcome = {Status::vanished, now_.t};  // another end would be no end of that run
+        if (schedule_.follows()) now_.outcome = {Status::vanished, now_.t};  // that run has no shorter step
         ++now_.counters.rejected_steps;
         schedule_.leave();
         crossing_.reset();
         now_.h = h;
     }
 
-    // The continuous extension: after the projection, which uses the last stage's factor; to be looked at, before it.
+    // Sets the continuous extension: for samples after the projection, which uses the last factor; for events before.
     bool extend() {
         if (extended_) return true;
         now_.counters.evaluations += stepper_.extend_cost();
@@ -91,7 +91,7 @@ public:
     }
 
 private:
-    // From y to y_new, by the stepper alone.
+    // A step from y to y_new, by the stepper alone.
     bool attempt() {
         extended_ = false;
         if (steps_.fixed()) {
@@ -115,8 +115,9 @@ private:
         return true;
     }
 
-    // Whether a fixed step that passes a branch, so that its stages have left rows out, is to be made in halves: of these one
-    // errs as it would, but by the third power of its size. A step that ends beyond reach of its joints has passed nothing.
+    // Whether a fixed step is to be made in halves: it passes a singular pose, so that stages have left rows out. Only
+    // one half has such an error, of the third power of its size. A step that ends beyond the reach of its joints
+    // passes none.
     bool passes_branch() {
         if (!doubling_.is_near() || equations_.policy().passed().smallest > 0.0) return false;
         equations_.set_pose(now_.to.t, now_.y_new.data());
@@ -137,7 +138,7 @@ private:
     }
 
     // Where a switch changes its branch within the step that was tried, the step is made again, so that it ends there:
-    // first where its extension shows it, then by Newton's method where the step itself gets there.
+    // first where its extension shows the crossing, then by Newton's method on the ends of the steps themselves.
     bool end_at_crossing() {
         const bool cubic = steps_.fixed() && !stepper_.carries_slope();
         if (!(cubic ? see_end() : extend())) return false;
@@ -226,11 +227,11 @@ private:
     Halvings halvings_;
     const bool locates_;
     Eigen::VectorXd copy_, slope_;
-    std::optional<Crossing> crossing_;  // at which the step ends
-    double error_ = 0.0;                // its norm
+    std::optional<Crossing> crossing_;  // the crossing at which the step ends
+    double error_ = 0.0;                // the norm of the error
     Outcome lost_{};                    // why the last step that was tried overflowed or had no solution
     bool halved_ = false, extended_ = false;
-    int shortened_ = 0;  // times the step at hand, near a singular pose
+    int shortened_ = 0;  // how often the current step was shortened near a singular pose
 };
 
 }  // namespace mbproj

@@ -1,4 +1,4 @@
-// Events at stops inside the loop: a step that meets one is made again, to there, and what happens then is the contact policy's.
+// Contact events in the loop: a step that meets one is made again, to there, where the contact policy decides.
 #pragma once
 
 #include "contacts/contact_policy.hpp"
@@ -20,7 +20,7 @@ public:
           policy_(equations), slope_(now.y), inside_(now.y), lambda_(equations.model().all_multipliers()) {}
 
     StopWatch<D>& watch() { return watch_; }
-    // Stops and frictions with these laws are for this loop, not for who drives it. False where the state does not fit them.
+    // The loop itself decides stops and frictions with these laws. False where the state does not fit them.
     bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state,
                double spacing, LoadedJoints joints_in_space) {
         spacing_ = spacing;
@@ -35,7 +35,7 @@ public:
         policy_.watch(watch_, spacing_);
     }
     bool inside() const { return policy_.any(); }
-    // Whether a run ends before a step that meets something, as one ends that tries a method.
+    // Whether a run ends before a step that meets something, as the trial run of a method does.
     bool halts() const { return halts_; }
     void halt() { halts_ = true; }
     ContactPolicy<D>& policy() { return policy_; }
@@ -64,9 +64,9 @@ public:
 
     enum class Found { nothing, at_once, ahead, none };
 
-    // Where in the step that was made something is met, from here, counted: `now.to` is there. `nothing` is where nothing is met
-    // after all, `none` where no step could be made on the way.
-    // The slope is that at the end of the step.
+    // Finds the first meeting in the step that was made, and sets `now.to` there. `counted`: the turns at the start;
+    // `slope`: that at the end of the step. `nothing`: nothing is met after all; `none`: a step on the way could not be
+    // made.
     [[gnu::noinline, gnu::cold]] Found locate(const Counted& counted, const Vector& slope) {
         const Target whole = now_.to;
         if (!last_known_) return Found::none;
@@ -107,8 +107,8 @@ public:
         return Found::ahead;
     }
 
-    // Whether it is not known yet what happens where the run begins; what does, at the pose in place from then on. False where nothing
-    // can be decided.
+    // Whether contacts at the start of the run are not decided yet. `start` decides them, and puts the pose in place.
+    // False where nothing can be decided.
     bool begins() const { return inside() && policy_.begins(); }
     bool start(const std::vector<long>& turns) {
         if (!meet(turns, -1, false)) return false;
@@ -116,29 +116,29 @@ public:
         equations_.set_velocities(now_.y.data(), true);
         return true;
     }
-    // Of a fixed step that is to be made from here, with this slope, the part in which sliding in a plane does not come to rest.
+    // Shortens a fixed step from here, with this slope, so that sliding in a plane does not come to rest in it.
     void shorten(const Vector& slope) {
         if (!inside() || policy_.state().sliding.empty()) return;
         if (const double h = watch_.longest(now_.y, slope, now_.to.h); h < now_.to.h)
             now_.to = schedule_.to(now_.t, now_.t + h);
     }
-    // Whether the step at hand ends where something is met.
+    // Whether the current step ends at a meeting.
     bool meeting() const { return meeting_; }
     void forget() { meeting_ = false; }
-    // What happens there, or where contacts are not known. False where nothing can be decided.
+    // Decides the meeting there; `decide_anew` decides contacts that are not known. False where nothing can be decided.
     bool meet(const std::vector<long>& turns) {
         meeting_ = false;
         return meet(turns, stop_, released_);
     }
     bool decide_anew(const std::vector<long>& turns) { return meet(turns, -1, false); }
-    // The next step begins at y at t, with these turns.
+    // Sets the start of the next step: y at t, with these turns.
     void look(double t, const Vector& y, const std::vector<long>& turns) {
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
         watch_.begin(equations_.pose(), equations_.motion(), turns);
     }
 
-    // The last sample of a block, with its multipliers.
+    // Adds the contacts to the last sample of a block, from its multipliers.
     void record(SampleBlock& block, const std::vector<double>& lambda) {
         const ContactState& state = policy_.state();
         const double* y = block.y.data() + block.y.size() - now_.y.size();
@@ -158,13 +158,13 @@ private:
         policy_.watch(watch_, spacing_);
         return true;
     }
-    // The rows that the step began with, at its start.
+    // Holds the rows again with which the step began, at its start.
     bool back(const Counted&) {
         equations_.set_pose(now_.t, now_.y.data());
         return equations_.start();
     }
 
-    // A step of size h, closed, and what is watched at its end.
+    // Makes and closes a step of size h, and evaluates the margins at its end.
     bool reach(double h, const Counted& counted, MeetingSearch::Margins& found) {
         now_.to = schedule_.to(now_.t, now_.t + h);
         if (!trial_.stages() && !(equations_.hold_others() && trial_.stages())) return false;
@@ -180,8 +180,8 @@ private:
         return margins(now_.to.t, now_.y_new, there.turns, found);
     }
 
-    // The multipliers within the step that was made. Stiff forces are those of its extension: of a state beside that they are
-    // far off.
+    // The multipliers at the part x of the step that was made. Stiff forces are those of its extension: at a state
+    // beside it they are far off.
     bool solve_inside(const CubicStep& step, double x, std::vector<double>& lambda) {
         const double t = now_.t + x * step.h;
         bool solved = false;
@@ -196,7 +196,7 @@ private:
         return solved;
     }
 
-    // Of forces of a step whose slope is carried along, those are known that its last stage has.
+    // The margins at y at t. Where the slope is part of the state, forces are those of the last stage.
     bool margins(double t, const Vector& y, const std::vector<long>& turns, MeetingSearch::Margins& found) {
         if (watch_.rows().empty() || stepper_.carries_slope()) {
             equations_.set_pose(t, y.data());

@@ -18,7 +18,7 @@ public:
           copy_slope_(now_.y), lambda_(model_.all_multipliers()), copy_lambda_(lambda_) {
         counted_.turns = std::move(turns);
     }
-    // Before the first step: the run goes on from the mark of another that began alike. False where that had another model.
+    // Before the first step: goes on from the mark of a run with the same start. False where the mark does not fit.
     bool resume(Mark<D> mark) {
         mark_ = std::move(mark);
         return this->takes(*mark_);
@@ -52,13 +52,13 @@ public:
         if ((began_ || !mark_) && stops_.loses_contacts(now_.outcome)) decide_anew();
         count_factorisations();
     }
-    // The state between two steps, from which a run by another method can go on: the run's end may have shaped it.
+    // A mark of the state between two steps, for a run by another method: this run's end may have limited a step.
     Mark<D> here() {
         Mark<D> mark;
         return this->write(mark), mark;
     }
-    // A step of size h from the start, tried and not taken: what is estimated of its error in each number of y; `now` has its end.
-    // Null where it cannot be made.
+    // Tries a step of size h from the start, and does not take it. Returns the estimated error of each number of y;
+    // `now` has its end. Null where it cannot be made.
     const Vector* try_step(double h) {
         const FlushToZero flush;
         begin();
@@ -100,7 +100,7 @@ private:
         if (schedule_.is_after_break() || trial_.locates()) cross_break();
     }
 
-    // Contacts that the equations cannot hold: which hold is decided anew, where the run stands.
+    // Decides anew which contacts hold at the current state, where the equations cannot hold them.
     [[gnu::noinline, gnu::cold]] void decide_anew() {
         const Outcome lost = std::exchange(now_.outcome, {});
         const auto change = [this] { return stops_.decide_anew(counted_.turns); };
@@ -134,7 +134,7 @@ private:
         if (anew) mark_.reset();  // another run with this method cannot go on from it
     }
 
-    // Its end is closed and counted; samples that lie inside follow one by one, before the step is taken over.
+    // Makes a step. Its end is closed and counted; samples inside follow one by one, before the step is taken over.
     void step() {
         if (!steps_.fixed() && !schedule_.resolves(now_.t, now_.h))
             return stop(trial_.lost().stops() ? trial_.lost() : Outcome{Status::vanished, now_.t});
@@ -156,7 +156,7 @@ private:
 
     bool take_step(bool watching) {
         schedule_.enter(now_.to);
-        if (now_.to.at_break) equations_.see({});  // what is recorded there belongs to that time itself
+        if (now_.to.at_break) equations_.see({});  // samples there belong to that time itself
         const bool goes_on = accept(watching);
         if (now_.to.at_break) equations_.see(schedule_.window());
         return goes_on;
@@ -180,11 +180,11 @@ private:
         meets_ = watching && stops_.meets(slope_, counted_.turns, lambda_);
         if (!meets_) return true;
         make_again();
-        if (stops_.halts()) stop({Status::halted, now_.t});  // where that began
+        if (stops_.halts()) stop({Status::halted, now_.t});  // where the step began
         return false;
     }
 
-    // The step that was made meets a stop: it is made again, to there. False where it is not, or meets it at once.
+    // Makes the step that meets a stop again, to there. False where that fails, or the stop is met at once.
     [[gnu::noinline, gnu::cold]] bool end_at_meeting() {
         if (now_.outcome.stops()) return false;
         schedule_.leave();
@@ -201,7 +201,7 @@ private:
         trial_.reject(untold.step);  // it is made again, shorter
     }
 
-    void sample_inside() {  // the extension's value, of which a copy is projected; the integration does not see it
+    void sample_inside() {  // projects a copy of the extension's value; the integration does not see it
         const double time = schedule_.take();
         ++now_.counters.evaluations;
         const double h = now_.to.h, theta = (time - now_.t) / h;
@@ -223,7 +223,7 @@ private:
         if (stops_.meeting() && !meet_stop()) return void(left_at_end_ = true);
         end_step();
     }
-    void end_step() {  // what comes after it
+    void end_step() {  // what follows a step
         if (schedule_.finished()) return stop({Status::finished, now_.t});
         if (trial_.crossing()) {
             if (cross_event()) now_.to.at_break ? cross_break() : go_on();
@@ -234,7 +234,7 @@ private:
         }
     }
 
-    // What the run's end has shaped, a longer run does in another way.
+    // No mark once the run's end has limited a step: a longer run makes other steps.
     void take_mark() {
         if (shaped_ || !keeps_marks) return;
         if (!mark_) mark_.emplace();
@@ -261,7 +261,7 @@ private:
     Vector slope_;              // at the end of a step, until the step is taken over
     Vector copy_, copy_slope_;  // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
-    bool meets_ = false;        // whether the step at hand meets a stop
+    bool meets_ = false;        // whether the current step meets a stop
     bool began_ = false;        // whether the slope at the first state is known
     bool left_at_end_ = false;  // whether a step has ended where contacts could not be held
 };

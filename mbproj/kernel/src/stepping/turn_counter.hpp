@@ -1,7 +1,7 @@
-// Whole turns of the joints' angles, counted step by step. The definitions are those of mbproj.dynamics.equations.turning: rates lead
-// an angle to where it is after a step, by the trapezoidal rule or, where the pose is not there, by the stages of the step,
-// as do those of angles that are followed; its motion leads a driven one. Where the pose is not there either, the step is
-// too coarse to tell the turns.
+// Whole turns of the joints' angles, counted step by step. The definitions are those of
+// mbproj.dynamics.equations.turning: rates predict an angle after a step, by the trapezoidal rule; where the pose does
+// not agree, by the stages of the step, or by the angle that y follows. Its motion predicts a driven angle. Where the
+// pose does not agree then either, the step is too coarse to tell the turns.
 #pragma once
 
 #include <cmath>
@@ -14,8 +14,8 @@ namespace mbproj {
 template <class D> class TurnCounter {
 public:
     using Vector = Eigen::VectorXd;
-    // What is known of the angles at one point of the motion: where each stands, how fast it turns, what a motion
-    // prescribes for it; and its turns.
+    // The angles at one point of the motion: the direction and the rate of each, the value that a motion prescribes;
+    // and their turns.
     struct Angle : JointAngle<D> {
         double prescribed = 0.0;
     };
@@ -38,7 +38,7 @@ public:
             if (model.counts_turns[i]) counting_.push_back({static_cast<int>(i), motion[i]});
     }
 
-    // Where a run begins, at y, in place.
+    // The angles at the start of a run, at y, the state in place.
     Counted start(std::vector<long> turns, double t, Vector& y) const {
         Counted counted{std::vector<Angle>(turns.size()), std::move(turns)};
         for (const Counting& each : counting_) counted.angles[each.coordinate] = look(each);
@@ -48,7 +48,7 @@ public:
         return counted;
     }
 
-    // Before the state y at a time is closed: angles that are followed and driven are where their motions are.
+    // Before the state y at a time is closed: sets angles that are followed and driven to the values of their motions.
     void lead(double t, Vector& y) const {
         if (!followed_.size || model_.driven.empty()) return;
         equations_.set_pose(t, y.data());
@@ -56,7 +56,7 @@ public:
             if (each.motion >= 0) y[followed_.first + each.coordinate] = equations_.drive().prescribed(each.motion);
     }
 
-    // From y at t, counted, to y_new, in place; the worst coordinate whose turns the step cannot tell.
+    // Counts turns from y at t to y_new, in place. Returns the worst coordinate whose turns the step cannot tell.
     Slip advance(Counted& counted, double t, const Vector& y, double t_new, Vector& y_new) const {
         Slip worst;
         const double h = t_new - t;
@@ -68,7 +68,7 @@ public:
             const double most = led ? 2.0 * std::abs(turned) : h * (std::abs(before.speed) + std::abs(now.speed));
             counted.angles[i] = now;
             if (most < 2.0 && ((before.cosine > 0.0 && now.cosine > 0.0) || before.sine * now.sine > 0.0))
-                continue;  // not across ±π, where the value jumps, but there and back
+                continue;  // has not crossed ±π, where the value jumps, or has come back
             double off = 0.0;
             long more = turns(before.value() + turned, now.value(), off);
             if (off > model_.thresholds.turns_told && !led) {
@@ -93,7 +93,7 @@ public:
         return found;
     }
 
-    // At a time within a step whose ends are counted, for the state y in place: along the cubics through both ends.
+    // The angles at a time within a step whose ends are counted, for y in place: near the cubics through both ends.
     Counted inside(const Counted& before, double t, const Counted& after, double t_new, double time,
                    const Vector& y) const {
         Counted found = before;
@@ -119,14 +119,14 @@ private:
         int coordinate, motion;
     };
 
-    // The whole turns that bring a value next to what is expected of it, and how far off it is then.
+    // The whole turns that bring a value nearest to the expected one, and how far off it is then.
     static long turns(double expected, double value, double& off) {
         const double more = std::nearbyint((expected - value) / (2.0 * M_PI));
         off = std::abs(value + 2.0 * M_PI * more - expected);
         return std::lrint(more);
     }
 
-    // Angles that are followed go on from where they are counted to be.
+    // Sets angles that are followed to their counted values.
     void follow(const Counted& counted, Vector& y) const {
         if (!followed_.size) return;
         for (const Counting& each : counting_) y[followed_.first + each.coordinate] = counted.value(each.coordinate);

@@ -50,8 +50,8 @@ template <class Programs, class Visit> void numbers_of_programs(Programs& progra
     visit_each(programs.piece, visit);
 }
 
-// Calls visit(number) for each: masses and inertias, gravity, the points, vectors and offsets of joints and coordinates, forces,
-// functions, and where motions start. `loads`: the model's own, or none.
+// Calls visit(number) for each number: masses and inertias, gravity, the points, vectors and offsets of joints and
+// coordinates, forces, functions, and start values of motions. `loads`: those of the model, or null.
 template <class Model, class Loads, class Visit> void each_number(Model& model, Loads* loads, Visit&& visit) {
     for (auto& body : model.bodies) {
         visit(body.mass);
@@ -120,7 +120,7 @@ template <class Number> ProgramsOf<Number> with(const Programs& from) {
             all(from.origin), all(from.piece), from.kinked,  from.period,        from.variables};
 }
 
-// The model with such numbers, which are its own yet: without contacts and bearings.
+// The model with numbers of this type, which still have the same values; without contacts and bearings.
 template <class Number, class D> Model<With<D, Number>> with(const Model<D>& from) {
     Model<With<D, Number>> to;
     for (const Body<D>& body : from.bodies)

@@ -1,4 +1,4 @@
-// The structure on which a run depends besides these numbers: models that differ in it cannot be compared by slopes.
+// The structure on which a run depends besides its model's numbers: slopes compare only models of the same structure.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// The derivatives of a run's states, computed behind the run: it reports its steps, and its equations are solved once more.
+// The derivatives of a run's states. The run reports each step, and its equations are solved once more.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ namespace mbproj {
 // Follows a run step by step. Several directions are computed together, as many as a dual number has.
 template <class D> class RunTangents final : private Answers {
 public:
-    // `numbers`: of each of `count` directions the slopes of the model's `size` numbers, row by row. The run has no `obstacle`.
+    // `numbers` (count, size), row by row: slopes of the model's numbers along each direction. No `obstacle`.
     RunTangents(const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection,
                 std::vector<Break> breaks, const double* numbers, int count, std::size_t size)
         : model_(model), tableau_(tableau), projection_(projection), breaks_(std::move(breaks)),
@@ -24,7 +24,7 @@ public:
                 model_, tableau_, metric(), static_cast<Answers&>(*this), numbers + first * size, count_of(first)));
     }
 
-    // Why slopes are not known of such a run; empty where they are.
+    // Why slopes of such a run are not known; empty where they are.
     static std::string obstacle(const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection) {
         const Correction correction = projection.correction;
         const bool known =
@@ -55,8 +55,8 @@ public:
             if (!part->stand(t, y)) return false;
         return true;
     }
-    // Follows a step from the current state, at t, over h to y at `end`. Slopes at the `count` times `at` within, where the state
-    // is one of the rows of `inside`, are added to `found`.
+    // Follows a step from the current state, at t, over h to y at `end`. Adds the slopes at `count` times `at` inside
+    // it to `found`; the states there are the rows of `inside`.
     bool follow(double t, double h, double end, const double* y, std::size_t count, const double* at,
                 const double* inside, std::vector<double>& found) {
         const bool due = projection_.corrects() && ++steps_ % projection_.every == 0;

@@ -154,7 +154,7 @@ template <class D> Column<Size<D>::freedoms, Dual> StateTangents<D>::momentum(in
     return found;
 }
 
-// Sets the residuals f - W a - Gᵀλ of the bodies, and γ - G a of the rows: with these a and λ they are 0, and have derivatives.
+// Sets the residuals f - W a - Gᵀλ of the bodies, and γ - G a of the rows, which are 0; their derivatives are not.
 template <class D> void StateTangents<D>::set_residual(const Vector& y) {
     weighs_ = true;
     for (int b = 0; b < model_.size(); ++b) {
@@ -194,7 +194,7 @@ template <class D> bool StateTangents<D>::respond() {
     return true;
 }
 
-// The same for a projection that has moved the bodies by δ, W δ + Gᵀμ = 0, with the rows' values in place.
+// Solves for the derivatives of a projection that has moved the bodies by δ: W δ + Gᵀμ = 0, rows' values in `rows_`.
 template <class D> bool StateTangents<D>::respond_to_projection() {
     const int first = model_.constraints.rows;
     for (std::size_t r = 0; r < rows_.size(); ++r) rows_[r] = static_cast<int>(r) < first ? -rows_[r] : Dual(0.0);
@@ -232,7 +232,7 @@ template <class D> bool StateTangents<D>::close(double t, const double* y, bool 
     return (!position || close_position(y)) && (!velocity || close_velocity(y));
 }
 
-// The turn between two orientations nearby, as `turned` takes it.
+// The small rotation between two orientations, as an argument of `turned`.
 static Column<3, Dual> turn_between(const Column<4, Dual>& from, const Column<4, Dual>& to) {
     return (2.0 / from.dot(to)) * (matrix_E(from) * to);
 }

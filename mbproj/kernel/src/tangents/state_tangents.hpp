@@ -1,4 +1,4 @@
-// The derivatives of a run's states by numbers of its model and by its start, step by step behind the run.
+// The derivatives of a run's states by numbers of its model and by its start, step by step, each after the run's.
 // Slopes at the stages are in dual numbers; all systems are solved in doubles. The factor at a stage is that of
 // the doubles: for K(p) x = b(p), x' = K⁻¹ (b' - K' x). The residual b - K x is computed in dual numbers, and
 // the bracket is its derivative. The step sizes are constants (internal differentiation: Bock 1981). A
@@ -17,16 +17,16 @@
 
 namespace mbproj {
 
-// The answers of the run's equations, in doubles.
+// The interface to the run's equations, in doubles.
 class Answers {
 public:
     virtual ~Answers() = default;
     // y' and λ of all rows at a state; false where they are not unique.
     virtual bool slope(double t, const double* y, double* slope, double* lambda) = 0;
-    // The factor at the end of a step, which is closed.
+    // Factors at the end of a step, which is closed.
     virtual bool close(double t, const double* y) = 0;
-    // With the last factor: the changes or accelerations by forces and right-hand sides of the rows, for each body a point and a
-    // turn in global axes. Multipliers on request.
+    // With the last factor: the changes or accelerations by forces and right-hand sides of the rows, for each body a
+    // translation and a rotation in global axes. Multipliers on request.
     virtual bool respond(const double* forces, const double* rhs, double* changes, double* lambda) = 0;
 
     Answers() = default;
@@ -38,23 +38,23 @@ public:
 struct StepMade {
     double t, h, end;
     TimeWindow window;
-    bool position, velocity;  // what was projected
+    bool position, velocity;  // whether they were projected
 };
 
-// D with doubles.
+// The numbers of D are doubles.
 template <class D> class StateTangents final {
 public:
     using S = Size<D>;
     using Duals = WithDuals<D>;
     static constexpr int F = S::freedoms;
 
-    // `metric` of projections. `numbers`: of each of the `count` directions, the slopes of the model's numbers, row by row.
+    // The `metric` of projections; `numbers` (count, size), row by row: slopes of the model's numbers by direction.
     StateTangents(const Model<D>& model, const Tableau& tableau, Metric metric, Answers& answers, const double* numbers,
                   int count);
 
     // The run begins at y, which is closed; `slopes` of y for each direction.
     bool start(double t, const double* y, const double* slopes);
-    // The same where joints and motions alone determine the state.
+    // The run begins at y, which joints and motions alone determine.
     bool stand(double t, const double* y);
     // Follows a step to y. False where the equations have no unique solution, or a function no value.
     bool follow(const StepMade& step, const double* y);
@@ -63,7 +63,7 @@ public:
     bool extend(const StepMade& step);
     // The slope of each number of the state y at a time inside the last step, which is extended. False as above.
     bool inside(const StepMade& step, double t, const double* y, std::vector<Dual>& found);
-    // The derivatives of number i of the state along the directions.
+    // The state, with its derivatives along the directions.
     const std::vector<Dual>& state() const { return y_; }
 
 private:
@@ -96,7 +96,7 @@ private:
     Vector y_, stage_, before_, begun_;
     std::vector<Vector> k_;
     Vector rows_;                                 // right-hand sides, or their residuals
-    std::vector<Column<F, Dual>> moved_;          // accelerations of the bodies, or what a projection has moved them by
+    std::vector<Column<F, Dual>> moved_;          // accelerations of the bodies, or their change by a projection
     std::vector<Column<F, Dual>> residual_;       // residuals of the forces on the bodies
     std::vector<double> at_, slope_, lambda_;     // a state in doubles, its slope, and the multipliers
     std::vector<double> forces_, rhs_, changes_;  // forces, right-hand sides and changes for one direction
