@@ -58,7 +58,7 @@ public:
         : model_(model), stops_(model.stops), given_(std::move(given)), inside_(model.layout.size()), pose_(model),
           motion_(model) {}
 
-    // Forces are looked at every `spacing` seconds at least, and in the middle of each step.
+    // Sets what is watched. Forces are evaluated at least every `spacing` seconds, and in the middle of each step.
     void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows, double spacing) {
         gaps_ = std::move(gaps);
         rows_ = std::move(rows);

@@ -20,7 +20,7 @@ public:
 
     explicit BranchSign(const Model<D>& model) : model_(model) {}
 
-    // Whether a sign differs between the states (t, y) and a later one, which is in place. False where that is not known.
+    // Whether a sign differs between (t, y) and a later state, the state in place. False where a sign is unknown.
     bool changes(EquationsOfMotion<D>& equations, double t, const double* y, double t_new, const double* y_new) {
         const std::vector<int>& left_out = equations.solver().left_out();
         if (left_out != seen_for_ || at_.empty()) see(left_out);

@@ -76,7 +76,7 @@ public:
     // The factor of the independent rows.
     const SemidefiniteCholesky& cholesky() const { return cholesky_; }
 
-    // The values g of the rows, angles to less than half a turn; N u; and the part of g'' without accelerations.
+    // `gaps`: g of the rows, angles within half a turn; `rates`: N u; `bends`: the part of g'' without accelerations.
     void gaps(Vector& found) const {
         found.resize(static_cast<Eigen::Index>(rows_.size()));
         for (std::size_t k = 0; k < rows_.size(); ++k) {

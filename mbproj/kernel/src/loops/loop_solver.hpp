@@ -31,7 +31,7 @@ public:
     // See HingedBodies.
     bool set_hinged(std::vector<Inertia<D>>& inertias) { return hinged_.set_inertias(inertias, rows_->halves); }
     bool is_hinged(int b) const { return rows_->layout().hinge_of(b) >= 0; }
-    // The inertia lent to light bodies; nothing in a metric without the bodies' inertia (GOPM's), and nothing for flywheels.
+    // Sets the inertia lent to light bodies: 0 in a metric without the bodies' inertia (GOPM's), and 0 for flywheels.
     void lend(const Column<F, Scalar<D>>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
     }

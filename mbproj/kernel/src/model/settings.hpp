@@ -14,9 +14,9 @@ namespace mbproj {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Butcher's tableau with error weights and continuous extension, as in mbproj.integrate.steppers.tableau. The tableau of an
-// implicit method (mbproj.integrate.steppers.implicit_tableau) begins with f at the start of the step. The end of the step is its
-// last stage, and f there has no weight.
+// Butcher's tableau with error weights and continuous extension, as in mbproj.integrate.steppers.tableau. An implicit
+// method (mbproj.integrate.steppers.implicit_tableau) has f at the start of the step as its first stage. Its last stage
+// is the end of the step, where f is not evaluated again.
 struct Tableau {
     int order, error_order;
     RowMajor a;

@@ -202,8 +202,8 @@ private:
         moving_rows(model_, equations_.pose(), motion, rates.data(), static_cast<double*>(nullptr));
     }
 
-    // E = T + V - W at y at t, whose pose and velocities are in place; the sum of the sizes of its `terms_`, and of those that
-    // are integrated, `worked_`.
+    // E = T + V - W at y at t, whose pose and velocities are in place. `terms_`: the sum of the magnitudes of its
+    // terms; `worked_`: that of the integrated ones.
     double energy(double t, const double* y) {
         double sum = terms_ = 0.5 * (std::pow(speed(y), 2) + flywheels(raw_, raw_));
         const auto add = [&](double term) { sum += term, terms_ += std::abs(term); };

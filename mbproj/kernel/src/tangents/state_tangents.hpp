@@ -58,7 +58,7 @@ public:
     bool stand(double t, const double* y);
     // Follows a step to y. False where the equations have no unique solution, or a function no value.
     bool follow(const StepMade& step, const double* y);
-    // Stores what interpolation inside the next step needs: before it, and, if there are such states, after it.
+    // Stores the data for states inside the next step: `begin` before it; after it `extend`, if there are such states.
     void begin() { begun_ = y_; }
     bool extend(const StepMade& step);
     // The slope of each number of the state y at a time inside the last step, which is extended. False as above.
