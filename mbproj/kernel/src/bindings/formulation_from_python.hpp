@@ -58,12 +58,12 @@ public:
         return done;
     }
 
-    void begin_step() override { tell("begin_step"); }
-    void enter_end() override { tell("enter_end"); }
+    void begin_step() override { call("begin_step"); }
+    void enter_end() override { call("enter_end"); }
     void arrive(const double* y) override {
         ask([&] { return own_.attr("arrive")(state(y)), true; });
     }
-    void take_back() override { tell("take_back"); }
+    void take_back() override { call("take_back"); }
 
     std::vector<double> save() override {
         std::vector<double> found;
@@ -89,7 +89,7 @@ private:
             return false;
         }
     }
-    void tell(const char* what) {
+    void call(const char* what) {
         ask([&] { return own_.attr(what)(), true; });
     }
     nb::object state(const double* y) const {

@@ -94,7 +94,7 @@ public:
         watch.watch(std::move(gaps), std::move(rows), spacing);
     }
     // Records the speed of the fastest part at a state, in lengths of the mechanism and rad per s.
-    void see_speed(const Vector& y) { state_.fastest = std::max(state_.fastest, speed(y)); }
+    void record_speed(const Vector& y) { state_.fastest = std::max(state_.fastest, speed(y)); }
 
     // Decides a meeting at y at t, with whole turns: this stop or friction is met or comes to rest, or is `released`;
     // with -1 contacts are not known. Changes y to the state after it. False where nothing can be decided: then nothing
@@ -175,8 +175,9 @@ private:
         const ContactState known = next;
         do {
             next = known;
-            if (friction_.any() ? !rub(t, turns, staying, released ? -1 : stop, any(struck), next, push, opens)
-                                : any(staying) && !press(staying, push, opens, next))
+            if (friction_.any()
+                    ? !balance_frictions(t, turns, staying, released ? -1 : stop, any(struck), next, push, opens)
+                    : any(staying) && !press(staying, push, opens, next))
                 return false;
         } while (released && let_go(push, staying));
         const bool closed = any(staying);
@@ -194,7 +195,7 @@ private:
         if (!next.shares.empty())
             for (const auto& [k, part] : next.shares.front().second) next.held.push_back(k);
         std::sort(next.held.begin(), next.held.end());
-        if (!see_shares(t, staying, next)) return false;
+        if (!find_shares(t, staying, next)) return false;
         record(t, next, rests, events);
         if (events.empty() && (t - state_.met_at) * next.fastest <= thresholds_.met_soon)
             next.met_often = state_.met_often + 1;
@@ -233,17 +234,17 @@ private:
     }
 
     // Finds the contacts whose forces the motion does not determine from here on.
-    bool see_shares(double t, const Flags& staying, ContactState& next) {
+    bool find_shares(double t, const Flags& staying, ContactState& next) {
         std::vector<int> near;
         std::vector<Eigen::Index> which;
         take(staying, near, which);
         const auto stops = static_cast<int>(laws_.size());
-        return sharing_.see(t, after_, next, friction_.acting.laws(), stops, touching_.rows_of(near), next.shared);
+        return sharing_.find(t, after_, next, friction_.acting.laws(), stops, touching_.rows_of(near), next.shared);
     }
 
     // Decides what frictions do from here on, while these stops stay closed, and sets the stops' pushes.
-    bool rub(double t, const std::vector<long>& turns, const Flags& staying, int met, bool struck, ContactState& next,
-             Vector& push, Flags& opens) {
+    bool balance_frictions(double t, const std::vector<long>& turns, const Flags& staying, int met, bool struck,
+                           ContactState& next, Vector& push, Flags& opens) {
         std::vector<int> closed;
         std::vector<Eigen::Index> which;
         take(staying, closed, which);
@@ -260,23 +261,23 @@ private:
 
     void record(double t, const ContactState& next, const std::vector<ContactEvent>& rests,
                 std::vector<ContactEvent>& events) const {
-        const auto tell = [&](int k, Happening what, int way) { events.push_back({t, k, what, way, 0.0, 0.0}); };
+        const auto add = [&](int k, Happening what, int way) { events.push_back({t, k, what, way, 0.0, 0.0}); };
         events.insert(events.end(), rests.begin(), rests.end());
-        const auto tells = [&](int k) {
+        const auto is_recorded = [&](int k) {
             return std::none_of(rests.begin(), rests.end(), [k](const auto& each) { return each.stop == k; });
         };
         const auto stops = static_cast<int>(laws_.size());
         for (int k = 0; k < stops; ++k)
-            if (next.touches(k) && !state_.touches(k) && tells(k)) tell(k, Happening::contact, -1);
+            if (next.touches(k) && !state_.touches(k) && is_recorded(k)) add(k, Happening::contact, -1);
         for (int k = 0; k < stops; ++k)
-            if (state_.touches(k) && !next.touches(k)) tell(k, Happening::release, 1);
+            if (state_.touches(k) && !next.touches(k)) add(k, Happening::release, 1);
         for (int k = 0; k < stops; ++k)
-            if (next.decides && !state_.decides && next.parts_of(k) && next.touches(k)) tell(k, Happening::decides, 1);
+            if (next.decides && !state_.decides && next.parts_of(k) && next.touches(k)) add(k, Happening::decides, 1);
         if (!begins()) friction_.record(t, state_, next, events);
         for (const int k : state_.shared)
-            if (!has(next.shared, k)) tell(k, Happening::shared, -1);
+            if (!has(next.shared, k)) add(k, Happening::shared, -1);
         for (const int k : next.shared)
-            if (!has(state_.shared, k)) tell(k, Happening::shared, 1);
+            if (!has(state_.shared, k)) add(k, Happening::shared, 1);
     }
 
     EquationsOfMotion<D>& equations_;

@@ -52,7 +52,7 @@ public:
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
         if (!equations_.factor(Metric::mass) || !border_.factor(equations_.pose(), equations_.solver())) return false;
-        equations_.seen(t, y.data());
+        equations_.channels_at(t, y.data());
         fixed_ = acting.bounds();
         border_.rates(equations_.motion(), rate_);
         const Flags rests = rest(met, known, next);
@@ -67,7 +67,7 @@ public:
             if (const std::vector<int> names = jams(problem); !names.empty())
                 return undecided_.is_for(Cause::no_balance, names);
         Balanced found;
-        const auto loads = [&](const Vector& along, Vector& carried) { see_loads(problem, along, carried); };
+        const auto loads = [&](const Vector& along, Vector& carried) { loads_of(problem, along, carried); };
         if (!problem.decide(loads, thresholds_, found)) return undecided_.is_for(Cause::no_balance, at_rest(problem));
         Vector load;
         loads(found.y, load);
@@ -99,13 +99,13 @@ public:
             if (law.partner >= 0 && law.partner < k) continue;
             if (law.stop >= 0 && !(before.touches(law.stop) && after.touches(law.stop))) continue;
             const double was = among(before.sliding, k, 0.0), now = among(after.sliding, k, 0.0);
-            const auto tell = [&](Happening what) {
+            const auto add = [&](Happening what) {
                 events.push_back({t, stops_ + k, what, static_cast<int>(std::nearbyint(now)), 0.0, 0.0});
             };
             if (has(before.sliding, k) != has(after.sliding, k))
-                tell(has(after.sliding, k) ? Happening::slip : Happening::stick);
+                add(has(after.sliding, k) ? Happening::slip : Happening::stick);
             else if (was * now < 0.0 && law.stop < 0)
-                tell(Happening::turn);
+                add(Happening::turn);
         }
     }
 
@@ -210,7 +210,7 @@ private:
         return true;
     }
 
-    void see_loads(const FrictionBalance& problem, const Vector& forces, Vector& found) const {
+    void loads_of(const FrictionBalance& problem, const Vector& forces, Vector& found) const {
         found.resize(static_cast<Eigen::Index>(rubs_.size()));
         for (std::size_t at = 0; at < rubs_.size(); ++at) {
             const int number = laws_[rubs_[at]].bearing, stop = problem.stop[at];

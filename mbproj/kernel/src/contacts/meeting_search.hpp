@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "contacts/look.hpp"
+#include "contacts/gap_cubic.hpp"
 
 namespace mbproj {
 
@@ -24,7 +24,7 @@ struct Meeting {
 // `slack`, by which they may be below zero.
 class MeetingSearch {
 public:
-    using Margins = std::vector<Look>;
+    using Margins = std::vector<GapRate>;
 
     explicit MeetingSearch(std::vector<double> slack) : slack_(std::move(slack)) {}
 

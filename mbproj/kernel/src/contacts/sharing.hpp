@@ -23,8 +23,8 @@ public:
 
     // The numbers of the contacts that share a load at y at t: stops, then frictions, then joints. `near`: the rows of
     // rigid stops that touch and are at rest there. False where the equations have no unique solution.
-    bool see(double t, const Vector& y, const ContactState& state, const std::vector<FrictionLaw>& laws, int stops,
-             const std::vector<ContactRow>& near, std::vector<int>& found) {
+    bool find(double t, const Vector& y, const ContactState& state, const std::vector<FrictionLaw>& laws, int stops,
+              const std::vector<ContactRow>& near, std::vector<int>& found) {
         found.clear();
         std::vector<ContactRow> rows = near;
         const auto first = static_cast<Eigen::Index>(rows.size());

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "contacts/look.hpp"
+#include "contacts/gap_cubic.hpp"
 #include "dynamics/equations_of_motion.hpp"
 #include "kinematics/bearings.hpp"
 #include "kinematics/coordinate.hpp"
@@ -90,7 +90,7 @@ public:
 
     // Looks at the start of a run, with whole turns of the joints' coordinates.
     void begin(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns) {
-        look(pose, motion, turns, before_);
+        set_gaps(pose, motion, turns, before_);
     }
 
     // Whether a step has met something, with the multipliers at its end. `parts`: the parts of the step at which
@@ -98,7 +98,7 @@ public:
     bool met(const CubicStep& step, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
              const std::vector<double>& lambda) {
         parts_.clear();
-        look(pose, motion, turns, now_);
+        set_gaps(pose, motion, turns, now_);
         const bool found = below(before_, now_, step.h, 0.0, 1.0) || gives_way(pose, lambda);
         if (found && is_below(now_)) return true;
         return closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves) || found;
@@ -117,15 +117,15 @@ public:
 
     // The watched values at a state: gaps, then forces, without rates. `slacks`: how far each may be below zero.
     void margins(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
-                 const std::vector<double>& lambda, std::vector<Look>& found) const {
-        look(pose, motion, turns, found);
+                 const std::vector<double>& lambda, std::vector<GapRate>& found) const {
+        set_gaps(pose, motion, turns, found);
         only_rates(found);
         for (const WatchedRow& each : rows_)
             found.push_back({force(each, pose, lambda), std::numeric_limits<double>::quiet_NaN()});
     }
     // The watched values at the start of the last step, where forces are not known.
-    std::vector<Look> first_margins() const {
-        std::vector<Look> found = before_;
+    std::vector<GapRate> first_margins() const {
+        std::vector<GapRate> found = before_;
         only_rates(found);
         found.resize(gaps_.size() + rows_.size(), {0.0, std::numeric_limits<double>::quiet_NaN()});
         return found;
@@ -154,11 +154,11 @@ public:
 
 private:
     // The margin of a watched rate is the rate itself, whose derivative is not known.
-    void only_rates(std::vector<Look>& found) const {
+    void only_rates(std::vector<GapRate>& found) const {
         for (std::size_t k = 0; k < gaps_.size(); ++k)
             if (gaps_[k].of_rate) found[k] = {found[k].rate + gaps_[k].idle, std::numeric_limits<double>::quiet_NaN()};
     }
-    bool is_below(const std::vector<Look>& at) const {
+    bool is_below(const std::vector<GapRate>& at) const {
         for (std::size_t k = 0; k < gaps_.size(); ++k)
             if ((gaps_[k].of_rate ? at[k].rate : at[k].value) < gaps_[k].least()) return true;
         return false;
@@ -177,7 +177,7 @@ private:
     }
 
     // Whether something falls below its bound on the cubics through two looks, at the parts x and x_to of a step, h apart.
-    bool below(const std::vector<Look>& from, const std::vector<Look>& to, double h, double x, double x_to) {
+    bool below(const std::vector<GapRate>& from, const std::vector<GapRate>& to, double h, double x, double x_to) {
         bool found = false;
         for (std::size_t k = 0; k < gaps_.size(); ++k) {
             const GapCubic cubic(from[k], to[k], h);
@@ -198,14 +198,14 @@ private:
 
     // Whether a gap closes and opens again between two looks at the parts x and x_to of a step, which its cubic may not
     // show. Where the middle is not on the cubic, looks at each half, at most `halves` times.
-    bool closes_inside(const CubicStep& step, const std::vector<long>& turns, const std::vector<Look>& from,
-                       const std::vector<Look>& to, double x, double x_to, int halves) {
+    bool closes_inside(const CubicStep& step, const std::vector<long>& turns, const std::vector<GapRate>& from,
+                       const std::vector<GapRate>& to, double x, double x_to, int halves) {
         const double middle = 0.5 * (x + x_to), h = (middle - x) * step.h;
-        std::vector<Look> found;
+        std::vector<GapRate> found;
         step.at(middle, inside_);
         pose_.update(inside_.data());
         motion_.update(inside_.data(), pose_);
-        look(pose_, motion_, turns, found);
+        set_gaps(pose_, motion_, turns, found);
         bool unlike = false;
         for (std::size_t k = 0; k < gaps_.size(); ++k) {
             if (gaps_[k].of_rate) continue;
@@ -224,16 +224,16 @@ private:
 
     bool is_angle(int stop) const { return mbproj::is_angle(stops_.coordinates.instances[stop].kind); }
 
-    void look(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
-              std::vector<Look>& found) const {
+    void set_gaps(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
+                  std::vector<GapRate>& found) const {
         found.clear();
         for (const WatchedGap& each : gaps_) {
             const int coordinate = stops_.joint_coordinate[each.stop];
             const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
-            const Look at = along(each.stop, pose, motion);
-            Look seen{each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate};
+            const GapRate at = along(each.stop, pose, motion);
+            GapRate seen{each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate};
             if (each.other >= 0) {
-                const Look across = along(each.other, pose, motion);
+                const GapRate across = along(each.other, pose, motion);
                 seen.value += each.other_sign * across.value;
                 seen.rate += each.other_sign * across.rate;
             }
@@ -241,7 +241,7 @@ private:
         }
     }
 
-    Look along(int number, const Pose<D>& pose, const Motion<D>& motion) const {
+    GapRate along(int number, const Pose<D>& pose, const Motion<D>& motion) const {
         const Coordinate<D> coordinate(stops_.coordinates, number, pose);
         return {coordinate.value(), coordinate.rate(motion)};
     }
@@ -252,7 +252,7 @@ private:
     std::vector<WatchedGap> gaps_;
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;
-    std::vector<Look> before_, now_;
+    std::vector<GapRate> before_, now_;
     std::vector<double> parts_;
     Eigen::VectorXd inside_;
     Pose<D> pose_;

@@ -31,7 +31,7 @@ public:
         if (!solver.solve(gamma, lambda_.data())) return false;
         if (contacts.any()) contacts.add_reactions(solver, &motion, lambda_);
         const std::size_t bearings = model_.bearings.size();
-        see(pose, base_);
+        find_supports(pose, base_);
         responses_.assign(bearings, std::vector<Supports<D>>(bearings));
         for (const int l : laws_) {
             applied.clear();
@@ -39,7 +39,7 @@ public:
             for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
             if (!solver.solve(none_.data(), lambda_.data())) return false;
             if (contacts.any()) contacts.add_reactions(solver, nullptr, lambda_);
-            see(pose, own_);
+            find_supports(pose, own_);
             const int by = model_.loads->laws[l].bearing;
             for (std::size_t k = 0; k < bearings; ++k) responses_[k][by].add(own_[k], 1.0);
         }
@@ -47,7 +47,7 @@ public:
     }
 
 private:
-    void see(const Pose<D>& pose, std::vector<Supports<D>>& found) {
+    void find_supports(const Pose<D>& pose, std::vector<Supports<D>>& found) {
         found.clear();
         for (const Bearing<D>& bearing : model_.bearings) found.emplace_back(model_, pose, bearing, lambda_.data());
     }

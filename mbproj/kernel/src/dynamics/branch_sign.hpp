@@ -23,7 +23,7 @@ public:
     // Whether a sign differs between (t, y) and a later state, the state in place. False where a sign is unknown.
     bool changes(EquationsOfMotion<D>& equations, double t, const double* y, double t_new, const double* y_new) {
         const std::vector<int>& left_out = equations.solver().left_out();
-        if (left_out != seen_for_ || at_.empty()) see(left_out);
+        if (left_out != seen_for_ || at_.empty()) find_blocks(left_out);
         if (t == last_.t) std::swap(first_, last_);
         last_ = {t_new, signs(equations.pose())};
         if (t != first_.t) {
@@ -47,7 +47,7 @@ private:
     };
 
     // Finds the blocks of G without these rows; none where G is not square.
-    void see(const std::vector<int>& left_out) {
+    void find_blocks(const std::vector<int>& left_out) {
         seen_for_ = left_out, first_ = last_ = {};
         const int size = S::freedoms * model_.size();
         at_.assign(model_.constraints.rows, {}), columns_.assign(size, {}), sizes_.clear();

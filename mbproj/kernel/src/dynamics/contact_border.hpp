@@ -36,12 +36,12 @@ public:
     bool any() const { return !rows_.empty() && !given_; }
     bool acts() const { return any() || !slides_.empty(); }
     // Whether friction depends on pushes along the rows.
-    bool rubs() const { return feet_.any(); }
+    bool has_feet() const { return feet_.any(); }
     // The law of a friction that leaves no unique forces, or -1.
     int jammed() const { return feet_.jammed(); }
 
     // Sets N at a pose.
-    void see(const Pose<D>& pose) {
+    void set_normals(const Pose<D>& pose) {
         along_.clear();
         for (const ContactRow& row : rows_) along_.emplace_back(model_.stops.coordinates, row.coordinate, pose);
     }
@@ -49,7 +49,7 @@ public:
     // equations have no unique solution.
     bool factor(const Pose<D>& pose, KktSolver<D>& solver, bool reacts = false) {
         const auto count = static_cast<Eigen::Index>(rows_.size());
-        see(pose);
+        set_normals(pose);
         B_.resize(count, count), rests_.setZero(count);
         reactions_.resize(model_.all_rows(), count), loose_.resize(count);
         Vector unit = Vector::Zero(count), column;
@@ -131,7 +131,7 @@ public:
 
     // Whether each gap is at most `grains` ε of the largest coordinate that enters it, or `least`.
     [[gnu::noinline, gnu::cold]] bool within(const Pose<D>& pose, double grains, double least) {
-        see(pose);
+        set_normals(pose);
         gaps(gap_);
         for (std::size_t k = 0; k < rows_.size(); ++k)
             if (!(std::abs(gap_[static_cast<Eigen::Index>(k)]) <=
@@ -141,7 +141,7 @@ public:
     }
     // The largest gap that is open by more than round-off, in parts of the mechanism's length.
     [[gnu::noinline, gnu::cold]] double open(const Pose<D>& pose) {
-        see(pose);
+        set_normals(pose);
         gaps(gap_);
         double most = 0.0;
         for (std::size_t k = 0; k < rows_.size(); ++k)
@@ -154,7 +154,7 @@ public:
     // The forces z along the rows with b + B z = 0; they are 0 along dependent rows.
     void close(const Vector& b, Vector& z) const { cholesky_.solve(b, z); }
     // Adds the friction at feet; `applied` has its forces for pushes of 1. False where the forces are not unique then.
-    bool rub(const Pose<D>& pose, const Applied<D>& applied, KktSolver<D>& solver) {
+    bool add_friction(const Pose<D>& pose, const Applied<D>& applied, KktSolver<D>& solver) {
         const auto effect = [&](const ContactFoot& foot, Vector& column, double* reactions) {
             forces_.clear();
             for (const auto& [coordinate, law] : foot.rubs)
@@ -163,11 +163,11 @@ public:
             if (!solver.solve(none_.data(), reactions)) return false;
             return changes(solver, column), true;
         };
-        return feet_.rub(B_, reactions_, cholesky_, effect);
+        return feet_.add_friction(B_, reactions_, cholesky_, effect);
     }
     // Multiplies the friction at feet by the last pushes from now on, or by 0.
     void load(Applied<D>& applied, bool any = true) const {
-        if (!rubs()) return;
+        if (!has_feet()) return;
         const auto take = [&](const ContactFoot& foot, double push) {
             for (const SlidingRow& each : foot.rubs) applied.pushed[each.law] = push;
         };
@@ -191,13 +191,13 @@ public:
         for (Eigen::Index r = 0; r < more.size(); ++r) lambda[r] += more[r];
     }
     // Writes the force along each coordinate that is held, or that slides.
-    void tell(const Applied<D>& applied, double* found) const {
+    void write_forces(const Applied<D>& applied, double* found) const {
         for (std::size_t k = 0; k < rows_.size(); ++k)
             found[rows_[k].coordinate] = pushes_[static_cast<Eigen::Index>(k)];
         feet_.each([&](const ContactFoot& foot, double push) { found[foot.stop] = push; }, pushes_);
-        tell_sliding(applied, found);
+        write_sliding_forces(applied, found);
     }
-    void tell_sliding(const Applied<D>& applied, double* found) const {
+    void write_sliding_forces(const Applied<D>& applied, double* found) const {
         for (const auto& [coordinate, law] : slides_)
             found[coordinate] = applied.given[law] * applied.load_of(*model_.loads, law);
     }

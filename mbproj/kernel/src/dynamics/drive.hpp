@@ -44,7 +44,7 @@ public:
         bool finite = true;
         for (std::size_t k = 0; k < found_.size(); ++k) {
             found_[k] = at(k, t);
-            const Time seen = window.seen(t);
+            const Time seen = window.clamped(t);
             if (const auto beyond = seen != t; any(beyond)) found_[k].dd = where(beyond, at(k, seen).dd, found_[k].dd);
             finite = finite && found_[k].finite();
         }

@@ -38,7 +38,7 @@ public:
     // where other rows would serve: see `hold_others`.
     bool watched_derivative(double t, const double* y, double* slope, double* lambda = nullptr) {
         if (!factor_stage(t, y)) return false;
-        policy_.see();
+        policy_.record_pose();
         return !policy_.wants_others(pose_) && slope_of_stage(y, slope, lambda, true);
     }
     // `derivative` by the kernel alone, without another formulation.
@@ -66,11 +66,11 @@ public:
         return !other_ || metric_ == Metric::stiff || other_->slope_at(*this, y, slope, lambda, watched);
     }
     bool own_slope_at(const double* y, double* slope, double* lambda = nullptr) {
-        if (bearings_.any() || contacts_.rubs()) unload();
+        if (bearings_.any() || contacts_.has_feet()) unload();
         if (contacts_.any() && !(contacts_.factor(pose_, solver_) && contacts_.cholesky().full())) return false;
-        if (model_.loads || states_.any()) see_channels(window_.seen(t_), y);
+        if (model_.loads || states_.any()) set_channels(window_.clamped(t_), y);
         if (broken_ || !set_forces(y) || (states_.any() && !states_.set(channels_, slope))) return broken(y);
-        if (contacts_.rubs() && !rub(y)) return false;
+        if (contacts_.has_feet() && !add_foot_friction(y)) return false;
         if (bearings_.any() && !settle_bearings(y)) return false;
         if (contacts_.any() && !settle_contacts(y)) return false;
         if (!solver_.solve(gamma_.data(), lambda || !drive_.empty() ? lambda_.data() : nullptr)) return false;
@@ -85,7 +85,7 @@ public:
         set_work(layout().quadratures, applied_, drive_, lambda_.data(), slope);
         for (int i = 0; i < layout().followed.size; ++i)
             slope[layout().followed.first + i] = model_.counts_turns[i] ? angle(i).speed : 0.0;
-        if (contacts_.acts()) contacts_.tell(applied_, lambda_.data() + model_.all_rows());
+        if (contacts_.acts()) contacts_.write_forces(applied_, lambda_.data() + model_.all_rows());
         if (lambda) std::copy(lambda_.begin(), lambda_.end(), lambda);
         return true;
     }
@@ -94,7 +94,7 @@ public:
     bool settle_work(double t, const double* y, double* slope) {
         set_pose(t, y);
         motion_.update(y, pose_);
-        const bool done = applied_.update(*model_.loads, pose_, motion_, see_channels(window_.seen(t_), y));
+        const bool done = applied_.update(*model_.loads, pose_, motion_, set_channels(window_.clamped(t_), y));
         set_work(layout().quadratures, applied_, drive_, lambda_.data(), slope);
         return done || broken(y);
     }
@@ -110,7 +110,7 @@ public:
         broken_ = !drive_.set(t, window_);
     }
     // From now on functions of time are evaluated inside this window.
-    void see(const TimeWindow& window) { window_ = window, known_ = false, broken_ = !drive_.set(t_, window_); }
+    void set_window(const TimeWindow& window) { window_ = window, known_ = false, broken_ = !drive_.set(t_, window_); }
     void set_pose(const double* y) { set_pose(t_, y); }  // at the same time
     bool factor(Metric metric) {
         if (factored_ && metric == metric_) return true;
@@ -129,13 +129,13 @@ public:
         unload();
         set_pose(t, y);
         set_velocities(y, false);
-        solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, {0, 0});
+        solver_.compliance().set(applied_, pose_, motion_, set_channels(window_.clamped(t_), y), g, {0, 0});
     }
     // Factors with the masses and the stiff forces of an implicit stage with this g, at the state in place, in a pass
     // of Newton's method. The rows do not change, however dependent on the compliant rows they are.
     bool factor_stiff(const double* y, double g, Pass pass) {
         metric_ = Metric::stiff;
-        solver_.compliance().set(applied_, pose_, motion_, see_channels(window_.seen(t_), y), g, pass);
+        solver_.compliance().set(applied_, pose_, motion_, set_channels(window_.clamped(t_), y), g, pass);
         return held_ = factored_ = solver_.factor(pose_, Metric::stiff, 0.0);
     }
     // Chooses the rows of a step from the pose in place, which is closed. False without a unique solution there.
@@ -197,9 +197,9 @@ public:
     const Motion<D>& motion() const { return motion_; }
     Applied<D>& applied() { return applied_; }
     // The variables of programs at the state in place, which is y, at t.
-    Channels<D>& see_channels(double t, const double* y) { return channels_.set(t, y, pose_, motion_); }
+    Channels<D>& set_channels(double t, const double* y) { return channels_.set(t, y, pose_, motion_); }
     // The variables at t inside the window; and the variables of the last evaluation.
-    Channels<D>& seen(double t, const double* y) { return see_channels(window_.seen(t), y); }
+    Channels<D>& channels_at(double t, const double* y) { return set_channels(window_.clamped(t), y); }
     Channels<D>& channels() { return channels_; }
     StateRates<D>& states() { return states_; }
     // Programs are on these branches from now on.
@@ -224,18 +224,18 @@ private:
     bool factored_with_masses(bool found) { return metric_ = Metric::mass, held_ = factored_ = found; }
     bool factor_stage(double t, const double* y) {
         set_pose(t, y);
-        return factor(Metric::mass) && look_near(y);
+        return factor(Metric::mass) && factor_for_violation(y);
     }
     bool slope_of_stage(const double* y, double* slope, double* lambda = nullptr, bool watched = false) {
         set_velocities(y, false);
         return slope_at(y, slope, lambda, watched);
     }
 
-    bool look_near(const double* y) {
+    bool factor_for_violation(const double* y) {
         if (solver_.nearness() >= model_.thresholds.near_branch) return true;
         constraint();
         constraint_velocity(y);
-        return held_ = factored_ = policy_.look_near(pose_, C_, C_dot_, time_scale(model_, y));
+        return held_ = factored_ = policy_.factor_for_violation(pose_, C_, C_dot_, time_scale(model_, y));
     }
 
     // From here on friction that depends on bearing loads is included.
@@ -248,21 +248,21 @@ private:
     bool set_forces(const double* y) {
         if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return false;
         mbproj::set_forces(model_, pose_, y, applied_, solver_);
-        if (contacts_.gives()) contacts_.see(pose_), contacts_.pull(solver_);
+        if (contacts_.gives()) contacts_.set_normals(pose_), contacts_.pull(solver_);
         return true;
     }
     // Sets the solver's forces with those of contacts, and with the friction by their pushes.
     [[gnu::noinline, gnu::cold]] bool settle_contacts(const double* y) {
         if (!solver_.solve(gamma_.data())) return false;
         contacts_.settle(solver_, &motion_);
-        if (contacts_.rubs() && !(contacts_.load(applied_), set_forces(y))) return broken(y);
+        if (contacts_.has_feet() && !(contacts_.load(applied_), set_forces(y))) return broken(y);
         mbproj::set_forces(model_, pose_, y, applied_, solver_);
         contacts_.pull(solver_);
         return true;
     }
     // Adds friction at feet to the contacts' equations; the solver's forces are without it, as pushes are not known.
-    [[gnu::noinline, gnu::cold]] bool rub(const double* y) {
-        if (!contacts_.rub(pose_, applied_, solver_)) return false;
+    [[gnu::noinline, gnu::cold]] bool add_foot_friction(const double* y) {
+        if (!contacts_.add_friction(pose_, applied_, solver_)) return false;
         return mbproj::set_forces(model_, pose_, y, applied_, solver_), true;
     }
 

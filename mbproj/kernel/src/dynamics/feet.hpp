@@ -42,8 +42,8 @@ public:
 
     // Sets the equations of the rows from B, its factor, and the joints' reactions to each row. effect(foot, column,
     // reactions) gives the change by the friction of a foot with a push of 1. False where the forces are not unique.
-    template <class Effect>
-    bool rub(const Matrix& B, const Matrix& reactions, const SemidefiniteCholesky& factor, const Effect& effect) {
+    template <class Effect> bool add_friction(const Matrix& B, const Matrix& reactions,
+                                              const SemidefiniteCholesky& factor, const Effect& effect) {
         const auto feet = P_.rows();
         Matrix E(B.rows(), feet), R(reactions.rows(), feet);
         Vector column;

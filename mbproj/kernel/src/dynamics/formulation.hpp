@@ -57,7 +57,7 @@ public:
     template <class Equations>
     bool slope_at(Equations& equations, const double* y, double* slope, double* lambda, bool watched) {
         std::vector<double> forces(equations.model().stops.bound.size(), 0.0);
-        equations.contacts().tell_sliding(equations.applied(), forces.data());
+        equations.contacts().write_sliding_forces(equations.applied(), forces.data());
         double* found = equations.multipliers();
         if (!accelerate(asked_of(equations, y), forces, watched, slope, found)) return false;
         if (lambda) std::copy_n(found, equations.model().all_multipliers(), lambda);

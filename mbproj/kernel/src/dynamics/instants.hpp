@@ -23,10 +23,10 @@ public:
         given_.reset();
     }
     // Sets the variables of controllers for y at t, before the first controller acts there.
-    void look(double t, const double* y) {
+    void set_channels(double t, const double* y) {
         equations_.set_pose(t, y);
         equations_.set_velocities(y, false);
-        seen_ = &equations_.seen(t, y);
+        seen_ = &equations_.channels_at(t, y);
     }
     // The action of a controller at y, for which the variables are set. False where a program has no finite value.
     bool act(int number, double* y) {
@@ -43,7 +43,7 @@ public:
     }
     // The values of programs of the time and channels for y at t.
     std::vector<double> values(const Programs& programs, double t, const double* y) {
-        look(t, y);
+        set_channels(t, y);
         const Series<Scalar<D>>* variables = seen_->variables();
         std::vector<double> found;
         for (int k = 0; k < programs.size(); ++k) found.push_back(programs.value(k, variables, nullptr));

@@ -192,15 +192,17 @@ private:
         return cholesky().nearness();
     }
 
-    bool lends(int body, Metric metric) const { return model_.bodies[body].is_light && metric != Metric::coordinates; }
+    bool lends_inertia(int body, Metric metric) const {
+        return model_.bodies[body].is_light && metric != Metric::coordinates;
+    }
     bool takes_inertia(int body, Metric metric) const {
-        return !is_bare_[body] || lends(body, metric) || !stiff_.empty();
+        return !is_bare_[body] || lends_inertia(body, metric) || !stiff_.empty();
     }
 
     // The inverse roots of the loops' bodies; false where an inertia is singular.
     bool set_halves(const Pose<D>& pose, Metric metric) {
         const bool by_coordinates = metric == Metric::coordinates;
-        loops_.lend(by_coordinates ? Wrench(Wrench::Zero()) : lent_);
+        loops_.set_lent_inertia(by_coordinates ? Wrench(Wrench::Zero()) : lent_);
         loops_.turn_flywheels(!by_coordinates);
         loops_.comply(metric == Metric::stiff);
         if (!loops_.set_hinged(inertias_)) return false;
@@ -209,7 +211,7 @@ private:
             if (loops_.is_hinged(b)) continue;
             if (takes_inertia(body, metric)) {
                 Inertia<D> M = inertias_[body];
-                if (lends(body, metric)) M.lend(lent_);
+                if (lends_inertia(body, metric)) M.add_lent_inertia(lent_);
                 if (!loops_.half(b).articulated(M)) return false;
             } else if (by_coordinates) {
                 loops_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns, Scalar<D>>::Identity());

@@ -18,7 +18,7 @@ namespace mbproj {
 // The smallest and the largest pivot of S over the poses of a step, in parts of the usual one; 0 where rows were left out.
 struct Passed {
     double smallest = 1.0, largest = 0.0;
-    void see(double nearness) {
+    void record(double nearness) {
         smallest = std::min(smallest, nearness);
         largest = std::max(largest, nearness);
     }
@@ -48,7 +48,7 @@ public:
         others_may_serve_ = true;
         if (model_.rows.redundant > 0 && !(found && serves())) found = choose(pose);
         here_ = {};
-        here_.see(solver_.nearness());
+        here_.record(solver_.nearness());
         begin();
         return found;
     }
@@ -56,7 +56,7 @@ public:
     // A step is tried from the last accepted state: the poses of a rejected step do not count.
     void begin() { passed_ = here_; }
     // Records the nearness of the pose that was factored last, one of this step.
-    void see() { passed_.see(solver_.nearness()); }
+    void record_pose() { passed_.record(solver_.nearness()); }
     const Passed& passed() const { return passed_; }
 
     // Whether the rows held are dependent at the pose that was factored last, and others are not. Near a branch point of the
@@ -66,8 +66,8 @@ public:
     }
     // A stage violates the constraints. Let a row be at a distance s from the span of the others, and violated by c
     // more than they imply. Held, it makes accelerations err by c / s², left out by s: it is held where s³ > c.
-    bool look_near(const Pose<D>& pose, const std::vector<double>& C, const std::vector<double>& C_dot,
-                   double seconds) {
+    bool factor_for_violation(const Pose<D>& pose, const std::vector<double>& C, const std::vector<double>& C_dot,
+                              double seconds) {
         const double first = held_above(model_.thresholds, largest(model_, C) + largest(model_, C_dot) * seconds);
         if (solver_.nearness() > first || solver_.is_clear(pose, first)) return true;
         if (!solver_.factor(pose, Metric::mass, first)) return false;

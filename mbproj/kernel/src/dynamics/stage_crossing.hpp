@@ -75,7 +75,7 @@ private:
     // Sets the slopes at the state y in place, at t; a function without a slope counts as constant.
     void set(double t, const double* y, double g) {
         g_ = g;
-        Channels<D>& channels = equations_.seen(t, y);
+        Channels<D>& channels = equations_.channels_at(t, y);
         const auto states = static_cast<Eigen::Index>(model_.layout.states.size);
         const auto pulls = static_cast<Eigen::Index>(pulls_.size());
         std::vector<double> by(channels.size());

@@ -27,7 +27,7 @@ template <class D> struct Inertia {
         for (int i = 0; i < D::axes; ++i) B.row(i) += moment(arm, Point<D>(A.col(i))).transpose();
         for (int i = 0; i < S::turns; ++i) C.col(i) += moment(arm, Point<D>(B.col(i)));
     }
-    void lend(const Column<S::freedoms, Scalar<D>>& diagonal) {
+    void add_lent_inertia(const Column<S::freedoms, Scalar<D>>& diagonal) {
         A.diagonal() += diagonal.template head<D::axes>();
         C.diagonal() += diagonal.template tail<S::turns>();
     }

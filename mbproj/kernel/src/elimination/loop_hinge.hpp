@@ -45,11 +45,11 @@ public:
         return parent;
     }
     // Xᵀ f, and Xᵀ M X.
-    Twist felt(Twist force) const {
+    Twist at_parent(Twist force) const {
         force.template tail<S::turns>() += moment(link(), Point<D>(force.template head<D::axes>()));
         return force;
     }
-    Inertia<D> felt(Inertia<D> M) const {
+    Inertia<D> at_parent(Inertia<D> M) const {
         M.move(link());
         return M;
     }

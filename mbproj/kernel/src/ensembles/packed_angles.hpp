@@ -32,7 +32,7 @@ public:
     void set_turns(int lane, std::vector<long> turns) { turns_[lane] = std::move(turns); }
     // The lanes that are in begin at the state y, in place.
     void start(Vector& y) {
-        for (std::size_t c = 0; c < counting_.size(); ++c) now_[c] = chosen(look(c), now_[c]);
+        for (std::size_t c = 0; c < counting_.size(); ++c) now_[c] = chosen(angle_now(c), now_[c]);
         follow(y);
     }
     // A step begins.
@@ -48,7 +48,7 @@ public:
     // Counts turns over a step of size h from y to y_new, the state in place.
     void advance(const Pack& h, const Vector& y, Vector& y_new) {
         for (std::size_t c = 0; c < counting_.size(); ++c) {
-            const Angle &before = before_[c], now = look(c);
+            const Angle &before = before_[c], now = angle_now(c);
             const bool led = counting_[c].motion >= 0;
             const Pack most =
                 led ? 2.0 * abs(now.prescribed - before.prescribed) : h * (abs(before.at.speed) + abs(now.at.speed));
@@ -59,7 +59,7 @@ public:
             for (int k = 0; k < pack_width; ++k) {
                 if (!looks[k]) continue;
                 const int of_y = followed_.first + counting_[c].coordinate;
-                tell(c, k, now, h[k], followed_.size ? y_new[of_y][k] - y[of_y][k] : not_a_number);
+                count_turns(c, k, now, h[k], followed_.size ? y_new[of_y][k] - y[of_y][k] : not_a_number);
             }
         }
         follow(y_new);
@@ -84,7 +84,7 @@ public:
                 expected = equations_.drive().prescribed(motion)[lane];
             else if (followed_.size)
                 expected = y[followed_.first + i][lane];
-            const double here = angle(look(c), lane);
+            const double here = angle(angle_now(c), lane);
             double off;
             found[i] = with_turns(here, turns_between(expected, here, off));
         }
@@ -129,7 +129,7 @@ private:
         }
         counted.turns = turns[lane];
     }
-    Angle look(std::size_t c) const {
+    Angle angle_now(std::size_t c) const {
         const auto [coordinate, motion] = counting_[c];
         return {equations_.angle(coordinate), motion < 0 ? Pack(0.0) : equations_.drive().prescribed(motion)};
     }
@@ -140,7 +140,7 @@ private:
                 where(in, now.prescribed, before.prescribed)};
     }
     // `integrated`: how far the angle has turned where y follows it, else NaN.
-    void tell(std::size_t c, int lane, const Angle& now, double h, double integrated) {
+    void count_turns(std::size_t c, int lane, const Angle& now, double h, double integrated) {
         const Angle& before = before_[c];
         const bool led = counting_[c].motion >= 0;
         const double from = angle(before, lane), to = angle(now, lane);

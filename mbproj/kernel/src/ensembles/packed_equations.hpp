@@ -38,20 +38,20 @@ public:
         for (std::size_t r = 0; r < usual_.size(); ++r) usual_[r].set(lane, known ? pivots[r] : 1.0);
         solver_.expect(usual_);
         factorisations.of[lane] = 0;
-        see(lane, {});
+        set_window(lane, {});
     }
     // From now on a lane's functions of time are evaluated inside this window.
-    void see(int lane, const TimeWindow& window) {
+    void set_window(int lane, const TimeWindow& window) {
         window_.first.set(lane, window.first), window_.last.set(lane, window.last);
     }
 
-    // y' at a state at t. Calls look(nearness) with the nearness of its pose to a singular one.
-    template <class Look> void derivative(const Pack& t, const Pack* y, Pack* slope, Look&& look) {
+    // y' at a state at t. Calls record(nearness) with the nearness of its pose to a singular one.
+    template <class Record> void derivative(const Pack& t, const Pack* y, Pack* slope, Record&& record) {
         set_pose(t, y);
         factor(Metric::mass);
         const Pack nearness = solver_.nearness();
         Lanes::keep(is_clear(y, nearness));
-        look(nearness);
+        record(nearness);
         set_velocities(y, false);
         slope_at(y, slope);
     }
@@ -78,7 +78,7 @@ public:
     }
     // y' with the pose in place and factored with the masses, and the velocities in place; multipliers on request.
     void slope_at(const Pack* y, Pack* slope, Pack* lambda = nullptr) {
-        if (model_.loads || states_.any()) channels_.set(window_.seen(t_), y, pose_, motion_);
+        if (model_.loads || states_.any()) channels_.set(window_.clamped(t_), y, pose_, motion_);
         if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return leave();
         if (states_.any() && !states_.set(channels_, slope)) return leave();
         mbproj::set_forces(model_, pose_, y, applied_, solver_);

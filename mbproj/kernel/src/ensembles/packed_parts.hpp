@@ -115,14 +115,14 @@ protected:
             lane.h = std::max(found[k], lane.schedule->shortest(lane.t));
         });
     }
-    void see_windows(const Mask& those) {
-        each_lane(those, [&](int k, Lane& lane) { equations_.see(k, lane.schedule->window()); });
+    void set_windows(const Mask& those) {
+        each_lane(those, [&](int k, Lane& lane) { equations_.set_window(k, lane.schedule->window()); });
     }
 
     // Records the nearness of the poses where the next steps begin.
     void stand(const Pack& nearness) {
         PackedPassed here;
-        here.see(nearness);
+        here.record(nearness);
         here_ = {where(Lanes::in(), here.smallest, here_.smallest), where(Lanes::in(), here.largest, here_.largest)};
     }
     static void keep_finite(const Vector& numbers) {

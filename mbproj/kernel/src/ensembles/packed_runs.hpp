@@ -76,7 +76,7 @@ private:
             ++lane.counters.evaluations;
             this->record(k, lane.t, y_, stages_.first(), lambda_, lane.h, angles_.values(k));
         });
-        this->see_windows(Lanes::in());
+        this->set_windows(Lanes::in());
     }
 
     // One attempt of each lane. See TimeLoop::step and StepTrial.
@@ -100,15 +100,15 @@ private:
         });
         const OnlyLanes only(passes);
         if (Lanes::in().none()) return;
-        const auto see = [&](bool breaks_too) {  // samples at a break belong to that time itself
+        const auto set_windows_of_samples = [&](bool breaks_too) {  // samples at a break belong to that time itself
             each_lane(Lanes::in(), [&](int k, Lane& lane) {
-                if (lane.to.at_break) equations_.see(k, breaks_too ? lane.schedule->window() : TimeWindow{});
+                if (lane.to.at_break) equations_.set_window(k, breaks_too ? lane.schedule->window() : TimeWindow{});
             });
         };
-        see(false);
+        set_windows_of_samples(false);
         accept(end);
-        see(true);
-        look_inside(h);
+        set_windows_of_samples(true);
+        sample_inside(h);
         finish(error);
     }
 
@@ -146,7 +146,7 @@ private:
     }
 
     // Samples that lie inside the steps: see TimeLoop::sample_inside.
-    void look_inside(const Pack& h) {
+    void sample_inside(const Pack& h) {
         const auto inside = [&] {
             Mask found = false;
             each_lane(Lanes::in(), [&](int k, Lane& lane) { found.set(k, lane.schedule->inside()); });
@@ -206,7 +206,7 @@ private:
             lane.schedule->pass_break(lane.t);
             ++lane.counters.evaluations;
         });
-        this->see_windows(those);
+        this->set_windows(those);
         equations_.set_pose(this->times(), y_.data());
         equations_.factor(Metric::mass);
         equations_.set_velocities(y_.data(), false);

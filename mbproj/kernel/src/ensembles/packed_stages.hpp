@@ -12,7 +12,7 @@ inline bool fits_packs(const Tableau& tableau) { return !tableau.is_implicit() &
 // The smallest and the largest pivot of S over the poses of a step.
 struct PackedPassed {
     Pack smallest = 1.0, largest = 0.0;
-    void see(const Pack& nearness) {
+    void record(const Pack& nearness) {
         smallest = min(smallest, nearness);
         largest = max(largest, nearness);
     }
@@ -118,7 +118,7 @@ public:
 
 private:
     void evaluate(const Pack& t, const Vector& y, Vector& slope) {
-        equations_.derivative(t, y.data(), slope.data(), [this](const Pack& nearness) { passed_.see(nearness); });
+        equations_.derivative(t, y.data(), slope.data(), [this](const Pack& nearness) { passed_.record(nearness); });
     }
     // y + h Σ w k, without the stages of no weight.
     template <class Weight>

@@ -140,8 +140,8 @@ template <class D> struct Applied {
         for (const auto& row : rows) touching.insert(row.coordinate);
     }
     // Evaluates the arguments of the model's switches at a state, on these branches, or on free ones.
-    void look(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
-              const double* branches, std::vector<Scalar<D>>& arguments) const {
+    void switch_arguments(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, Channels<D>& channels,
+                          const double* branches, std::vector<Scalar<D>>& arguments) const {
         const std::vector<Switch>& switches = model.switches;
         for (std::size_t k = 0; k < switches.size();) {
             const auto [program, _, l, curve] = switches[k];

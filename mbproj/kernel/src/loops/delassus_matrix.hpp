@@ -253,7 +253,7 @@ private:
             if (hinge.parent() == model_.size()) continue;
             Column<F, Scalar<D>> left = g;
             half.remove(at.Y.col(r), left);
-            passed_on.col(r) = hinge.felt(left);
+            passed_on.col(r) = hinge.at_parent(left);
         }
     }
     void fill_gradients(const Pose<D>& pose, int joint, int body, Matrix<F, F, Scalar<D>>& G) const {

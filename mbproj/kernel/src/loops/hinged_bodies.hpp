@@ -25,7 +25,7 @@ public:
             if (hinge.parent() == model_.size()) continue;
             Inertia<D> left = M;
             half.remove(left);
-            inertias[hinge.parent()].add(hinge.felt(left));
+            inertias[hinge.parent()].add(hinge.at_parent(left));
         }
         return true;
     }
@@ -42,7 +42,7 @@ public:
         if (!on_parent) return;
         Column<F, Scalar<D>> rest = body.f - body.M * body.p;
         half.remove(force, rest);
-        *on_parent += rows_.hinges[h].felt(rest);
+        *on_parent += rows_.hinges[h].at_parent(rest);
     }
     // The motion of a body from its solution in Z, with the motion of its parent, if any.
     void release(int h, const InverseRoot<D>& half, Column<F, Scalar<D>>& twist,

@@ -32,7 +32,7 @@ public:
     bool set_hinged(std::vector<Inertia<D>>& inertias) { return hinged_.set_inertias(inertias, rows_->halves); }
     bool is_hinged(int b) const { return rows_->layout().hinge_of(b) >= 0; }
     // Sets the inertia lent to light bodies: 0 in a metric without the bodies' inertia (GOPM's), and 0 for flywheels.
-    void lend(const Column<F, Scalar<D>>& lent) {
+    void set_lent_inertia(const Column<F, Scalar<D>>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
     }
     void turn_flywheels(bool turn) { rows_->flywheels_turn = turn; }

@@ -80,7 +80,7 @@ struct Break {
 // The time between two breaks, in which functions of time are evaluated.
 template <class Number> struct TimeWindowOf {
     Number first = -std::numeric_limits<double>::infinity(), last = std::numeric_limits<double>::infinity();
-    Number seen(const Number& t) const { return where(t < first, first, where(t > last, last, t)); }
+    Number clamped(const Number& t) const { return where(t < first, first, where(t > last, last, t)); }
 };
 using TimeWindow = TimeWindowOf<double>;
 

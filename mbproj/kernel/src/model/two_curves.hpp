@@ -68,18 +68,18 @@ private:
         else
             while (n + 1 < other.count && b(n + 1) < a(0)) ++n;
         has_before_ = false;
-        look(one.at(m), other.at(n));
+        consider(one.at(m), other.at(n));
         take_end();
         while (m + 1 < one.count || n + 1 < other.count) {
             const bool of_first = m + 1 < one.count && (n + 1 >= other.count || a(m + 1) <= b(n + 1));
             if ((of_first ? a(m + 1) : b(n + 1)) > end) break;
             ++(of_first ? m : n);
-            look(one.at(m), other.at(n));
+            consider(one.at(m), other.at(n));
         }
         take_end();
     }
     // Looks at a pair of places. Their line's component along the tangent of the first changes its sign next to feet.
-    void look(int m, int n) {
+    void consider(int m, int n) {
         const PlaneCurve::Place &one = first_.places[m], &other = second_.places[n];
         const double dx = lies_.x + lies_.turned_x(other.x, other.y) - one.x;
         const double dy = lies_.y + lies_.turned_y(other.x, other.y) - one.y;

@@ -45,7 +45,7 @@ public:
     void begin(double t, const double* y) {
         equations_.set_pose(t, y);
         equations_.constraint_velocity(y);
-        see(equations_.motion(), raw_);
+        set_rates(equations_.motion(), raw_);
         kept.energy = energy(t, y);
         copy(y, now_);
         for (std::size_t k = 0; k < fields_.size(); ++k) kept.momenta[k] = momentum_of(fields_[k], now_);
@@ -85,7 +85,7 @@ private:
     Result hold(double t, double* y, bool refuses) {
         const Thresholds& thresholds = model_.thresholds;
         equations_.constraint_velocity(y);
-        see(equations_.motion(), raw_);
+        set_rates(equations_.motion(), raw_);
         const double now = speed(y), by_step = speed_from_before(y);
         if (!(now > thresholds.row_rests * by_step)) return Result::rests;
         copy(y, now_);
@@ -155,7 +155,7 @@ private:
                 part.omega() = to_body(equations_.pose()[b].rotation, way_[b].omega);
             }
             motion_.update(own_.data(), equations_.pose());
-            see(motion_, beyond_);
+            set_rates(motion_, beyond_);
         }
         return true;
     }
@@ -197,7 +197,7 @@ private:
     }
 
     // The rates of all rows, of motions and flywheels too.
-    void see(const Motion<D>& motion, std::vector<double>& rates) const {
+    void set_rates(const Motion<D>& motion, std::vector<double>& rates) const {
         if (model_.driven.empty() && model_.flywheels.empty()) return;
         moving_rows(model_, equations_.pose(), motion, rates.data(), static_cast<double*>(nullptr));
     }
@@ -209,7 +209,8 @@ private:
         const auto add = [&](double term) { sum += term, terms_ += std::abs(term); };
         for (int b = 0; b < model_.size(); ++b)
             add(-model_.bodies[b].mass * model_.gravity.dot(Point<D>(equations_.pose()[b].position)));
-        if (model_.loads) add(equations_.applied().stored(*model_.loads, equations_.pose(), equations_.seen(t, y)));
+        if (model_.loads)
+            add(equations_.applied().stored(*model_.loads, equations_.pose(), equations_.channels_at(t, y)));
         const Block& work = equations_.layout().quadratures;
         worked_ = work.size ? std::abs(y[work.first]) + std::abs(y[work.first + 1]) : 0.0;
         if (work.size) add(-y[work.first]), add(y[work.first + 1]);

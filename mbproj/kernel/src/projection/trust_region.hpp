@@ -97,7 +97,7 @@ private:
     // Adds the contacts to the current solution: their gaps close, or do not change.
     [[gnu::noinline, gnu::cold]] bool close_contacts(const Motion<D>* motion) {
         Eigen::VectorXd left, change, z;
-        contacts_.see(equations_.pose());
+        contacts_.set_normals(equations_.pose());
         contacts_.changes(equations_.solver(), change);
         if (!contacts_.factor(equations_.pose(), equations_.solver())) return false;
         motion ? contacts_.rates(*motion, left) : contacts_.gaps(left);

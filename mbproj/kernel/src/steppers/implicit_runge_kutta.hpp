@@ -108,9 +108,9 @@ public:
         return true;
     }
     bool meet_break(double t, const Vector& y, const TimeWindow& window, Vector& slope, double* lambda) override {
-        equations_.see(window);
+        equations_.set_window(window);
         const bool found = before_jump(t, y);
-        equations_.see({});
+        equations_.set_window({});
         return found && after_jump(t, y, slope, lambda);
     }
     bool carries_slope() const override { return true; }

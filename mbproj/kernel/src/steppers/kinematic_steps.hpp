@@ -152,7 +152,7 @@ private:
     // y' at a closed stage, the state in place.
     bool evaluate(const Vector& stage, Vector& slope) {
         if (!equations_.factor(Metric::mass)) return false;
-        equations_.policy().see();
+        equations_.policy().record_pose();
         if (equations_.wants_others()) return false;
         equations_.set_velocities(stage.data(), false);
         return equations_.slope_at(stage.data(), slope.data());

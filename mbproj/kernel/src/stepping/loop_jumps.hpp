@@ -20,19 +20,19 @@ protected:
         const bool goes_on = jump([&] { met = change(); });
         if (!met) stop({Status::undecided, now_.t});
         if (!met || !goes_on) return false;
-        stops_.look(now_.t, now_.y, counted_.turns);
+        stops_.set_start(now_.t, now_.y, counted_.turns);
         go_on();
         return true;
     }
 
     void cross_break() {  // from here on functions of time are evaluated after the break
         if (is_asked()) return;
-        equations_.see({});  // as in the current slope
+        equations_.set_window({});  // as in the current slope
         if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
-        equations_.see(schedule_.window());
+        equations_.set_window(schedule_.window());
         const bool goes_on = jump([this] {
             schedule_.pass_break(now_.t);
-            equations_.see(schedule_.window());
+            equations_.set_window(schedule_.window());
             this->act();
         });
         if (goes_on) acted_ ? go_on() : stop_at(now_.t);

@@ -61,7 +61,7 @@ protected:
         instants_.take_given(now_.y.data());
         bool looked = false;
         acted_ = schedule_.act([&](int action) {
-            if (!std::exchange(looked, true)) instants_.look(now_.t, now_.y.data());
+            if (!std::exchange(looked, true)) instants_.set_channels(now_.t, now_.y.data());
             return instants_.act(action, now_.y.data());
         });
     }

@@ -69,14 +69,14 @@ public:
         const auto path = [&](double theta, std::vector<double>& x) {
             state_at(theta, glanced_);
             x.resize(count_);
-            look(t + theta * h, glanced_, window, x);
+            arguments_at(t + theta * h, glanced_, window, x);
         };
         return search_.first(path, bounds(), slack / h, 16.0 * grain / h);
     }
 
     // By how much an argument is outside its interval.
     double excess(std::size_t k, double t, const Vector& y, const TimeWindow& window) {
-        look(t, y, window, x_);
+        arguments_at(t, y, window, x_);
         return bounds()[k].excess(x_[k]);
     }
 
@@ -111,18 +111,18 @@ public:
 
     // Before a jump in time, and after it: switches whose arguments have jumped out of their intervals take the branch
     // there. Signs of 0 stay free.
-    void before_jump(double t, const Vector& y, const TimeWindow& window) { look(t, y, window, before_); }
+    void before_jump(double t, const Vector& y, const TimeWindow& window) { arguments_at(t, y, window, before_); }
     void after_jump(double t, const Vector& y, const TimeWindow& window) {
-        look(t, y, window, x_);
+        arguments_at(t, y, window, x_);
         const std::vector<Interval>& held_in = bounds();
         for (std::size_t k = 0; k < count_; ++k)
             if ((held_in[k].excess(x_[k]) > 0.0 && x_[k] != before_[k]) || lets_go(k)) held(k) = free_branch;
         settle();
     }
     // Sets signs that were free before a step, where the step has moved their arguments from 0.
-    void tell(double t, const Vector& y, const TimeWindow& window) {
+    void set_free_signs(double t, const Vector& y, const TimeWindow& window) {
         if (!any_free()) return;
-        look(t, y, window, x_);
+        arguments_at(t, y, window, x_);
         settle();
     }
     bool any_free() const {
@@ -163,7 +163,7 @@ public:
     // At the end of a fixed step, whose pose and velocities are in place: counts the switches that are passed over and
     // have changed their branch.
     void watch(double t, const Vector& y, const TimeWindow& window) {
-        look_here(t, y, window, nullptr, x_);
+        arguments_here(t, y, window, nullptr, x_);
         for (std::size_t k = 0; k < count_; ++k) {
             if (located(k)) continue;
             const double now = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
@@ -208,21 +208,21 @@ private:
 
     void glance(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window,
                 std::vector<double>& moves) {
-        look(t, y, window, x_);
+        arguments_at(t, y, window, x_);
         glanced_ = y + thresholds_.beside * h * slope;
-        look(t, glanced_, window, moves);
+        arguments_at(t, glanced_, window, moves);
         for (std::size_t k = 0; k < count_; ++k) moves[k] -= x_[k];
     }
 
-    void look(double t, const Vector& y, const TimeWindow& window, std::vector<double>& x) {
+    void arguments_at(double t, const Vector& y, const TimeWindow& window, std::vector<double>& x) {
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
-        look_here(t, y, window, state_.held.data(), x);
+        arguments_here(t, y, window, state_.held.data(), x);
     }
-    void look_here(double t, const Vector& y, const TimeWindow& window, const double* branches,
-                   std::vector<double>& x) const {
-        Channels<D>& channels = equations_.see_channels(window.seen(t), y.data());
-        equations_.applied().look(model_, equations_.pose(), equations_.motion(), channels, branches, x);
+    void arguments_here(double t, const Vector& y, const TimeWindow& window, const double* branches,
+                        std::vector<double>& x) const {
+        Channels<D>& channels = equations_.set_channels(window.clamped(t), y.data());
+        equations_.applied().switch_arguments(model_, equations_.pose(), equations_.motion(), channels, branches, x);
     }
 
     const Model<D>& model_;

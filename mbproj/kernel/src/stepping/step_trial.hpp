@@ -141,7 +141,7 @@ private:
     // first where its extension shows the crossing, then by Newton's method on the ends of the steps themselves.
     bool end_at_crossing() {
         const bool cubic = steps_.fixed() && !stepper_.carries_slope();
-        if (!(cubic ? see_end() : extend())) return false;
+        if (!(cubic ? set_end_slope() : extend())) return false;
         const Target whole = now_.to;
         const double h = whole.h, end = whole.t, tolerance = steps_.fixed() ? 0.0 : steps_.tolerance;
         const double slack = events_.slack(h, tolerance, schedule_.grain(end));
@@ -184,7 +184,7 @@ private:
     }
 
     // The slope at the end of a step whose error is not estimated: the cubic through both ends shows where events are.
-    bool see_end() {
+    bool set_end_slope() {
         ++now_.counters.evaluations;
         slope_.resize(now_.y_new.size());
         if (!equations_.derivative(now_.to.t, now_.y_new.data(), slope_.data())) return stop_at(now_.to.t), false;

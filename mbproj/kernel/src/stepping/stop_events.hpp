@@ -51,7 +51,7 @@ public:
     [[gnu::noinline, gnu::cold]] bool meets(const Vector& slope, const std::vector<long>& turns,
                                             const std::vector<double>& lambda) {
         const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope};
-        equations_.seen(now_.to.t, now_.y_new.data());
+        equations_.channels_at(now_.to.t, now_.y_new.data());
         const bool at_end = watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda);
         rests_ = watch_.rests(now_.to.h);
         const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(step, x, found); };
@@ -85,7 +85,7 @@ public:
                                     equations_.model().thresholds.same_written * whole.h);
         }
         if (!back(counted)) return Found::none;
-        policy_.see_speed(now_.y);
+        policy_.record_speed(now_.y);
         if (rests_ >= 0) return stop_ = rests_, released_ = false, meeting_ = true, Found::at_once;
         const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(h, counted, found); };
         const Meeting met = search.first(at, first, last_, watch_.parts(), whole.h, grain, expected);
@@ -132,7 +132,7 @@ public:
     }
     bool decide_anew(const std::vector<long>& turns) { return meet(turns, -1, false); }
     // Sets the start of the next step: y at t, with these turns.
-    void look(double t, const Vector& y, const std::vector<long>& turns) {
+    void set_start(double t, const Vector& y, const std::vector<long>& turns) {
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
         watch_.begin(equations_.pose(), equations_.motion(), turns);
@@ -192,7 +192,7 @@ private:
             step.at(x, inside_);
             solved = equations_.own_derivative(t, inside_.data(), slope_.data(), lambda.data());
         }
-        if (solved) equations_.seen(t, inside_.data());
+        if (solved) equations_.channels_at(t, inside_.data());
         return solved;
     }
 
@@ -204,7 +204,7 @@ private:
         } else if (!equations_.own_derivative(t, y.data(), slope_.data(), lambda_.data())) {
             return false;
         }
-        equations_.seen(t, y.data());
+        equations_.channels_at(t, y.data());
         watch_.margins(equations_.pose(), equations_.motion(), turns, lambda_, found);
         return true;
     }

@@ -89,13 +89,13 @@ private:
         counted_ = turns_.start(counted_.turns, now_.t, now_.y);
         if (mark_) return go_on_from_mark();
         if (stops_.begins() && !stops_.start(counted_.turns)) return stop({Status::undecided, now_.t});
-        if (stops_.watch().any()) stops_.look(now_.t, now_.y, counted_.turns);
+        if (stops_.watch().any()) stops_.set_start(now_.t, now_.y, counted_.turns);
         if (!equations_.start() || !evaluate(now_.y, true)) return stop_at(now_.t);
         began_ = true, stepper_.first() = slope_, begin_balance();
         now_.h = steps_.step;
         if (!steps_.fixed() && !choose_step(schedule_.left(now_.t))) return;
         sample(now_.t, now_.y, slope_, lambda_, now_.h, counted_);
-        equations_.see(schedule_.window());
+        equations_.set_window(schedule_.window());
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
         if (schedule_.is_after_break() || trial_.locates()) cross_break();
     }
@@ -120,9 +120,9 @@ private:
         trial_.resume(mark_->control, mark_->shortened, mark_->halved);
         schedule_.resume(now_.t, mark_->grid, StepParts(mark_->part));
         if (trial_.locates()) events().hold();
-        equations_.see(schedule_.window());
+        equations_.set_window(schedule_.window());
         if (mark_->contacts) stops_.resume(*mark_->contacts);
-        if (stops_.watch().any()) stops_.look(now_.t, now_.y, counted_.turns);
+        if (stops_.watch().any()) stops_.set_start(now_.t, now_.y, counted_.turns);
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), false);
         const bool anew = mark_->anew, carries = stepper_.carries_slope() && !anew;
@@ -156,9 +156,9 @@ private:
 
     bool take_step(bool watching) {
         schedule_.enter(now_.to);
-        if (now_.to.at_break) equations_.see({});  // samples there belong to that time itself
+        if (now_.to.at_break) equations_.set_window({});  // samples there belong to that time itself
         const bool goes_on = accept(watching);
-        if (now_.to.at_break) equations_.see(schedule_.window());
+        if (now_.to.at_break) equations_.set_window(schedule_.window());
         return goes_on;
     }
 
@@ -170,7 +170,7 @@ private:
         if (!steps_.fixed() || watching) counted_before_ = counted_;
         const Outcome closed =
             step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, counted_, trial_.halves(), now_.counters, peaks);
-        if (closed.status == Status::untold && !steps_.fixed()) return tell_turns(closed), false;
+        if (closed.status == Status::untold && !steps_.fixed()) return report_turns(closed), false;
         if (closed.stops()) return stop(closed), false;
         double* lambda = now_.to.due || watching ? lambda_.data() : nullptr;
         if (!equations_.start() || !stepper_.arrive(now_.y_new, slope_, lambda) ||
@@ -196,7 +196,7 @@ private:
         return true;
     }
 
-    void tell_turns(const Outcome& untold) {
+    void report_turns(const Outcome& untold) {
         make_again();
         trial_.reject(untold.step);  // it is made again, shorter
     }
@@ -230,7 +230,7 @@ private:
         } else if (now_.to.at_break) {
             cross_break();
         } else if (trial_.locates()) {
-            events().tell(now_.t, now_.y, schedule_.window());
+            events().set_free_signs(now_.t, now_.y, schedule_.window());
         }
     }
 

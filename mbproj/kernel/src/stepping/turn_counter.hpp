@@ -41,7 +41,7 @@ public:
     // The angles at the start of a run, at y, the state in place.
     Counted start(std::vector<long> turns, double t, Vector& y) const {
         Counted counted{std::vector<Angle>(turns.size()), std::move(turns)};
-        for (const Counting& each : counting_) counted.angles[each.coordinate] = look(each);
+        for (const Counting& each : counting_) counted.angles[each.coordinate] = angle_now(each);
         follow(counted, y);
         equations_.set_pose(t, y.data());
         equations_.start_teeth();
@@ -62,7 +62,7 @@ public:
         const double h = t_new - t;
         for (const Counting& each : counting_) {
             const int i = each.coordinate;
-            const Angle before = counted.angles[i], now = look(each);
+            const Angle before = counted.angles[i], now = angle_now(each);
             const bool led = each.motion >= 0;
             double turned = led ? now.prescribed - before.prescribed : 0.5 * h * (before.speed + now.speed);
             const double most = led ? 2.0 * std::abs(turned) : h * (std::abs(before.speed) + std::abs(now.speed));
@@ -107,7 +107,7 @@ public:
             else if (followed_.size)
                 expected = y[followed_.first + i];
             double off;
-            found.angles[i] = look(each);
+            found.angles[i] = angle_now(each);
             found.turns[i] = turns(expected, found.angles[i].value(), off);
         }
         return found;
@@ -139,14 +139,14 @@ private:
         stepper_.quadrature(t, y, h, [&](double weight, double time, const Vector& state) {
             equations_.set_pose(time, state.data());
             equations_.set_velocities(state.data(), false);
-            total += h * weight * look(each).speed;
+            total += h * weight * angle_now(each).speed;
         });
         equations_.set_pose(t_new, y_new.data());
         equations_.set_velocities(y_new.data(), false);
         return total;
     }
 
-    Angle look(const Counting& each) const {
+    Angle angle_now(const Counting& each) const {
         return {equations_.angle(each.coordinate), each.motion < 0 ? 0.0 : equations_.drive().prescribed(each.motion)};
     }
 

@@ -66,11 +66,11 @@ public:
         within.velocity = projection_.corrects() && projection_.velocity;
         std::vector<std::vector<std::vector<Dual>>> slopes(parts_.size());
         for (std::size_t p = 0; p < parts_.size(); ++p) {
-            equations_.see(step.window);
+            equations_.set_window(step.window);
             equations_.set_pose(t, y_.data());
             parts_[p]->begin();
             if (!equations_.start() || !parts_[p]->follow(step, y)) return false;
-            equations_.see(step.window);
+            equations_.set_window(step.window);
             if (count && !parts_[p]->extend(step)) return false;
             slopes[p].resize(count);
             for (std::size_t k = 0; k < count; ++k)
@@ -123,7 +123,7 @@ private:
         return equations_.derivative(t, y, slope, lambda);
     }
     bool close(double t, const double* y) override {
-        equations_.see({});
+        equations_.set_window({});
         equations_.set_pose(t, y);
         return equations_.factor(metric());
     }

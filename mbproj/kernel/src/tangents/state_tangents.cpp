@@ -103,7 +103,7 @@ template <class D> bool StateTangents<D>::evaluate(double t, const TimeWindow& w
     if (!answers_.slope(t, at_.data(), slope_.data(), lambda_.data()) || !drive_.set(t, window)) return false;
     pose_.update(y.data());
     motion_.update(y.data(), pose_);
-    channels_.set(window.seen(t), y.data(), pose_, motion_);
+    channels_.set(window.clamped(t), y.data(), pose_, motion_);
     if (model_.loads && !applied_.update(*model_.loads, pose_, motion_, channels_)) return false;
     std::copy(slope_.begin(), slope_.end(), slope.begin());
     if (states_.any() && !states_.set(channels_, slope.data())) return false;

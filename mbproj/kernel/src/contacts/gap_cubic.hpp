@@ -1,4 +1,4 @@
-// A gap at two looks: the cubic through both values and rates, and its minima in between.
+// A gap at two times: the cubic through both values and rates, and its minima in between.
 #pragma once
 
 #include <algorithm>
@@ -7,18 +7,18 @@
 namespace mbproj {
 
 // A watched value, and its rate.
-struct Look {
+struct GapRate {
     double value, rate;
 };
 
 // The parts of a step, in eighths, that are looked at where a body may have gone through another one.
 constexpr int through[] = {4, 2, 6, 3, 5};
 
-// The gap between two looks that lie h apart: value + a θ + c2 θ² + c3 θ³.
+// The gap between two times that lie h apart: value + a θ + c2 θ² + c3 θ³.
 struct GapCubic {
     double h, value, end, a, b, c2, c3;
 
-    GapCubic(const Look& from, const Look& to, double h)
+    GapCubic(const GapRate& from, const GapRate& to, double h)
         : h(h), value(from.value), end(to.value), a(h * from.rate), b(h * to.rate),
           c2(3.0 * (end - value) - 2.0 * a - b), c3(a + b - 2.0 * (end - value)) {}
 
