@@ -51,8 +51,8 @@ def run(
 
     `scene` is a `Scene`, the path of a file, a text of several lines, or a mapping. Settings are those of `mbproj run`:
     numbers in SI units, or text with a unit ("1 ms"). `parameters` changes parameters, or values by their paths, such
-    as {"bodies.bar1.mass": 2}. `certify` computes a better solution too: `results.trust` tells how long each marker
-    keeps each of `limits` in m.
+    as {"bodies.bar1.mass": 2}. `certify` computes a better solution too: `results.trust` tells how long the error
+    of each marker stays below each of `limits` in m.
 
     At the start and each `period` in s after it, `controller(t, signals)` returns states of the scene, by name, that
     are then set. Such a run cannot be continued from its file. `progress` is called with the time reached in s.

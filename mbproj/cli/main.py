@@ -49,7 +49,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
             "linearize": "Writes the linear model from inputs to outputs.",
         },
         "Choose a setting": {
-            "recommend": "Finds the cheapest setting that keeps an error.",
+            "recommend": "Finds the cheapest setting that keeps the error below a goal.",
             "compare": "Puts methods on one scene side by side.",
             "tradeoff": "Measures accuracy against cost on a scene.",
             "threshold": "Finds from which violation on to project.",

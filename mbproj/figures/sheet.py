@@ -62,7 +62,7 @@ def _pair(line: str, place: Place, problems: list[Problem]) -> Iterator[tuple[st
     if not colon:
         problems.append(Problem(f"'{text}' is not KEY: VALUE", place))
     elif key in REFUSED or key.startswith(FOREIGN):
-        problems.append(Problem(f"a sheet has no say in '{key}'", place, REFUSED.get(key, "leave it out")))
+        problems.append(Problem(f"a sheet cannot set '{key}'", place, REFUSED.get(key, "leave it out")))
     elif key not in mpl.rcParams:
         alike = [known for known in mpl.rcParams if known[0] == key[0]]
         problems.append(

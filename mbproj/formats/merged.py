@@ -109,7 +109,7 @@ def _replace(mechanism: ImportedMechanism, chain: Sequence[Connection], point: A
     for joint in chain[:-1]:
         del mechanism.parts[joint.bodies[1]]
     mechanism.tree -= set(names)
-    what = f"one {kind} joint '{own}': what is between them has no mass"
+    what = f"one {kind} joint '{own}': the parts between them have no mass"
     mechanism.say(f"joints {', '.join(names)}", chain[0].place, what, Same.YES)
 
 

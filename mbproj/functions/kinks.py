@@ -70,7 +70,7 @@ def _suspects(programs: ProgramSet, index: int) -> tuple[frozenset[Op], frozense
 
 
 class _SampledFunction:
-    """The values of a function at the times of its samples; scratch of one search."""
+    """The values of a function at the times of its samples, for one search of kinks."""
 
     def __init__(self, programs: ProgramSet, index: int, times: Array) -> None:
         self.programs, self.index, self.times = programs, index, times

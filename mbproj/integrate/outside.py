@@ -55,7 +55,7 @@ class Exchange:
             raise InputError(Problem(f"'{name}' is no state of the scene", hint=hint))
         if not abs(value) < float("inf"):
             raise InputError(
-                Problem(f"input '{name}' is {value}, which is not finite", hint="look at what computes it")
+                Problem(f"input '{name}' is {value}, which is not finite", hint="check the code that computes it")
             )
         return self._numbers[name], value
 

@@ -43,7 +43,7 @@ def sparse_eigen(reference: LinearReference, count: int) -> SparseEigen:
 
 
 class _Pencil:
-    """K, D, M and G of one mechanism; scratch of one search."""
+    """K, D, M and G of one mechanism, for one search of its modes."""
 
     def __init__(self, reference: LinearReference, equations: LinearEquations, rows: Integers) -> None:
         self.system, self.G, self.rows = reference.system, equations.rows.G, rows

@@ -112,9 +112,10 @@ class Followers:
 
 
 class FollowedKind(IntEnum):
-    """The list in which a distance from a curve stands: the rows of the joints, the laws, or the stops. A stop follows
-    its curve while it touches. The kernel's loop handles that itself; for others the stop is then a row or a law. Or a
-    joint coordinate whose sign is a switch: the length of rope that lies on a circle, which the rope may leave."""
+    """The list in which a followed distance stands: the rows of the joints, the laws, the stops, or the joint
+    coordinates. A stop follows its curve while it touches. The kernel's loop handles that itself; elsewhere such a stop
+    is a row or a law. Of the coordinates, those are followed whose sign is a switch: the length of rope that lies on a
+    circle, which the rope may leave."""
 
     ROW = 0
     LAW = 1

@@ -34,8 +34,9 @@ MESH_FORMATS = ("stl", "obj")
 
 @dataclass(frozen=True)
 class PlacedShape:
-    """A shape of `mbproj.scene.solids.shapes`, its dimensions by name in m and z along its `axis`: the middle at
-    `position` from the body's centre of mass in m, turned by `orientation` (Euler parameters) from the body axes."""
+    """A shape of `mbproj.scene.solids.shapes`, with its dimensions by name in m. A shape with a length has it along its
+    own `axis`. `position` in m is that of its middle from the body's centre of mass. It is turned against the body axes
+    by `orientation` (Euler parameters)."""
 
     kind: str
     sizes: Mapping[str, float]

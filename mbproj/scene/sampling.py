@@ -14,7 +14,7 @@ from mbproj.scene.records import Settings
 DEFAULT_SAMPLES = 1000
 #: Two times are the same where they differ by less than this part of the duration, which is round-off.
 SAME_TIME = 1e-12
-#: The most fixed steps: the times of steps are multiples of it, which 16 digits could not tell apart beyond this.
+#: The most fixed steps. The times of more steps could not be told apart, since numbers have 16 digits.
 MOST_STEPS = 1e15
 #: The most samples of an error-controlled run: with more, its file would exceed some 10 GB.
 MOST_SAMPLES = 1e7

@@ -95,7 +95,7 @@ class PlaneStop:
 
     @property
     def stops(self) -> list[str]:
-        """The names in results of the stop, one of them."""
+        """The name in results of the stop, as a list of one."""
         return [self.name]
 
     @property

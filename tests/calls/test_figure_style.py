@@ -94,8 +94,8 @@ def test_all_that_is_wrong_in_a_sheet_is_said_with_its_line(tmp_path):
     assert lines[0] == "1: error: unknown key 'font.sise'; did you mean 'font.size'?"
     assert lines[1].startswith("3: error: 'font.size': Could not convert 'big1'")
     assert lines[2:] == [
-        "4: error: a sheet has no say in 'backend'; leave it out",
-        f"5: error: a sheet has no say in 'text.usetex'; {REFUSED['text.usetex']}",
+        "4: error: a sheet cannot set 'backend'; leave it out",
+        f"5: error: a sheet cannot set 'text.usetex'; {REFUSED['text.usetex']}",
         "6: error: 'x' is not KEY: VALUE",
     ]
 

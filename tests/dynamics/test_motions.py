@@ -146,7 +146,7 @@ LOCKED = {
     "reach where motion 'n' begins; begin at the pose that 'bodies' "
     "gives, or take out other motions and conditions",
     "  m: {joint: A, angle: t**2}\n  n: {joint: D, angle: 3*t**2}\n": "f.yaml:15:24: error: motion 'n' locks the "
-    "mechanism: what it drives already follows from the joints and the "
+    "mechanism: the coordinate that it drives already follows from the joints and the "
     "motions before it; drive no more coordinates than there are degrees of freedom, and none at a dead centre",
 }
 

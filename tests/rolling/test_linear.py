@@ -98,7 +98,7 @@ def test_a_linear_model_of_the_bicycle_has_its_eigenvalues_and_answers():
 )
 def test_what_linear_models_of_what_rolls_lack_is_refused(word, rest):
     text = f"{bicycle(0.0)}\n{rest}\n"
-    with pytest.raises(InputError, match=f"linear models of what rolls have no .*{word}"):
+    with pytest.raises(InputError, match=f"linear models of rolling mechanisms have no .*{word}"):
         mbproj.linearize(mbproj.read_scene_text(text), inputs=["head.angle"], outputs=["hub.force_z"])
 
 

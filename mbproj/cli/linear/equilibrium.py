@@ -162,7 +162,7 @@ def report(rest: Equilibrium, more: list[Equilibrium], title: str) -> str:
         f"{title}: {where} at t = {rest.reference.motion.t:.6g} s, found in {rest.steps} steps",
         f"  forces left: {off.force:.1e} N, {off.torque:.1e} N m ({off.relative:.1e} of the largest)",
         f"  {_stability(rest)}",
-        *([f"  one of a {rest.family}-dimensional family: what rolls may rest elsewhere"] if rest.family else []),
+        *([f"  one of a {rest.family}-dimensional family: rolling bodies may rest elsewhere"] if rest.family else []),
         *([f"  neutral, kept as they were: the motions {'; '.join(rest.neutral)}"] if rest.neutral else []),
         *([f"  held at its speed by {rest.drive[0]:.6g} N m"] if len(rest.drive) else []),
         *(["  joint coordinates", *table(coordinates, "    ")] if coordinates else []),

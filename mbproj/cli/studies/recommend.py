@@ -1,4 +1,4 @@
-"""`mbproj recommend`: the cheapest setting that keeps an error, as a command line, or written into the scene."""
+"""`mbproj recommend`: the cheapest setting with an error below a goal, as a command line or written into the scene."""
 
 from __future__ import annotations
 

@@ -48,9 +48,9 @@ def problems_of(system: System, redundancy: Redundancy, *, runs: bool) -> list[P
 def _locked(system: System, entry: DependentSet) -> Problem:
     """Return the problem of a motion whose coordinate follows from joints and other motions."""
     names = " and ".join(f"'{name}'" for name in entry.motions)
-    what = f"motion {names} locks the mechanism: what it drives already follows from the joints"
+    what = f"motion {names} locks the mechanism: the coordinate that it drives already follows from the joints"
     if len(entry.motions) > 1:
-        what = f"motions {names} lock each other: what one drives already follows from the others"
+        what = f"motions {names} lock each other: the coordinate that one drives already follows from the others"
     return Problem(
         f"{what}: {_listed([entry])}",
         _place(system, entry),
@@ -90,7 +90,7 @@ def jammed_wheels(system: System, pose: Pose) -> list[Problem]:
         return []
     names = [f"'{system.names.joints[joint]}'" for joint in stuck]
     more = f" and {len(names) - MOST_JOINTS} more" if len(names) > MOST_JOINTS else ""
-    said = f"joints {', '.join(names[:MOST_JOINTS])}{more} jam: no motion without slip moves what they hold"
+    said = f"joints {', '.join(names[:MOST_JOINTS])}{more} jam: no motion without slip moves their bodies"
     hint = "wheels roll together where their axles meet in one point, or are parallel"
     return [Problem(said, system.joint_places[stuck[0]], hint)]
 

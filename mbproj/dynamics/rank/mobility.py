@@ -93,8 +93,8 @@ def unsolvable(system: System, ranks: Mobility) -> list[Problem]:
     for name in ranks.locked:
         problems.append(
             Problem(
-                f"motion '{name}' locks the mechanism: what it drives already follows from the joints and the motions "
-                "before it",
+                f"motion '{name}' locks the mechanism: the coordinate that it drives already follows from the joints "
+                "and the motions before it",
                 system.motions.places[system.names.motions.index(name)],
                 "drive no more coordinates than there are degrees of freedom, and none at a dead centre",
             )

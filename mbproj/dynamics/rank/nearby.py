@@ -111,7 +111,8 @@ def _far(system: System, q: Array, start: Array) -> float:
 
 
 def branch_directions(system: System, pose: Pose, motions: Array, trials: Array) -> Array:
-    """Return directions (t, 6n) of (δr / length, δθ) along which accelerations exist; t < T where trials lead to none.
+    """Return directions (t, 6n) of (δr / length, δθ) along which accelerations exist; t < T where some trials find
+    none.
 
     They are near `trials` (T, f), combinations of the `motions` (f, 6n) that C_q allows. `system` has no
     driving motions."""
@@ -148,7 +149,7 @@ def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
 
 
 def _root(forms: Array, trial: Array) -> Array | None:
-    """Return a unit vector near `trial` at which all forms vanish, by Gauss-Newton; None where it leads to none."""
+    """Return a unit vector near `trial` at which all forms vanish, by Gauss-Newton; None where it finds none."""
     z = trial / np.linalg.norm(trial)
     for _ in range(THRESHOLDS.most_passes):
         slope = forms @ z

@@ -18,8 +18,8 @@ LEAST, LARGEST = 1e-9, 1e6
 
 @styled
 def draw_expectations(shares: Mapping[str, float]) -> Figure:
-    """Draw a dot for each expectation by its name, at the part of its allowed error that it uses. Beyond the line at 1
-    it falls short. A part below 1e-9, or none at all, is drawn at 1e-9; a missing sample is drawn at 1e6."""
+    """Draw a dot for each expectation by its name, at the part of its allowed error that it uses. An expectation beyond
+    the line at 1 is not met. A part below 1e-9, or none at all, is drawn at 1e-9; a missing sample is drawn at 1e6."""
     shown = sorted(shares.items(), key=lambda item: -item[1])[:MOST]
     figure = Figure(figsize=(page_width(), AROUND + ROW * len(shown)), layout="constrained")
     axis = figure.subplots()

@@ -40,7 +40,8 @@ class Strip:
 @dataclass(frozen=True, eq=False)
 class Map:
     """The strips of all methods over the quantity that `label` names. `own` is the scene's value, `analytic` the limit
-    of theory. `closed` and `off` are the limits up to which a run holds. Each is None where it does not apply."""
+    of theory. A run holds while the opening of its joints is below `closed` and its energy error below `off`. Each is
+    None where it does not apply."""
 
     strips: Sequence[Strip]
     label: str

@@ -35,18 +35,18 @@ def say_unwritten(scene: Scene, say: Say, tree: Tree, acting: Mapping[str, Coord
         if coordinate not in free:
             say(f"what acts on '{coordinate}'", "left out: its joint closes a loop", Same.NO)
     for motion in scene.motions:
-        say(f"motion '{motion.name}'", "left out: what is driven moves freely in the model", Same.NO)
+        say(f"motion '{motion.name}'", "left out: its coordinate moves freely in the model", Same.NO)
     for force in scene.forces:
         if isinstance(force, Bushing | BodyForce):
             say(f"force '{force.name}'", "left out: there is no such force in the format", Same.NO)
         elif isinstance(force, PlaneStop):
-            say(f"stop '{force.name}'", "left out: nothing touches", Same.UNTIL)
+            say(f"stop '{force.name}'", "left out: bodies pass through the plane", Same.UNTIL)
     for state in scene.states:
         say(f"state '{state.name}'", "left out: no model has states beside its motion", Same.NO)
     for element in scene.elements:
         say(f"element '{element.name}'", "left out: it comes from Python", Same.NO)
     drawn = sum(body.appearance is not None or bool(body.shapes) for body in scene.bodies)
     if drawn:
-        say(f"looks of {drawn} bodies", "left out: they have no say in the motion", Same.YES)
+        say(f"looks of {drawn} bodies", "left out: they do not act on the motion", Same.YES)
     if np.any(scene.gravity) and scene.settings.start == "equilibrium":
         say("start: equilibrium", "the model begins there, at rest", Same.YES)

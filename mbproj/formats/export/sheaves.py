@@ -1,4 +1,4 @@
-"""The run of a scene's rope over points and sheaves in one plane, as far as a tendon of MJCF can run so."""
+"""The run of a scene's rope over points and sheaves in one plane, where a tendon of MJCF can have the same."""
 
 from __future__ import annotations
 

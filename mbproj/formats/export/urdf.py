@@ -182,11 +182,11 @@ class _Urdf:
             say("velocities at the start", "left out: URDF begins at rest", Same.NO)
         shifted = [each.name for each in self.tree.freedoms.values() if each.value]
         if shifted:
-            say(f"{len(shifted)} joints", "count from the start, and not from the scene's zero", Same.YES)
+            say(f"{len(shifted)} joints", "their coordinates are zero at the start, not at the scene's zero", Same.YES)
         for force in self.scene.forces:
             if isinstance(force, PointForce | DistanceStop):
                 same = Same.UNTIL if isinstance(force, DistanceStop) else Same.NO
                 say(f"force '{force.name}'", "left out: URDF has none between two points", same)
         if self.scene.markers:
-            say(f"{len(self.scene.markers)} markers", "left out: they have no say in the motion", Same.YES)
+            say(f"{len(self.scene.markers)} markers", "left out: they do not act on the motion", Same.YES)
         say_unwritten(self.scene, say, tree=self.tree, acting=self.acting)

@@ -123,7 +123,7 @@ def _surroundings(compiled: CompiledMjcf, mechanism: ImportedMechanism) -> None:
         mechanism.say("limits of actuators' forces", None, "left out", Same.UNTIL)
     for count, what in ((model.nsensor, "sensors"), (model.ncam, "cameras")):
         if count:
-            mechanism.say(f"{count} {what}", None, "left out: they have no say in the motion", Same.YES)
+            mechanism.say(f"{count} {what}", None, "left out: they do not act on the motion", Same.YES)
     if model.nflex:
         what = "left out: a scene has no flexible bodies, and their parts move apart"
         mechanism.say(f"{model.nflex} flexible bodies", None, what, Same.NO)

@@ -186,7 +186,7 @@ def _say_rest(mechanism: ImportedMechanism, root: XmlElement, model: Urdf) -> No
             what = "left out: it is not read, and may act on the motion"
             mechanism.say(f"<{element.tag}>", element.place, what, Same.NO)
         else:
-            mechanism.say(f"<{element.tag}>", element.place, "left out: it has no say in the motion", Same.YES)
+            mechanism.say(f"<{element.tag}>", element.place, "left out: it does not act on the motion", Same.YES)
 
 
 def visuals(

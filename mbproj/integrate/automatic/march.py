@@ -31,7 +31,7 @@ By = Callable[[str, Marks, Tally, Pauses | None], Iterator[Samples | None]]
 
 @dataclass
 class _Part:
-    """Scratch for the part of a run that one method makes.
+    """The part of a run that one method makes.
 
     `marks` are its marks, and `plan` belongs to the newest of them. `before` is the mark to use until `marks` has one.
     `left` is the mark from which another method continues. `final` is the mark to use once the run's end has influenced
@@ -52,7 +52,7 @@ class _Part:
 
 
 class AutomaticMarch:
-    """Scratch of a run: its plan."""
+    """One run by `integrator: auto`, with its plan."""
 
     def __init__(self) -> None:
         self.plan = Plan()

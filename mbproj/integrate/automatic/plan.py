@@ -46,7 +46,7 @@ class Since(NamedTuple):
 
 @dataclass
 class Plan:
-    """Scratch of a run.
+    """The plan of one run, which changes as the run goes on.
 
     `due`: the number of attempted steps at the next look. `trial`: the number at which a trial is due at the latest.
     `best`: the highest speed since the last trial, in simulated s per evaluation. `failed`: the number of failed trials

@@ -89,7 +89,8 @@ def _snapped(t: float, grid: Sequence[float], settings: Settings, slack: float) 
 
 
 class BreakCursor:
-    """Scratch of a run: the number of breaks passed. `interval`: the time between two samples, in s."""
+    """The place of one run among its breaks: the number of breaks passed. `interval`: the time between two samples, in
+    s."""
 
     def __init__(self, breaks: Sequence[Break], start: float, interval: float) -> None:
         self._breaks, self._passed, self._interval, self._acted = breaks, 0, interval, 0

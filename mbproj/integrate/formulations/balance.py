@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
 @dataclass
 class Balance:
-    """Scratch of a run: the conserved quantities `kept`, y at the start of the current step, and whether its correction
-    was refused.
+    """The balance of one run: the conserved quantities `kept`, y at the start of the current step, and whether its
+    correction was refused.
 
     `fields` (k, 6): the rigid motions whose momenta are conserved."""
 

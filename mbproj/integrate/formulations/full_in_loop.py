@@ -89,7 +89,8 @@ class FullInLoop(Reduced):
 
 
 class _Answers:
-    """Scratch of a run: the formulation with the rows of the closed contacts, and its row policy."""
+    """NumPy's answers to the kernel in one run: the formulation with the rows of the closed contacts, and its row
+    policy."""
 
     def __init__(self, compiled: FullInLoop, state: State, settings: Settings) -> None:
         self._compiled, self._state, self._settings = compiled, state, settings

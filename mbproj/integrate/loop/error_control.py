@@ -38,7 +38,7 @@ _Tried: TypeAlias = _Attempt | SimulationError
 
 
 class ErrorControl:
-    """Scratch of a run with error control."""
+    """One run with error control."""
 
     def __init__(self, run: Run) -> None:
         tolerance = run.exact.settings.tolerance

@@ -36,8 +36,8 @@ def march(formulation: FullFormulation, state: State, tally: Tally, marks: Marks
 
 
 class FixedSteps:
-    """Scratch of a run with steps of one size. The time of step k is t0 + k h, so that it does not drift. The last step
-    may be shorter, and a step with a break in it is split."""
+    """One run with steps of one size. The time of step k is t0 + k h, so that it does not drift. The last step may be
+    shorter, and a step with a break in it is split."""
 
     def __init__(self, run: Run) -> None:
         self.run = run

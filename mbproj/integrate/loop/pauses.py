@@ -30,8 +30,8 @@ class Standing:
 
 @dataclass
 class Pauses:
-    """Scratch of a run by one method. When `due` steps were tried since the start, `look` is called: it returns whether
-    the run ends here, and sets `due` anew. The steps do not depend on it. `sampled`: whether the run also makes
+    """The pauses of one run by one method. When `due` steps were tried since the start, `look` is called: it returns
+    whether the run ends here, and sets `due` anew. The steps do not depend on it. `sampled`: whether the run also makes
     samples."""
 
     due: int

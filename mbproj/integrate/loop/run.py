@@ -22,8 +22,8 @@ from mbproj.integrate.steppers.tableau import stepper_of
 
 
 class Run:
-    """Scratch of a run from `start`. `exact` evaluates functions of time at the time itself, `inside` within the window
-    of the current step."""
+    """The data of one run from `start`, some of which change from step to step. `exact` evaluates functions of time at
+    the time itself, `inside` within the window of the current step."""
 
     def __init__(self, formulation: FullFormulation, leg: Leg, tally: Tally, marks: Marks) -> None:
         self.leg, self.start, self.end, self.tally = leg, leg.start, leg.end, tally

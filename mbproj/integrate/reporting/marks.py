@@ -30,8 +30,8 @@ def _at_start() -> Mark:
 
 @dataclass
 class Marks:
-    """Scratch of a run, which continues from the mark `resumed`. Where marks are `wanted`, `newest` returns the last
-    one that the run's end has not influenced: from there a longer run makes the same steps."""
+    """The marks of one run, which continues from the mark `resumed`. Where marks are `wanted`, `newest` returns the
+    last one that the run's end has not influenced: from there a longer run makes the same steps."""
 
     resumed: Mark = field(default_factory=_at_start)
     wanted: bool = False
@@ -39,8 +39,8 @@ class Marks:
 
 
 class Keeping:
-    """Scratch of a run: it hands marks to `keep`, at intervals such that they take at most a tenth of the run's time. A
-    mark has all events so far, and takes a second for a million of them."""
+    """Hands marks of one run to `keep`, at intervals such that this takes at most a tenth of the run's time. A mark has
+    all events so far; a million of them take a second."""
 
     def __init__(self, marks: Marks, keep: Callable[[Mark], None]) -> None:
         self._marks, self._keep = marks, keep

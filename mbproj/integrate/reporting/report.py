@@ -215,7 +215,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
 
 
 class EnergyWatch:
-    """Scratch of a run: the largest |balance|, kinetic energy, and range of the potential energy so far."""
+    """The energies of one run so far: the largest |balance|, kinetic energy, and range of the potential energy."""
 
     def __init__(self, scale: float = 0.0, *, moves: bool = True, wanted: bool = True) -> None:
         """`scale`: the mechanism's energy in J, its weight times its size. `moves`: whether it can move at all. Without

@@ -49,7 +49,7 @@ class _KeptSample:
 
 
 class StiffnessWatch:
-    """Scratch of a run: some of its samples, from which stiffness is diagnosed at its end."""
+    """Keeps some samples of one run, from which stiffness is diagnosed at its end."""
 
     def __init__(self, choice: Choice, system: System, settings: Settings, march: March) -> None:
         self._system, self._settings, self._march = system, settings, march

@@ -106,8 +106,8 @@ def contacts_of(system: System, state: Mapping[str, Any]) -> Contacts:
 
 
 class Inside:
-    """Scratch of a run from `start`: its contacts in the kernel's loop. `interval`: the time between samples in s.
-    `halts`: whether the run ends before its first contact event."""
+    """The contacts of one run from `start` in the kernel's loop. `interval`: the time between samples in s. `halts`:
+    whether the run ends before its first contact event."""
 
     def __init__(self, choice: Choice, system: System, start: State, interval: float, *, halts: bool = False) -> None:
         assert choice.compiled is not None

@@ -142,7 +142,7 @@ def refuse_large_rolling(system: System) -> None:
     """Raise InputError where a large mechanism has rows at velocity level."""
     if system.rolls and system.bodies > THRESHOLDS.large:
         most = f"up to {THRESHOLDS.large} bodies"
-        said = f"what rolls has linear equations by dense matrices, {most}, and this has {system.bodies}"
+        said = f"the linear equations of rolling mechanisms are dense, for {most}, and this one has {system.bodies}"
         raise InputError(Problem(said, key=("bodies",), hint="take fewer bodies"))
 
 

@@ -294,5 +294,5 @@ def refuse_beside_rolling(system: System, asks_reactions: bool) -> None:
     for what, has in reasons.items():
         if has:
             joint = int(system.joints.owner[np.argmax(system.joints.is_velocity)])
-            said = f"joint '{system.names.joints[joint]}' rolls, and linear models of what rolls have no {what}"
+            said = f"joint '{system.names.joints[joint]}' rolls, and linear models of rolling mechanisms have no {what}"
             raise InputError(Problem(said, system.joint_places[joint], "`mbproj modes` knows them; or leave them out"))

@@ -14,7 +14,8 @@ from mbproj.model.compile.frames import SYMBOLS
 from mbproj.model.compile.joint_rows import primitive_of
 from mbproj.scene.records import Joint
 
-#: The slip of a wheel. A joint that rolls along a line has no slip row from which to read the kind.
+#: The primitive whose point of contact is that of a wheel. A joint that rolls along a line has no row of slip, but
+#: touches its plane as a wheel does.
 WHEEL = "wheel_slip_along"
 
 

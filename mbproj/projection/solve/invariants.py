@@ -22,7 +22,7 @@ from mbproj.thresholds import THRESHOLDS
 
 @dataclass
 class BalanceScratch:
-    """Scratch of a run: the `energy` E0 in J and the momenta (k,) of the current balance.
+    """The balance of one run, which changes from step to step: the `energy` E0 in J and the momenta (k,).
 
     `held`, `rested` and `refused` count the steps at which the rows were satisfied, left out near rest, or refused.
     `given` is the signed sum of the energy in J that they have added. `furthest` is its largest absolute value so far,

@@ -76,7 +76,7 @@ class Weights(Field[dict[str, tuple[float, str]]]):
         return {"description": self.expects, "type": "object", "additionalProperties": number, "minProperties": 1}
 
 
-#: Couplings stand nowhere in space.
+#: The points of a coupling, which has no place in space.
 NOWHERE = Pair((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 #: The keys of a coupler in place of the names of joints.
 COUPLER: Mapping[str, Field[Any]] = {

@@ -1,4 +1,4 @@
-"""The scratch of one reading: the names that expressions and references may use, the places, the problems found."""
+"""The state of one reading: the names that expressions and references may use, the places, the problems found."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ class Unfit(Exception):
 
 @dataclass
 class Reading:
-    """The scratch of one reading. `names` are the parameters (None: wrong, and reported), `items` the names of each
-    block's items. `notes` are on legal input that may be a mistake. `units` are the SI units of the numbers by path,
-    where they are known. `kept` has the values of an earlier reading, or stores those of this one. `inner` are the full
-    names of the short names that expressions may use within an item."""
+    """The state of one reading, to which fields add. `names` are the parameters (None: wrong, and reported), `items`
+    the names of each block's items. `notes` are on legal input that may be a mistake. `units` are the SI units of the
+    numbers by path, where they are known. `kept` has the values of an earlier reading, or stores those of this one.
+    `inner` are the full names of the short names that expressions may use within an item."""
 
     items: Mapping[str, Collection[str]] = field(default_factory=dict)
     names: dict[str, Value | None] = field(default_factory=dict)

@@ -50,8 +50,8 @@ class ShapeType:
 
 @dataclass(frozen=True)
 class Shape:
-    """A shape of given dimensions: `spread` in m², `volume` in m³ or None. `sizes` are the dimensions by name in m;
-    `axis` is the axis along which they have their z."""
+    """A shape of given dimensions: `spread` in m², `volume` in m³ or None. `sizes` are the dimensions by name in m; a
+    shape with a length has it along its own `axis`."""
 
     kind: str
     spread: Vector

@@ -191,7 +191,7 @@ class Match:
             return 1.0
         if not agrees(unit, given.dimension):
             what = f"is in {unit}" if unit else "has no unit"
-            self._reading.report(f"'deviation' {what}, as what is matched", self._at("deviation"))
+            self._reading.report(f"'deviation' {what}, like the matched quantity", self._at("deviation"))
         return float(given.number)
 
 

@@ -1,5 +1,6 @@
-"""recommend(): the cheapest setting that keeps an error. All integrators are tried, with fixed steps and with error
-control.
+"""recommend(): the cheapest setting that keeps the error below a goal.
+
+All integrators are tried, with fixed steps and with error control.
 
 The cost is the number of evaluations of the accelerations, including those for the samples. Settings within a quarter
 of the fewest evaluations are then timed in turn. All settings close the joints after every step.
@@ -190,7 +191,7 @@ def _cheapest_of_first_family(bench: Bench, base: Setting, tell: Tell) -> tuple[
             reach = min(bench.kept_until(family.setting(family.finest)), bench.until - SHORTER * wanted)
         if reach <= bench.reference.times[1]:
             why = why_not(bench.mechanism, whole, bench.goal, reach, tell)
-            raise Unreachable(f"no setting keeps an error of {bench.goal:g} m: {why}")
+            raise Unreachable(f"no setting keeps the error below {bench.goal:g} m: {why}")
         bench = bench.shortened(reach)
 
 

@@ -1,5 +1,6 @@
-"""The search in a family of settings for the cheapest one that keeps an error. A family is an integrator with fixed
-steps or error control, whose fineness is one whole number.
+"""The search in a family of settings for the cheapest one that keeps the error below a goal.
+
+A family is an integrator with fixed steps or error control, whose fineness is one whole number.
 
 The search uses the method's order and then looks for coarser settings. A bench measures each setting once.
 """

@@ -82,7 +82,7 @@ def _done(work: Callable[[sqlite3.Connection], Result], otherwise: Result) -> Re
                 _set_aside(path, str(error))
             return _in_transaction(path, work)
     except (OSError, sqlite3.Error) as error:
-        warn_once(f"studies keep nothing for the next time: {error}; MBPROJ_CACHE chooses another folder")
+        warn_once(f"results of studies are not stored: {error}; MBPROJ_CACHE chooses another folder")
         return otherwise
 
 

@@ -23,7 +23,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 
 
 class OneByOne(Exception):
-    """The block needs something that arrays cannot do: its cases go one by one."""
+    """The block needs something that arrays cannot do: its cases run one by one."""
 
 
 @dataclass(frozen=True, eq=False)

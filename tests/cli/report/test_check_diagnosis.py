@@ -106,7 +106,9 @@ def test_motions_of_two_wheels_in_mesh_that_disagree_are_a_problem(tmp_path):
     assert {row["name"] for row in entry["rows"]} == {"one", "two", "G"}
     assert entry["acceleration_residual"] == pytest.approx(2.0, rel=1e-12)
     (problem,) = facts["problems"]
-    assert problem["message"].startswith("motions 'two' and 'one' lock each other: what one drives already follows")
+    assert problem["message"].startswith(
+        "motions 'two' and 'one' lock each other: the coordinate that one drives already follows"
+    )
     assert "as the accelerations that they ask for differ by 2 rad/s^2" in problem["message"]
 
 

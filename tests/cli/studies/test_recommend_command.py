@@ -64,8 +64,8 @@ def test_accuracy_chooses_and_runs(mbproj):
         (["recommend", "pendulum.yaml", "--error", "1 kg"], 2, "--error: error: '--error' is in m"),
         (["recommend", "pendulum.yaml"], 2, "Missing option '--error'"),
         (["recommend", "pendulum.yaml", "--error", "1", "--write", "--set", "a=1"], 2, "--set: error: --write"),
-        (["recommend", "pendulum.yaml", "--error", "1e-19"], 4, "error: no setting keeps an error of 1e-19 m"),
-        (["run", "pendulum.yaml", "--accuracy", "1e-19"], 4, "error: no setting keeps an error of 1e-19 m"),
+        (["recommend", "pendulum.yaml", "--error", "1e-19"], 4, "error: no setting keeps the error below 1e-19 m"),
+        (["run", "pendulum.yaml", "--accuracy", "1e-19"], 4, "error: no setting keeps the error below 1e-19 m"),
         (["run", "pendulum.yaml", "--accuracy", "1", "--step", "1"], 2, "--step: error: --accuracy chooses the step"),
     ],
 )

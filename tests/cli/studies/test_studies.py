@@ -96,7 +96,7 @@ def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path):
     (tmp_path / "cache").write_text("a file")
     again = mbproj(*options, folder=tmp_path)
     assert (again.returncode, again.stderr.count("\n")) == (0, 1)
-    assert again.stderr.startswith("note: studies keep nothing for the next time: [Errno ")
+    assert again.stderr.startswith("note: results of studies are not stored: [Errno ")
     errors = [json.loads(done.stdout)["entries"][0]["error"] for done in (first, again)]
     assert errors[0] == errors[1]
 

@@ -141,7 +141,7 @@ def test_what_is_no_store_is_set_aside_with_one_line(tmp_path, spoil):
 def test_a_cache_folder_that_is_a_file_is_said_and_nothing_is_kept(tmp_path):
     (tmp_path / "cache").write_text("a file")
     (line,) = said(lambda: [computed(1), computed(1), ValueCache("x").add("a", 1)])
-    assert line.startswith("studies keep nothing for the next time: [Errno 17] File exists: ")
+    assert line.startswith("results of studies are not stored: [Errno 17] File exists: ")
     assert line.endswith("; MBPROJ_CACHE chooses another folder")
     assert (tmp_path / "cache").read_text() == "a file"
 

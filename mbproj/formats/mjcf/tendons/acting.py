@@ -40,7 +40,7 @@ def add_tendons(tendons: ModelTendons) -> None:
 
 
 def _say_bends(tendons: ModelTendons, number: int) -> None:
-    """Add rows on how far the scene's rope is the model's tendon, and on a tendon along which nothing acts."""
+    """Add rows on how the scene's rope differs from the model's tendon, and on a tendon along which nothing acts."""
     mechanism, element = tendons.mechanism, f"tendon '{tendons.name(number)}'"
     place = tendons.place(number)
     if not tendons.branches(number) or element in {row.element for row in mechanism.said}:

@@ -93,7 +93,7 @@ class ModelTendons:
         return self.found[number]
 
     def wrong(self, number: int) -> str:
-        """The reason why no rope runs as the tendon does; "" where one does."""
+        """The reason why no rope can run as the tendon does; "" where one can."""
         for branch in self.branches(number):
             if branch.wrong:
                 return branch.wrong

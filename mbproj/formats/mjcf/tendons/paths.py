@@ -36,7 +36,7 @@ class Spot(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class TendonBranch:
     """A part of a tendon between pulleys, whose length counts with a weight. It has its spots and its `length` at the
-    start, the normal (3,) of its circles, and the body that carries them. `wrong` is the reason why no rope runs so.
+    start, the normal (3,) of its circles, and the body that carries them. `wrong` is the reason why no rope can run so.
     `passed` are the shapes that it does not touch."""
 
     weight: float

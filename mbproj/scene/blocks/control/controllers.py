@@ -84,7 +84,7 @@ def _controller(
         raise Unfit("holds nothing", "write what it computes: hold: {u: ..}")
     both = sorted(held.keys() & kept.keys())
     if both:
-        raise Unfit(f"has '{both[0]}' twice", "what it holds and its states have names of their own")
+        raise Unfit(f"has '{both[0]}' twice", "a held value and a state cannot share a name")
     if not delay < period:
         raise Unfit(f"has a delay of {delay:g} s and a period of {period:g} s", "the delay is shorter than the period")
     return Controller(name, period, tuple(held.values()), tuple(kept.values()), delay, start)

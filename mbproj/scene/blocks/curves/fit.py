@@ -1,4 +1,5 @@
-"""Rules on joints that follow a curve: a roller fits it, an open one has limits, nothing acts along a closed one."""
+"""Rules on joints that follow a curve: rollers fit it, joints on open curves have limits, and nothing acts along closed
+ones."""
 
 from __future__ import annotations
 

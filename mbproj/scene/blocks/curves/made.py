@@ -14,7 +14,7 @@ from mbproj.functions.curves.space_curve import through_space
 from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.scene.fields.reading import Unfit
 
-#: The shapes that have a key, by the key.
+#: The shapes with which a key may stand, by the key.
 GOES_WITH: Mapping[str, tuple[str, ...]] = {
     "closed": ("points", "polyline", "space_points"),
     "fillet": ("polyline",),

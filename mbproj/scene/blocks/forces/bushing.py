@@ -36,7 +36,7 @@ def _definite(what: str, matrix: Matrix) -> Matrix:
     """The matrix of a stiffness or damping, made exactly symmetric. Raises Unfit where it could give energy away."""
     symmetric = inertia.symmetric(matrix)
     if symmetric is None:
-        raise Unfit("is not symmetric", f"the {what} in row 1, column 2 is that in row 2, column 1")
+        raise Unfit("is not symmetric", f"a {what} has equal numbers in row 1, column 2 and in row 2, column 1")
     least, _, largest = inertia.principal_moments(symmetric)
     if least < -inertia.ROUND_OFF * max(abs(least), abs(largest)):
         raise Unfit(f"has the negative eigenvalue {least:.6g}", f"no {what} gives energy away")

@@ -102,7 +102,7 @@ def _needs_radius(key: str) -> Callable[..., Iterator[Complaint]]:
     def find(value: float, coefficient: Any, radius: Any) -> Iterator[Complaint]:
         if isinstance(coefficient, float | Program) and not isinstance(radius, float):
             said = f"'{key}' does nothing without 'radius'"
-            yield Complaint((key,), said, "it is of the radial force, and 'radius' is the arm of that")
+            yield Complaint((key,), said, "it describes the radial force, whose arm is 'radius'")
 
     return find
 

@@ -25,7 +25,8 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class RateLimit(ControlBlock):
-    """The limited rate y' = (of - y)/time: at most `rate` upwards, and at most `falling` downwards."""
+    """A signal y that follows `of` with the rate y' = (of - y)/time, at most `rate` upwards and at most `falling`
+    downwards."""
 
     of: Given
     rate: float
