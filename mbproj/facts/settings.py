@@ -44,7 +44,7 @@ SETTINGS = (
     Fact("kinematic", "boolean | null", "", "whether it must be kinematic; null: where it can be"),
     Fact("projection", "object", "", "options of the projection", fields=_PROJECTION),
 )
-_APPLIES = "where it applies"
+APPLIES = "where it applies"
 _OF_PROJECTION = {"method": "projection", "tolerance": "projection_tolerance", "test": "projection_test"}
 _OF_PROJECTION |= {"position": "project_position", "velocity": "project_velocity", "fallback": "projection_fallback"}
 _OF_PROJECTION |= {fact.key: f"{fact.key}_row" for fact in _ROWS}
@@ -53,7 +53,7 @@ _OF_PROJECTION |= {fact.key: f"{fact.key}_row" for fact in _ROWS}
 def _option(fact: Fact) -> Fact:
     """The fact as an option of `mbproj run`, which is left out where it is null."""
     kind = fact.kind.removesuffix(" | null")
-    return replace(fact, kind=kind, when=fact.when if kind == fact.kind else _APPLIES)
+    return replace(fact, kind=kind, when=fact.when if kind == fact.kind else APPLIES)
 
 
 #: The setting of a run of a study, by the options of `mbproj run`.

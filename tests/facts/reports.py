@@ -8,9 +8,10 @@ from typing import Any
 
 from jsonschema import Draft202012Validator
 
-from mbproj.facts import Fact
+from mbproj.facts import ALWAYS, Fact
 from mbproj.facts.reports import REPORTS
 from mbproj.facts.schema import report_schema
+from mbproj.facts.settings import APPLIES
 
 #: The reports by the command and the option that print them; the longest that fits counts.
 PRINTED_BY = {tuple(command.split()): name for name, report in REPORTS.items() for command in report.commands}
@@ -30,15 +31,20 @@ def refuse_what_no_table_says(words: Sequence[str], printed: Any) -> None:
     """Raise ValidationError where a command printed what the table does not say, or not what it says."""
     name = report_of(words)
     validator(name).validate(printed)
+    list(said_in(printed, REPORTS[name].kind, REPORTS[name].facts))
     if name == "info":
         assert printed["attributes"].keys() <= report_schema(name)["properties"]["attributes"]["properties"].keys()
 
 
 def said_in(value: Any, kind: str, fields: Sequence[Fact]) -> Iterator[Fact]:
-    """Yield the facts that a value of this kind says, and those inside them."""
+    """Yield the facts that a value of this kind says, and those inside them. Facts under one condition are said
+    together, or the condition is not theirs."""
     for each in kind.split(" | "):
         outer, _, inner = each.partition(" of ")
         if outer == "object" and isinstance(value, dict):
+            for when in {fact.when for fact in fields} - {ALWAYS, APPLIES}:
+                own = {fact.key for fact in fields if fact.when == when}
+                assert own.isdisjoint(value) or own <= value.keys(), (when, own - value.keys())
             for fact in fields:
                 if fact.key in value:
                     yield fact
