@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.cli.report.text import json_text
+from mbproj.facts import told
+from mbproj.facts.models import SAID
 
 if TYPE_CHECKING:
     from mbproj.errors import Place
@@ -35,8 +37,5 @@ def _place(place: Place) -> str:
 
 def table_json(said: Sequence[Said], **facts: Any) -> str:
     """The table as one JSON object, after these facts."""
-    rows: list[dict[str, Any]] = [
-        {"element": row.element, "place": str(row.place or ""), "what": row.what, "same_motion": row.same.value}
-        for row in said
-    ]
-    return json_text(facts | {"said": rows})
+    rows = [told(SAID.fields, row, place=str(row.place or "")) for row in said]
+    return json_text(facts | {SAID.key: rows})

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from mbproj.facts import Fact
 
-_SAID = Fact(
+#: What has no counterpart in the scene or in the model.
+SAID = Fact(
     "said",
     "array of object",
     "",
@@ -13,13 +14,15 @@ _SAID = Fact(
         Fact("element", "string", "", "the element"),
         Fact("place", "string", "", 'file and line; "" where there is none'),
         Fact("what", "string", "", "what becomes of it"),
-        Fact("same_motion", "string", "", 'whether the motion is the same: "yes", "until then" or "no"'),
+        Fact(
+            "same_motion", "string", "", 'whether the motion is the same: "yes", "until then" or "no"', at="same.value"
+        ),
     ),
 )
 #: What `import` says.
-IMPORT = (Fact("scene", "string | null", "", "the scene that was written; null on stdout"), _SAID)
+IMPORT = (Fact("scene", "string | null", "", "the scene that was written; null on stdout"), SAID)
 #: What `export` says of a scene as a model.
-EXPORT = (Fact("files", "array of string", "", "files that were written"), _SAID)
+EXPORT = (Fact("files", "array of string", "", "files that were written"), SAID)
 #: What `branches` says.
 BRANCHES = (
     Fact("scene", "string", "", "the scene file, as it was named"),

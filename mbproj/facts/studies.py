@@ -23,7 +23,8 @@ _VIOLATIONS = (
 )
 _DRIFT = Fact("energy_drift", "number | null", "J", "largest error of the energy balance")
 _UNTIMED = "; null where it was not timed"
-_TIMING = (
+#: The timings of a setting.
+CPU_SECONDS = (
     Fact("cpu_seconds", "number | null", "s", "processor time of the steps of one run, median" + _UNTIMED),
     Fact("cpu_seconds_lowest", "number | null", "s", "the smallest of the timings" + _UNTIMED),
     Fact("cpu_seconds_highest", "number | null", "s", "the largest of the timings" + _UNTIMED),
@@ -67,7 +68,7 @@ COMPARE = (
             Fact("energy_drift_integrator", "number | null", "J", "part of the integrator in it"),
             Fact("energy_drift_projection", "number | null", "J", "part of the projection in it"),
             *ENERGY_ROW,
-            *_TIMING,
+            *CPU_SECONDS,
             *COMPARED,
             _FAILURE,
         ),
@@ -75,13 +76,17 @@ COMPARE = (
 )
 #: The key of the error of a point.
 OF_POINT = f"error_{ANY_NAME}"
-#: What `tradeoff` says of each setting.
-TRIALS = (
-    _OPTIONS,
+#: What `tradeoff` varies.
+VARIED = (
     *shared(SETTING, "projection", "integrator"),
     *shared(SETTINGS, "step", "tolerance"),
     *shared(SETTING, "every"),
     *shared(SETTING, "threshold", unknown=True),
+)
+#: What `tradeoff` says of each setting.
+TRIALS = (
+    _OPTIONS,
+    *VARIED,
     _FORMULATION,
     _ERROR,
     Fact(OF_POINT, "number | null", "m", "largest error of this point; null where it failed"),
@@ -89,7 +94,7 @@ TRIALS = (
     _DRIFT,
     Fact("warned", "boolean", "", "whether the run notes that its energy tells of a wrong motion"),
     *COUNTED,
-    *_TIMING,
+    *CPU_SECONDS,
     Fact("first_cpu_seconds", "number | null", "s", "processor time of the first run, beside others"),
     Fact("on_front", "boolean", "", "whether no other timed setting is both cheaper and more accurate"),
     Fact("on_violation_front", "boolean", "", "whether none is both cheaper and better closed"),
@@ -122,7 +127,7 @@ THRESHOLD = (
             _DRIFT,
             *shared(COUNTS, "steps", "projections", unknown=True),
             Fact("projections_saved", "number | null", "1", "part of the projections that it saves"),
-            *_TIMING,
+            *CPU_SECONDS,
             Fact("recommended", "boolean", "", "whether it is recommended"),
             _FAILURE,
         ),

@@ -10,6 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from
+from mbproj.facts.designs import SENSITIVITY
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of, units_of
 from mbproj.scene.read import SceneText
@@ -67,8 +68,7 @@ class Sensitivities:
                 how = (DIFFERENCES, self.why[k][j]) if self.why[k][j] else (DUALS, "")
                 how = (LEFT_OUT, self.failed[j]) if self.failed[j] else how
                 rows.append((measure.name, column_of(self.paths[j]), *map(float, numbers), unit, *how))
-        names = ("measure", "number", "value", "slope", "uncertainty", "elasticity", "unit", "by", "because")
-        return Table(names, tuple(rows))
+        return Table(tuple(fact.key for fact in SENSITIVITY), tuple(rows))
 
 
 def _is_nothing(measure: Expectation, value: float) -> bool:

@@ -8,6 +8,7 @@ from statistics import median
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.facts.studies import CPU_SECONDS
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
@@ -43,7 +44,7 @@ def timing_columns(timing: Timing | None) -> dict[str, float]:
     """The columns of a table for the median, the shortest and the longest repetition, s; NaN where nothing was
     timed."""
     seconds = (nan, nan, nan) if timing is None else (timing.median, *timing.spread)
-    return dict(zip(("cpu_seconds", "cpu_seconds_lowest", "cpu_seconds_highest"), seconds, strict=True))
+    return dict(zip((fact.key for fact in CPU_SECONDS), seconds, strict=True))
 
 
 def run_seconds(mechanism: Mechanism, setting: Setting, times: Array) -> float:

@@ -13,7 +13,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.facts.studies import COUNTED, OF_POINT, TRIALS
+from mbproj.facts import told
+from mbproj.facts.studies import COUNTED, OF_POINT, TRIALS, VARIED
 from mbproj.outputs import hdf5, replacing
 from mbproj.results.views.table import Table, Tabled
 from mbproj.studies.measure.measurement import Measurement
@@ -23,7 +24,6 @@ from mbproj.studies.tradeoff.fronts import cheapest, front
 from mbproj.version import __version__
 
 #: Columns of the table: options of a setting, and counters of its run.
-SETTING = ("projection", "integrator", "step", "tolerance", "every", "threshold")
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +107,7 @@ class Tradeoff(Tabled):
         trial = self.trials[index]
         return {
             "setting": trial.setting.command_line(),
-            **{name: getattr(trial.setting, name) for name in SETTING},
+            **told(VARIED, trial.setting),
             "formulation": trial.formulation,
             "error": float(self.error[index]),
             **{f"error_{name}": trial.error[name] for name in self.reference.points},
