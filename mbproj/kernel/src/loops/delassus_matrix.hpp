@@ -135,21 +135,6 @@ public:
         complies = comply;
     }
 
-    // Columns of Y of the rows that are left out, at the pose of the last `fill`.
-    std::vector<Incidence> left_out_incidences(const Pose<D>& pose) const {
-        std::vector<Incidence> found;
-        const auto& left_out = layout_.left_out();
-        for (std::size_t h = 0; h < left_out.size(); ++h)
-            for (const int body : model_.joints[left_out[h].joint].bodies) {
-                const int b = layout_.place(body);
-                found.push_back({static_cast<int>(h), b, b});
-                found.back().count = left_out[h].count;
-                Matrix<F, F, Scalar<D>> G;
-                fill_incidence(pose, left_out[h], found.back(), G);
-            }
-        return found;
-    }
-
     // For each joint that is held, the rows that are independent at the pose of the last `fill_evenly`: their distance from the
     // span of the rows before exceeds √smallest. Hinges that come first keep all their rows. Stops once more than `most` rows are
     // dependent. Overwrites S.

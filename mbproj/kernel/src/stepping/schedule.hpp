@@ -151,7 +151,6 @@ public:
     void enter(const Target& target) { inside_ = std::max(next_sample_, first_from(target.t)); }
     void leave() { inside_ = 0; }
     bool inside() const { return next_sample_ < inside_; }
-    std::size_t count_inside() const { return inside_ - next_sample_; }
     double take() { return steps_.sample(next_sample_++); }
 
     // Whether time resolves a step of size h: `shortest` is the shortest.
