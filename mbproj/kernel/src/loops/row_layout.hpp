@@ -74,29 +74,24 @@ public:
 
     // Leaves out these rows of the model, ascending, and holds the others: their matrix, or nothing where none changes.
     std::optional<BlockCholesky<Scalar<D>>> leave_out(const std::vector<int>& rows) {
-        std::vector<JointRows> held, left_out;
+        std::vector<JointRows> held;
         for (int h = 0; h < static_cast<int>(joints_.size()); ++h) {
-            JointRows some{joints_[h], 0, {}}, rest = some;
-            for (int r = 0; r < model_.joints[some.joint].rows; ++r) {
-                const bool is_out = std::binary_search(rows.begin(), rows.end(), model_.joints[some.joint].row + r);
-                JointRows& to = is_out ? rest : some;
-                to.rows[to.count++] = r;
-            }
+            JointRows some{joints_[h], 0, {}};
+            for (int r = 0; r < model_.joints[some.joint].rows; ++r)
+                if (!std::binary_search(rows.begin(), rows.end(), model_.joints[some.joint].row + r))
+                    some.rows[some.count++] = r;
             if (some.count) held.push_back(some);
-            if (rest.count) left_out.push_back(rest);
         }
         if (held.size() == of_joints_ && std::equal(held.begin(), held.end(), held_.begin()) && is_arranged_)
             return std::nullopt;
         is_arranged_ = true;
         of_joints_ = held.size();
         held_ = std::move(held);
-        left_out_ = std::move(left_out);
         return arrange();
     }
 
     // The joints that are held; the welds come last.
     const std::vector<JointRows>& held() const { return held_; }
-    const std::vector<JointRows>& left_out() const { return left_out_; }
     const std::vector<Incidence>& incidences() const { return incidences_; }
     std::vector<Incidence>& incidences() { return incidences_; }
     const std::vector<Product>& products() const { return products_; }
@@ -237,7 +232,7 @@ private:
     std::vector<int> joints_;
     int first_ = 0;
     std::vector<int> place_, hinge_of_;
-    std::vector<JointRows> held_, left_out_;
+    std::vector<JointRows> held_;
     std::size_t of_joints_ = 0;  // the number of joints in `held_`, without welds
     bool is_arranged_ = false;
     std::vector<Incidence> incidences_;
