@@ -1,4 +1,4 @@
-"""What to say where the kernel is missing: which mbproj was imported, and what to do for one that has a kernel."""
+"""The warning of a missing kernel, and advice for an installation that has one."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from mbproj.kernel import left_out
 
 
 def warn_of_absence(reason: str) -> None:
-    """Says once what the missing kernel costs, unless it is left out on purpose."""
+    """Warns once that the kernel is missing, with the cost, unless it is left out on purpose."""
     if not left_out():
         cost = "so that simulations run in the full formulation, some hundred times slower"
         warn_once(f"the compiled kernel is missing ({reason}), {cost}: {advice()}")
 
 
 def advice() -> str:
-    """What to do for a kernel."""
+    """Return the advice how to get a kernel."""
     package = _package()
     if not (package / "kernel" / "src").is_dir():  # sources of the kernel are not installed
         why = "pip says why it does not compile where MBPROJ_KERNEL=1 is set"
@@ -35,8 +35,9 @@ def _package() -> Path:
 
 
 def _installed() -> Path | None:
-    """The folder of the package as pip installed it; None without one, or where that is made of the sources."""
-    from importlib import metadata  # takes 20 ms, and only a missing kernel asks for it
+    """Return the folder of the package that pip installed; None without one, or for an installation of the sources
+    themselves."""
+    from importlib import metadata  # takes 20 ms, and is needed only without a kernel
 
     try:
         folder = Path(str(metadata.distribution("mbproj").locate_file("mbproj")))
