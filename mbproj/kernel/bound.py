@@ -47,7 +47,7 @@ class Bound(NamedTuple):
     local: Array
 
     def only(self, members: Integers) -> Bound:
-        """Some of the instances, with what their slots number: each pose turns all attachments that there are."""
+        """Some of the instances, with the attachments that they use and no others."""
         own = {name: getattr(self, name)[members] for name in _OF_INSTANCES}
         used, place = np.unique(own["slots"], return_inverse=True)
         own["slots"] = place.reshape(own["slots"].shape)
@@ -59,8 +59,8 @@ _OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "li
 
 
 class _Kernel(NamedTuple):
-    """What the kernel has: each primitive by name, with its number, slots and parameters; and the most slots and
-    parameters that one of them takes."""
+    """The kernel's primitives by name: number, count of slots, count of parameters. `slots` and `parameters` are the
+    largest counts."""
 
     forms: Mapping[str, tuple[int, int, int]]
     slots: int
@@ -69,7 +69,7 @@ class _Kernel(NamedTuple):
 
 @cache
 def _kernel() -> _Kernel:
-    """A coupling is the instances of its coordinates."""
+    """The primitives of the kernel. A coupling has none: it is the instances of its coordinates."""
     kernel = core()
     forms = [] if kernel is None else kernel.primitives()
     most = np.array([form[1:] for form in forms] or [(0, 0)]).max(axis=0, initial=1)
@@ -77,7 +77,7 @@ def _kernel() -> _Kernel:
 
 
 def _number(kind: type[Primitive]) -> int:
-    """The kernel's number of a primitive. Raises ValueError where the primitive is another there."""
+    """The kernel's number of a primitive. Raises ValueError where the kernel takes other slots or parameters."""
     name = name_of(kind)
     number, slots, parameters = _kernel().forms[name]
     own = slots if kind.follows == "rope" else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
@@ -87,7 +87,7 @@ def _number(kind: type[Primitive]) -> int:
 
 
 def without_form(system: System) -> str | None:
-    """A primitive of the system that the kernel does not have, by its class; None where it has all."""
+    """The class of a primitive that the kernel does not have; None where it has all of the system."""
     known = _kernel().forms
     sets = [system.joints, system.coordinates]
     sets += [each.coordinates for each in (system.forces.laws, system.stops, system.frictions) if each is not None]
@@ -99,7 +99,7 @@ def without_form(system: System) -> str | None:
 
 
 def joined(parts: Sequence[Bound]) -> Bound:
-    """Several one after another; the owners of each follow those before it."""
+    """Several sets as one. The numbers of slots and owners of each continue those of the set before."""
     slots, owners, attachments, owned = [], [], 0, 0
     for part in parts:
         slots.append(part.slots + attachments)
@@ -138,14 +138,14 @@ def bound_in_plane(bound: PlanarSet) -> Bound:
 
 
 class _Instances(NamedTuple):
-    """Which primitive each instance is of, (k,), and what else is known of it."""
+    """The primitive of each instance, (k,), and the columns of `Bound` that come from the primitive."""
 
     member: Integers
     columns: dict[str, Any]
 
 
 def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _Instances:
-    """The instances of primitives, one each and of couplings one a coordinate; the slots of each follow its first."""
+    """The instances of primitives: one each, and for a coupling one for each coordinate. Slots are consecutive."""
     code, slots, parameters, weight, joins, line, other, wire, path, member = [], [], [], [], [], [], [], [], [], []
     kernel = _kernel()
     for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
@@ -175,7 +175,7 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
 
 
 def _filled(own: list[Any], length: int) -> list[Any]:
-    """With zeros up to this length."""
+    """A list, filled with zeros up to this length."""
     return [*own, *[0] * (length - len(own))]
 
 
@@ -186,7 +186,7 @@ def _parts(primitive: Any) -> Iterable[tuple[Any, float, slice]]:
 
 
 def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
-    """The kernel's set. Points and vectors that several primitives bind are there once."""
+    """The kernel's set of primitives. Points and vectors that several primitives use are stored once."""
     unique, place = distinct_rows(np.column_stack([bound.body, bound.is_point, bound.local]))
     slots = place[bound.slots] if len(place) else bound.slots
     return kind(
@@ -221,7 +221,7 @@ def _lines(bound: Bound) -> dict[str, Any]:
 
 
 def _path(rope: Rope) -> list[float]:
-    """The numbers of a path."""
+    """The path of a rope as numbers: radii, directions, weights of spans, lifts, and the length on drums."""
     lifts = [float(k in rope.lifts) for k in range(len(rope.radii))]
     return [*rope.radii, *rope.directions, *rope.by_length, *rope.by_angle, *lifts, rope.wound]
 

@@ -36,7 +36,7 @@ def programs(core: ModuleType, functions: ProgramSet, variables: int = CHANNELS)
 
 
 def functions(core: ModuleType, system: System, index: Integers) -> dict[str, Any]:
-    """All programs with what they name and their switches; `index` (c,) are the numbers of the channels."""
+    """All programs, their channels and their switches. `index` (c,) has the number of each channel in its list."""
     return {
         "programs": programs(core, system.programs, CHANNELS + system.channels.size),
         "first_rate": system.first_rate,
@@ -72,7 +72,7 @@ def space_loads(core: ModuleType, system: System) -> Any:
 
 
 def plane_loads(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> Any:
-    """Their parts in a plane, which `obstacle_in_plane` has found fit; None without any."""
+    """All forces but gravity in a plane, where `obstacle_in_plane` finds none; None without any."""
     forces = system.forces
     if forces.is_empty:
         return None
@@ -121,8 +121,8 @@ def _plane_bushings(core: ModuleType, bodies: int, bushings: Bushings, plane: Pl
 
 
 def along_in_plane(own: PrimitiveSet, joint_coordinate: Integers, plane: Plane, coordinates: Bound) -> Bound:
-    """What forces or stops act along, one each: coordinates of joints where `joint_coordinate` numbers them, and where
-    it is -1 what is in `own`."""
+    """The coordinates along which forces or stops act, one each: the joint coordinate that `joint_coordinate` numbers,
+    or the primitive in `own` where that is -1."""
     flat = bound_in_space(own)._replace(local=locals_in_plane(plane, own))
     every = joined([coordinates, flat])
     number = coordinates_in_plane(plane, joint_coordinate)

@@ -1,4 +1,4 @@
-"""From a System or a Plane to the kernel's models."""
+"""The kernel's models of a System, in space or in a plane."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
 @cache
 def _thresholds(core: ModuleType) -> Any:
-    """The kernel's own of the thresholds, which do not change."""
+    """The thresholds of the kernel, as its class. They do not change."""
     return core.Thresholds(**of_the_kernel())
 
 
 def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[], Any]:
-    """A function that makes the kernel's model of a system with six coordinates a body. Its joints are those that have
-    rows, in their order; motions follow them, as joints of one row each."""
+    """A function that makes the kernel's model of a system with six coordinates a body. The model has the joints with
+    rows, in their order, and then each motion as a joint of one row."""
     n, rows = system.bodies, bound_in_space(system.rows)
     coordinates = bound_in_space(system.coordinates)
     return partial(
@@ -67,7 +67,7 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[]
 
 
 def _actions(core: ModuleType, system: System) -> dict[str, Any]:
-    """What controllers do; none where the scene has none."""
+    """The actions of controllers on states; {} without controllers."""
     actions = system.actions
     if not actions.size:
         return {}
@@ -79,14 +79,14 @@ def _actions(core: ModuleType, system: System) -> dict[str, Any]:
 
 
 def _blocks(layout: Layout) -> list[tuple[Any, ...]]:
-    """The blocks of y: names, scales, and with what runs begin."""
+    """The blocks of y: their names, scales and initial values."""
     return [
         (each.name, each.scale.tolist(), [] if each.start is None else each.start.tolist()) for each in layout.blocks
     ]
 
 
 def _space_flywheels(core: ModuleType, system: System) -> dict[str, Any]:
-    """The reflected inertias: flywheels that coordinates turn; none where the scene has none."""
+    """The reflected inertias, as flywheels that coordinates turn; {} without any."""
     if not system.reflected.size:
         return {}
     coordinates = bound_in_space(system.reflected.rows)
@@ -97,7 +97,7 @@ def _space_flywheels(core: ModuleType, system: System) -> dict[str, Any]:
 
 
 def _plane_flywheels(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
-    """The same of the coordinates that change in the plane: the others' rates are 0."""
+    """The flywheels of the coordinates that change in the plane. The rates of all others are 0."""
     if not system.reflected.size:
         return {}
     own = coordinates_in_plane(plane, system.reflected.joint_coordinate)
@@ -109,13 +109,13 @@ def _plane_flywheels(core: ModuleType, system: System, plane: Plane, coordinates
 
 
 def _space_stops(core: ModuleType, system: System) -> dict[str, Any]:
-    """What stops limit, and then what dry friction resists; none where the scene has neither."""
+    """The coordinates of stops, and then those of dry friction; {} without either."""
     parts = [bound_in_space(own.coordinates) for own in (system.stops, system.frictions) if own is not None]
     return _stops(core.SpacePrimitives, joined(parts), system, *_watched(system)) if parts else {}
 
 
 def _plane_stops(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
-    """The same in a plane: a coordinate that no motion in it changes is seen from within it, too."""
+    """The coordinates of stops and dry friction in a plane, constant ones included."""
     parts = [
         along_in_plane(own.coordinates, own.joint_coordinate, plane, coordinates)
         for own in (system.stops, system.frictions)
@@ -128,7 +128,7 @@ def _plane_stops(core: ModuleType, system: System, plane: Plane, coordinates: Bo
 
 
 def _watched(system: System) -> tuple[Integers, Array]:
-    """From which of the joints' coordinates they take their turns, and what they are measured from."""
+    """For each stop and dry friction the joint coordinate whose turns it counts, and its bound in m or rad."""
     turns, bounds = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
     if system.stops is not None:
         turns, bounds = [system.stops.joint_coordinate], [system.stops.bound]
@@ -146,7 +146,7 @@ def _stops(kind: Any, along: Bound, system: System, turns: Integers, bounds: Arr
 
 
 def _space_bearings(system: System) -> dict[str, Any]:
-    """What joints carry, by which friction goes."""
+    """The bearings whose loads friction depends on, in space."""
     bearings = system.bearings
     if bearings is None:
         return _bearings([], [], (), np.zeros((0, 3)), np.zeros((0, 3)))
@@ -158,7 +158,7 @@ def _space_bearings(system: System) -> dict[str, Any]:
 
 
 def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
-    """The same in a plane, where forces along the axis and moments have no say."""
+    """The bearings in a plane, where axial forces and moments are 0."""
     bearings, own = system.bearings, joints_with_rows(plane.joints.owner)
     if bearings is None:
         return _bearings([], [], (), np.zeros((0, 2)), np.zeros((0, 2)))
@@ -174,7 +174,7 @@ def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
 
 
 def _numbered(parts: tuple[Parts, ...], own: list[int]) -> tuple[Parts, ...]:
-    """The same with the numbers of the kernel's joints."""
+    """The parts of bearings, by the numbers of the kernel's joints."""
     return tuple(tuple((own.index(joint), row, part) for joint, row, part in each) for each in parts)
 
 
@@ -225,7 +225,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
 
 
 def _couplings(system: System, row: Integers, coordinate: Integers) -> list[tuple[Any, ...]]:
-    """Rows that couple coordinates as the kernel takes them: row, period, coordinates, weights, program, growth."""
+    """The rows that couple coordinates, each as (row, period, coordinates, weights, program, growth)."""
     couplings = system.couplings
     parts = [np.split(each, couplings.first[1:]) for each in (coordinate, couplings.weight)]
     program = np.where(couplings.program >= 0, system.first_coupled + couplings.program, -1)
@@ -235,15 +235,15 @@ def _couplings(system: System, row: Integers, coordinate: Integers) -> list[tupl
 
 
 def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
-    """The same in a plane."""
+    """The rows that couple coordinates in a plane."""
     couplings, rows = system.couplings, plane_rows(plane).tolist()
     row = np.array([rows.index(at) for at in couplings.row.tolist()], dtype=np.intp)
     return _couplings(system, row, coordinates_in_plane(plane, couplings.coordinate))
 
 
 def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int, int]]:
-    """What follows curves as the kernel takes it, in a plane: where it is, its number there, its program, and on which
-    of two curves."""
+    """The followers of curves in a plane, each as (kind, number in its list, program, whether it is on the second of two
+    curves)."""
     rows, followers = plane_rows(plane).tolist(), []
     for program, (kind, at, second) in system.following.items():
         if kind is FollowedKind.COORDINATE:
@@ -261,23 +261,23 @@ def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinat
 
 
 def joints_with_rows(owner: Integers) -> list[int]:
-    """The system's numbers of the joints that own some of these rows: those that the kernel's model has."""
+    """The numbers of the joints that own these rows, ascending: the joints of the kernel's model."""
     return sorted({*owner.tolist()})
 
 
 def plane_rows(plane: Plane) -> Integers:
-    """For each row in the plane a row of the system's joints that it comes from, (m,)."""
+    """For each row in the plane one row of the system that it comes from, (m,)."""
     source = plane.joints.source
     return source.source[np.searchsorted(source.row, np.arange(source.size))]
 
 
 def plane_row_scale(system: System, plane: Plane) -> Array:
-    """What each row in the plane is measured against, (m,): the joints', then the motions'."""
+    """The scale of each row in the plane, (m,): of joints, then of motions."""
     scale = system.row_scale[system.bodies :]
     return np.concatenate([scale[plane_rows(plane)], scale[system.joints.size :]])
 
 
 def _runs(owner: Integers) -> Integers:
-    """Where each owner's primitives begin, and the end; the owners are sorted."""
+    """The index of the first primitive of each owner, and their number last. The owners are sorted."""
     starts = np.flatnonzero(np.diff(owner, prepend=-1))
     return np.append(starts, len(owner)).astype(np.int64)
