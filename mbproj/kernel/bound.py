@@ -221,7 +221,7 @@ def _lines(bound: Bound) -> dict[str, Any]:
 
 
 def _path(rope: Rope) -> list[float]:
-    """The path of a rope as numbers: radii, directions, weights of spans, lifts, and the length on drums."""
+    """The path of a rope as numbers: radii, directions, weights of spans, lifts, and the length to subtract."""
     lifts = [float(k in rope.lifts) for k in range(len(rope.radii))]
     return [*rope.radii, *rope.directions, *rope.by_length, *rope.by_angle, *lifts, rope.wound]
 

@@ -242,8 +242,8 @@ def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
 
 
 def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int, int]]:
-    """The followers of curves in a plane, each as (kind, number in its list, program, whether it is on the second of two
-    curves)."""
+    """The followers of curves in a plane, each as (kind, number in its list, program, 1 on the second of two curves, else
+    0)."""
     rows, followers = plane_rows(plane).tolist(), []
     for program, (kind, at, second) in system.following.items():
         if kind is FollowedKind.COORDINATE:
