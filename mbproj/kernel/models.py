@@ -242,8 +242,7 @@ def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
 
 
 def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int, int]]:
-    """The followers of curves in a plane, each as (kind, number in its list, program, 1 on the second of two curves, else
-    0)."""
+    """The followers of curves in a plane: kind, number in its list, program, and 1 on the second of two curves."""
     rows, followers = plane_rows(plane).tolist(), []
     for program, (kind, at, second) in system.following.items():
         if kind is FollowedKind.COORDINATE:
