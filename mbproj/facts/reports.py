@@ -29,7 +29,7 @@ class JsonReport:
     kind: str = "object"
 
 
-#: The reports by their name, which is that of the command where no option asks for another.
+#: The reports by their name, which is that of the first command, with the option that asks for another report.
 REPORTS: Mapping[str, JsonReport] = MappingProxyType(
     {
         "run": JsonReport(
@@ -52,18 +52,20 @@ REPORTS: Mapping[str, JsonReport] = MappingProxyType(
         "build": JsonReport("mbproj itself.", BUILD, ("info --build",)),
         "compare-results": JsonReport("Two results files.", COMPARISON, ("compare-results",)),
         "loads": JsonReport("The forces of actuators along a motion.", ACTUATORS, ("loads",)),
-        "compare": JsonReport("Methods on a mechanism.", (*COMPARE, *EVERY_STUDY), ("compare",)),
+        "compare": JsonReport("A comparison of methods.", (*COMPARE, *EVERY_STUDY), ("compare",)),
         "tradeoff": JsonReport("Accuracy against cost.", (*TRADEOFF, *EVERY_STUDY), ("tradeoff",)),
-        "recommend": JsonReport("The cheapest setting.", (*RECOMMEND, *EVERY_STUDY), ("recommend",)),
+        "recommend": JsonReport("The cheapest setting for an error.", (*RECOMMEND, *EVERY_STUDY), ("recommend",)),
         "threshold": JsonReport("Thresholds of the projection.", (*THRESHOLD, *EVERY_STUDY), ("threshold",)),
-        "stability": JsonReport("Where methods fail.", (*STABILITY, *EVERY_STUDY), ("stability",)),
+        "stability": JsonReport("Where methods hold, degrade and fail.", (*STABILITY, *EVERY_STUDY), ("stability",)),
         "verify": JsonReport("A verification.", (*VERIFY, *EVERY_STUDY), ("verify",)),
-        "sensitivity": JsonReport("A list of sensitivities.", SENSITIVITY, ("sensitivity",), "array of object"),
-        "design": JsonReport("Numbers that were found.", (*DESIGN, *EVERY_STUDY), ("fit", "optimise")),
-        "topologies": JsonReport("Mechanisms for a wish.", (*TOPOLOGIES, *EVERY_STUDY), ("optimise --topologies",)),
+        "sensitivity": JsonReport("Sensitivities, an array.", SENSITIVITY, ("sensitivity",), "array of object"),
+        "fit": JsonReport("A design.", (*DESIGN, *EVERY_STUDY), ("fit", "optimise")),
+        "optimise-topologies": JsonReport(
+            "The topologies of a design.", (*TOPOLOGIES, *EVERY_STUDY), ("optimise --topologies",)
+        ),
         "sweep": JsonReport("The cases of a sweep.", (*SWEEP, *EVERY_STUDY), ("sweep",)),
-        "batch": JsonReport("Many scenes.", (*BATCH, *EVERY_STUDY), ("batch",)),
-        "import": JsonReport("A scene that was made of a model.", IMPORT, ("import",)),
-        "export": JsonReport("A model that was made of a scene.", EXPORT, ("export",)),
+        "batch": JsonReport("A batch of scenes.", (*BATCH, *EVERY_STUDY), ("batch",)),
+        "import": JsonReport("What becomes of a model as a scene.", IMPORT, ("import",)),
+        "export": JsonReport("What becomes of a scene as a model.", EXPORT, ("export",)),
     }
 )

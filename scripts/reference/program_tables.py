@@ -61,7 +61,7 @@ def _report(name: str) -> str:
     printed = ", ".join(code(f"mbproj {command}") for command in report.commands)
     inside = {"object": "", "array of object": "[].", "map of object": f"{ANY_NAME}."}[report.kind]
     rows = _facts(report.facts, inside, {})
-    return f"## {name}\n\n{report.words} By {printed}.\n\n{table(FACT_HEADINGS, rows)}"
+    return f"## {name}\n\n{report.words} Printed by {printed}.\n\n{table(FACT_HEADINGS, rows)}"
 
 
 def attributes() -> str:
