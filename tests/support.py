@@ -9,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.functions.curves.track import SpaceTrack, Track
-from mbproj.joints import JOINTS, Parameter
+from mbproj import Scene
+from mbproj.functions import Track
+from mbproj.functions.curves.track import SpaceTrack
+from mbproj.joints import JOINTS, TWO_ANGLES, Parameter
 from mbproj.joints.joint_type import Ratio
-from mbproj.joints.table import TWO_ANGLES
+from mbproj.scene import Body, Joint, Marker, Pair, Settings
 from mbproj.scene.blocks.ropes.path import Node
 from mbproj.scene.blocks.ropes.path import Path as RopePath
 from mbproj.scene.coupled import Coupled
-from mbproj.scene.records import Body, Joint, Marker, Pair, Scene, Settings
 from mbproj.scene.stops import OfBody
 from tests.constraints.lines import LINES, WIRES
 

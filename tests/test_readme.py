@@ -6,7 +6,7 @@ import re
 import subprocess
 import sys
 
-from mbproj.cli.main import COMMANDS
+from mbproj.cli import COMMANDS
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 

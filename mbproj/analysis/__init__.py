@@ -23,8 +23,12 @@ __getattr__ = lazily(
     __name__,
     {
         "comparison": "Difference common_samples trajectory_difference",
+        "contacts.friction": "friction_records sticking",
+        "contacts.ropes": "pushed_by_ropes",
         "energy": "EnergyDrift energy_drift",
-        "expectations": "Outcome outcomes",
+        "expectations": "Outcome measured outcomes",
+        "loads.largest": "duration_above loads_of recorded_in samples_of swings",
         "summary": "SeriesPeak peak worst",
+        "trust": "usual_limit",
     },
 )

@@ -1,2 +1,19 @@
 """Pictures of results: the only package that imports matplotlib. `kinds.draw` draws what `mbproj plot` shows, `pages`
 draws what studies show, `save` writes both."""
+
+from mbproj.registry import lazily
+
+__getattr__ = lazily(
+    __name__,
+    {
+        "kinds": "KINDS draw why_not",
+        "kinds.film": "times_of watched",
+        "kinds.mechanism": "draw_start",
+        "kinds.poses": "picture_axes projected",
+        "pages.modes": "PICTURES",
+        "pages.profile": "draw_profile",
+        "pages.sensitivity": "draw_sensitivities",
+        "sheet": "REFUSED read_sheet",
+        "style": "STYLE",
+    },
+)

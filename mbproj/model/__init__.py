@@ -4,5 +4,18 @@ from mbproj.model.compile.guess import Guess, initial_guess
 from mbproj.model.compile.mechanism import compile_system
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import Names, System
+from mbproj.registry import lazily
 
 __all__ = ["Guess", "Names", "PrimitiveSet", "System", "compile_system", "initial_guess"]
+
+__getattr__ = lazily(
+    __name__,
+    {
+        "compile.elements.arrays": "with_elements",
+        "compile.stops": "resistance",
+        "contacts": "Contacts in_contact",
+        "euler_parameters": "matrix_E matrix_L rotation_matrix",
+        "planar": "NotPlanar Plane obstacle_in_plane planar_reduction",
+        "primitive_set": "Binding bind bindings",
+    },
+)

@@ -11,8 +11,7 @@ import pytest
 from mbproj.analysis.expectations import Outcome, outcome
 from mbproj.analysis.observed import series
 from mbproj.results import DATASETS, Results, open_results
-from mbproj.scene.blocks.observables import MECHANICAL_ADVANTAGE, OBSERVABLES, TRANSMISSION_ANGLE, VELOCITY_RATIO
-from mbproj.scene.records import Expectation
+from mbproj.scene import MECHANICAL_ADVANTAGE, OBSERVABLES, TRANSMISSION_ANGLE, VELOCITY_RATIO, Expectation
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, RATE, record
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from mbproj import InputError, read_scene_text, run
 from mbproj.analysis.expectations import curves_at, outcomes, passed
-from mbproj.scene.records import Passage
+from mbproj.scene import Passage
 from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 
 

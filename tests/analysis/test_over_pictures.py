@@ -7,7 +7,7 @@ import csv
 import numpy as np
 import pytest
 
-from mbproj.figures.kinds import KINDS, draw, why_not
+from mbproj.figures import KINDS, draw, why_not
 from mbproj.results import open_results
 from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 from tests.cli.commands import mbproj

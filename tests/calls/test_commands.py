@@ -11,9 +11,9 @@ from click.testing import CliRunner
 
 import mbproj
 from mbproj.calls.settings import RunSettings
-from mbproj.cli.main import MODULES
-from mbproj.cli.main import mbproj as group
-from mbproj.scene.blocks.simulation import OPTIONS
+from mbproj.cli import MODULES
+from mbproj.cli import mbproj as group
+from mbproj.scene import OPTIONS
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

@@ -9,9 +9,9 @@ from click.testing import CliRunner
 from matplotlib.font_manager import findfont
 
 import mbproj
-from mbproj.cli.main import mbproj as command
-from mbproj.figures.sheet import REFUSED, read_sheet
-from mbproj.figures.style import STYLE, line, look, page_width
+from mbproj.cli import mbproj as command
+from mbproj.figures import REFUSED, STYLE, read_sheet
+from mbproj.figures.style import line, look, page_width
 from tests.support import ROOT
 
 SHEET = """\

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.scene.blocks.simulation import OPTIONS
+from mbproj.scene import OPTIONS
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

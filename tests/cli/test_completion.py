@@ -13,11 +13,11 @@ import pytest
 
 from mbproj.cli.main import COMMANDS
 from mbproj.cli.studies.pictures import OF_DESIGNS
-from mbproj.figures.kinds import KINDS
+from mbproj.figures import KINDS
 from mbproj.figures.sweeps import PICTURES
 from mbproj.guide.pages import pages
 from mbproj.registry import PROJECTIONS
-from mbproj.studies.stability.quantities import QUANTITIES
+from mbproj.studies import QUANTITIES
 from tests.support import ROOT
 
 #: The function runs as the shell would run it; what only works while the cursor is in a line is replaced.

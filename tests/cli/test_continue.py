@@ -12,8 +12,7 @@ import pytest
 
 from mbproj import open_results
 from mbproj.errors import InputError
-from mbproj.results import DATASETS
-from mbproj.results.crash_safety.checkpoint import SLOTS
+from mbproj.results import DATASETS, SLOTS
 from tests.cli.commands import SLIDER_CRANK, environment, mbproj
 
 OPTIONS = ["--step", "5 ms", "--output-step", "0.01"]

@@ -103,7 +103,7 @@ def test_storing_a_verification_touches_no_other_file(tmp_path, run):
 def test_a_scene_that_was_changed_meanwhile_is_not_written_over(tmp_path):
     from mbproj import read_scene
     from mbproj.errors import InputError
-    from mbproj.studies.recommend.write_back import write_back
+    from mbproj.studies import write_back
 
     path = tmp_path / "five_bar.yaml"
     shutil.copy(FIVE_BAR, path)

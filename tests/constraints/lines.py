@@ -9,8 +9,9 @@ from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceA
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.primitive import Primitive
+from mbproj.functions import ellipse
 from mbproj.functions.curves.laws import Rise
-from mbproj.functions.curves.shapes import CamFollower, ellipse, of_law, polar, polyline, through
+from mbproj.functions.curves.shapes import CamFollower, of_law, polar, polyline, through
 from mbproj.functions.curves.space_curve import through_space
 
 CORNERS = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 0.6), (0.0, 1.0)]

@@ -16,9 +16,9 @@ from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.primitive import Primitive
 from mbproj.constraints.rope import Rope
-from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
-from mbproj.joints.joint_type import thread
-from mbproj.model.primitive_set import Binding, bind, bindings
+from mbproj.dynamics import second_derivatives, third_derivatives
+from mbproj.joints import thread
+from mbproj.model import Binding, bind, bindings
 from tests.constraints.lines import ON_CURVES, made
 from tests.kernel.scenes import needs_kernel
 from tests.support import Recorder

@@ -14,7 +14,7 @@ from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceA
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.rope import Rope
-from mbproj.joints.joint_type import mesh, thread
+from mbproj.joints import mesh, thread
 from tests.constraints.lines import ON_CURVES, made
 
 STEP = 1e-30

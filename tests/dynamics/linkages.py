@@ -7,10 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mbproj import Scene
 from mbproj.dynamics.assembly.assemble import State, assemble
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.system import System
-from mbproj.scene.records import Body, Joint, Pair, Scene
+from mbproj.scene import Body, Joint, Pair
 from tests.support import scene_of
 
 GROUND = "ground"

@@ -16,8 +16,7 @@ from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.scene.records import Body, Joint, Pair
+from mbproj.scene import Body, Joint, Pair, read_scene, read_scene_text
 from mbproj.thresholds import THRESHOLDS
 from tests.support import ROOT, random_chain, scene_of
 

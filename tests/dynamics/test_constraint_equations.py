@@ -19,7 +19,7 @@ from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, tw
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.joints import JOINTS
-from mbproj.linear.equilibrium.started import start_state
+from mbproj.linear import start_state
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
 from tests.support import ROOT, random_chain

@@ -6,7 +6,7 @@ import pytest
 
 from mbproj import Mechanism, Setting, assemble, compile_system, initial_guess, simulate, solve
 from mbproj.errors import InputError
-from mbproj.integrate.formulations.choice import choose
+from mbproj.integrate import choose
 from mbproj.scene import read_scene_text, settings_to_run
 
 WHEEL = """\

@@ -13,9 +13,8 @@ from mbproj.dynamics.observe.recorded import Observer
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.integrate import simulate
 from mbproj.mechanisms_folder import mechanism
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.model import compile_system, initial_guess, rotation_matrix
+from mbproj.scene import ProjectionSettings, Settings
 from tests.support import Recorder, random_chain
 
 KINDS = ["revolute", "universal", "prismatic", "spherical"]

@@ -7,8 +7,7 @@ import pytest
 from scipy import signal
 from scipy.linalg import expm
 
-from mbproj import compile_system, read_scene, read_scene_text
-from mbproj.calls.linear import equilibrium, linearize, modes
+from mbproj import compile_system, equilibrium, linearize, modes, read_scene, read_scene_text
 from mbproj.errors import InputError
 from tests.cli.commands import mbproj
 from tests.elements.pid import ran

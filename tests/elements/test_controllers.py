@@ -7,8 +7,16 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.calls.linear import equilibrium, modes
+from mbproj import (
+    assemble,
+    compile_system,
+    equilibrium,
+    initial_guess,
+    modes,
+    read_scene_text,
+    settings_to_run,
+    simulate,
+)
 from mbproj.errors import InputError, SimulationError
 from tests.elements.pid import ran
 from tests.elements.wheel_and_slide import FORMULATIONS

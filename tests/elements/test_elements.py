@@ -9,19 +9,16 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from mbproj import Mechanism
 from mbproj.constraints.coupling import Coupling
-from mbproj.dynamics import assemble
-from mbproj.dynamics.derivatives.row_derivatives import second_derivatives, third_derivatives
+from mbproj.dynamics import assemble, second_derivatives, third_derivatives
 from mbproj.elements import Element, Force, Row, State
 from mbproj.errors import InputError
-from mbproj.functions.curve import Curve
-from mbproj.functions.program import COORDINATE, TIME, Instruction, Op, Program, apply, number, variable
-from mbproj.functions.table import CubicTable, periodic
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.compile.elements.arrays import with_elements
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.checks import CHECKS, _check
+from mbproj.functions import COORDINATE, TIME, CubicTable, Curve, Instruction, Op, Program, periodic, variable
+from mbproj.functions.program import apply, number
+from mbproj.model import compile_system, initial_guess, with_elements
+from mbproj.studies import CHECKS, Case
+from mbproj.studies.verify.checks import _check
 from tests.elements.kinds import cam, pi_controller, rack
 from tests.elements.wheel_and_slide import FORMULATIONS, at, brief, run, scene_of
 from tests.kernel.scenes import needs_kernel

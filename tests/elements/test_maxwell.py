@@ -5,15 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.calls.linear import equilibrium
-from mbproj.dynamics.derivatives.linear_equations import linear_equations
+from mbproj import assemble, compile_system, equilibrium, initial_guess, read_scene_text, settings_to_run, simulate
+from mbproj.dynamics import linear_equations
 from mbproj.errors import InputError
+from mbproj.linear import NoEquilibrium
 from mbproj.linear.equilibrium import balance
-from mbproj.linear.equilibrium.solve import NoEquilibrium
-from mbproj.studies.variants.livelier import with_damping, with_stiffness
-from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.rescaled import rescaled
+from mbproj.studies import RigidMotion, rescaled, with_damping, with_stiffness
 from tests.elements.wheel_and_slide import FORMULATIONS
 from tests.support import Recorder
 

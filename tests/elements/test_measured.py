@@ -5,20 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj import Mechanism
 from mbproj.dynamics import assemble
 from mbproj.elements import Element, Force, Row, State
 from mbproj.errors import InputError
-from mbproj.functions.program import Instruction, Op, Program, variable
-from mbproj.functions.program_set import flatten
-from mbproj.functions.table import spline
+from mbproj.functions import Instruction, Op, Program, flatten, spline, variable
 from mbproj.integrate import simulate
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.compile.elements.arrays import with_elements
+from mbproj.model import compile_system, initial_guess, with_elements
 from mbproj.scene import read_scene_text, settings_to_run
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.checks import CHECKS, _check
+from mbproj.studies import CHECKS, Case
+from mbproj.studies.verify.checks import _check
 from tests.elements.wheel_and_slide import FORMULATIONS, TWO_SLIDES
 from tests.support import Recorder
 

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mbproj import Scene, assemble, compile_system, initial_guess, read_scene_text
-from mbproj.calls.linear import equilibrium, linearize
-from mbproj.dynamics.equations.instant import of_signals
+from mbproj import Scene, assemble, compile_system, equilibrium, initial_guess, linearize, read_scene_text
+from mbproj.dynamics import of_signals
 from tests.elements.pid import PID, columns, ran, reference
 from tests.elements.wheel_and_slide import FORMULATIONS
 
@@ -217,7 +216,7 @@ def test_a_driven_angle_is_a_function_of_time_alone():
 
 
 def test_what_has_no_unit_is_not_made_larger():
-    from mbproj.studies.variants.rescaled import rescaled
+    from mbproj.studies import rescaled
 
     with pytest.raises(Exception, match="cannot be made larger"):
         rescaled(read_scene_text(PID), 1000.0)

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from mbproj import Mechanism, solve
 from mbproj.elements import Element, Row
 from mbproj.errors import InputError
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.solve import solve
 from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability.bisection import stability
 from mbproj.studies.verify.checks import verify

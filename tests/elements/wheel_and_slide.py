@@ -5,8 +5,7 @@ from __future__ import annotations
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.compile.elements.arrays import with_elements
+from mbproj.model import compile_system, initial_guess, with_elements
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.support import Recorder
 

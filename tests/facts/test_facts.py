@@ -11,7 +11,7 @@ import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
 import mbproj as package
-from mbproj.cli.main import mbproj as group
+from mbproj.cli import mbproj as group
 from mbproj.cli.report import build_info
 from mbproj.errors import InputError
 from mbproj.facts import ANY_NAME, told

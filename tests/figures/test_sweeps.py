@@ -11,8 +11,8 @@ from mbproj.errors import InputError
 from mbproj.figures.save import save
 from mbproj.figures.sweeps import PICTURES, draw, why_not
 from mbproj.figures.sweeps.chosen import choose
-from mbproj.results.sweep.table import Column, SweepCases
-from mbproj.studies.sweep.design import saltelli
+from mbproj.results import Column, SweepCases
+from mbproj.studies import saltelli
 from tests.figures.drawn import legend, lines, ylabels
 
 #: Of the cases: a grid's one that fails.

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from matplotlib.patches import Rectangle
 
-from mbproj import read_scene
-from mbproj.analysis.trust import usual_limit
+from mbproj import Mechanism, read_scene, simulate_certified
+from mbproj.analysis import usual_limit
 from mbproj.figures.kinds import draw, why_not
 from mbproj.results import ResultsWriter, open_results
 from mbproj.scene import settings_to_run
-from mbproj.studies.certify.certified import simulate_certified
-from mbproj.studies.measure.mechanism import Mechanism
 from tests.support import ROOT
 
 

@@ -7,18 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, tangent_force
-from mbproj.dynamics.derivatives.row_derivatives import row_motion
-from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import MotionAtTime, coordinate_values, pose_of, row_motion, tangent_force, tangent_mass_matrix
+from mbproj.dynamics.assembly.assemble import State
 from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.mechanism import Connection, ImportedMechanism
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.model import compile_system
-from mbproj.model.euler_parameters import matrix_L
-from mbproj.scene import read_scene_text
-from mbproj.scene.fields.rotations import from_matrix, to_matrix
+from mbproj.integrate import FullFormulation
+from mbproj.model import compile_system, matrix_L
+from mbproj.scene import from_matrix, read_scene_text, to_matrix
 
 
 class Agreement(NamedTuple):

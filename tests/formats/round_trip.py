@@ -6,14 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.dynamics import mobility
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import mobility, pose_of
 from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.export.exported import Written
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import compile_system
-from mbproj.model.euler_parameters import matrix_L
+from mbproj.integrate import FullFormulation
+from mbproj.linear import start_state
+from mbproj.model import compile_system, matrix_L
 from mbproj.scene import Scene, read_scene_text
 from tests.formats.agreement import _y
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import mobility
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import mobility, pose_of
 from mbproj.errors import InputError
-from mbproj.linear.equilibrium.started import start_state
+from mbproj.linear import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj

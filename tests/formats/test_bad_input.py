@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from mbproj.calls.models import import_model
+from mbproj import import_model
 from mbproj.errors import InputError, MbprojWarning
 from mbproj.formats import read_model
 from mbproj.scene import read_scene_text

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.assembly.assemble import moved_from_scene
-from mbproj.dynamics.equations.constraint_equations import constraint_at
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import constraint_at, moved_from_scene, pose_of
 from mbproj.formats.geometry import turn
-from mbproj.linear.equilibrium.started import start_state
+from mbproj.linear import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.dynamics import mobility
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import mobility, pose_of
 from mbproj.formats import read_model, scene_text
-from mbproj.linear.equilibrium.started import start_state
+from mbproj.linear import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text
 from tests.support import ROOT

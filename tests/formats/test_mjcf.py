@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import run
-from mbproj.calls.models import import_model
-from mbproj.dynamics.equations.constraint_equations import constraint_at
+from mbproj import import_model, run
+from mbproj.dynamics import constraint_at
 from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.mechanism import Same
-from mbproj.linear.equilibrium.started import start_state
+from mbproj.linear import start_state
 from mbproj.model import compile_system
-from mbproj.scene import read_scene_text
-from mbproj.scene.fields.rotations import to_matrix
+from mbproj.scene import read_scene_text, to_matrix
 from tests.formats.agreement import agreement
 from tests.support import ROOT
 

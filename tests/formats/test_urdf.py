@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import mobility
-from mbproj.dynamics.equations.constraint_equations import constraint_at
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import constraint_at, mobility, pose_of
 from mbproj.errors import InputError
 from mbproj.formats import ImportOptions, read_model, scene_text
-from mbproj.linear.equilibrium.started import start_state
+from mbproj.linear import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 from tests.formats.agreement import agreement

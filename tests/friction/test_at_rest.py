@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
+from mbproj.linear import held_at, notes_on, reference_at, write_results
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.recorded import observed, write_results
-from mbproj.linear.mode_notes import notes_on
+from mbproj.linear.equilibrium.recorded import observed
 from mbproj.linear.modes import modes
-from mbproj.linear.reference import reference_at
-from mbproj.linear.resting_contacts import held_at
 from mbproj.results import open_results
 from tests.friction.belt import SCENE as BELT
 from tests.support import ROOT

@@ -8,8 +8,7 @@ import pytest
 from mbproj import compile_system, read_scene_text
 from mbproj.analysis.observed import series
 from mbproj.results import open_results
-from mbproj.scene.blocks.forces.dry_joints import friction_units
-from mbproj.scene.blocks.observables import OBSERVABLES
+from mbproj.scene import OBSERVABLES, friction_units
 from tests.cli.commands import mbproj
 from tests.friction.scenes import SCENE as MANY
 from tests.scene.good_scene import errors

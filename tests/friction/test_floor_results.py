@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from mbproj.analysis.contacts.friction import sticking
+from mbproj.analysis import sticking
 from mbproj.results import open_results
 from tests.cli.commands import mbproj
 

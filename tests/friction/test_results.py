@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mbproj import InputError
-from mbproj.analysis.contacts.friction import friction_records, sticking
-from mbproj.figures.kinds import draw
+from mbproj.analysis import friction_records, sticking
+from mbproj.figures import draw
 from mbproj.results import open_results
 from tests.cli.commands import mbproj
 from tests.friction.belt import AGAIN, HOLDS, SCENE, SLID, SLIDES, SLIPS, STICKS

@@ -8,13 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj import InputError, compile_system, read_scene_text
-from mbproj.functions.series import constant_series, run
-from mbproj.scene.fields.rotations import to_matrix, unit
-from mbproj.scene.read import SceneText
-from mbproj.studies.variants.livelier import with_damping
-from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.rescaled import rescaled
-from mbproj.studies.verify.invariance import renumbered
+from mbproj.functions import constant_series
+from mbproj.functions.series import run
+from mbproj.scene import SceneText, to_matrix
+from mbproj.scene.fields.rotations import unit
+from mbproj.studies import RigidMotion, renumbered, rescaled, with_damping
 from tests.friction.scenes import SCENE
 
 

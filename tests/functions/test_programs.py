@@ -16,9 +16,9 @@ from mbproj.functions.series import constant_series, failure, run, slope, slopes
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
 from mbproj.functions.switches import SWITCHING
 from mbproj.functions.table import polygon, spline
+from mbproj.scene import ExpressionError, Unavailable, Value, evaluate
 from mbproj.scene.expressions.compiled import compiled
-from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
-from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
+from mbproj.scene.expressions.syntax_tree import parse
 from tests.functions.texts import SMOOTH, T, expression
 
 

@@ -9,10 +9,10 @@ from functools import cache
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli.main import COMMANDS, mbproj
+from mbproj.cli import COMMANDS, mbproj
 from mbproj.guide.pages import KINDS, ROOT, page_of, pages, search
 from mbproj.guide.terminal import WIDTH, rendered
-from mbproj.scene.solids.shapes import SHAPES
+from mbproj.scene import SHAPES
 from scripts.draw_guide import FIGURES, MEASURED
 from tests.guide.fences import fences, run_page
 from tests.support import ROOT as CHECKOUT

@@ -8,11 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run
-from mbproj.dynamics.equations.constraint_equations import jacobian
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.motions import NO_DRIVE
-from mbproj.dynamics.rank.row_policy import RowPolicy
-from mbproj.dynamics.rank.row_set import RowSet
+from mbproj.dynamics import NO_DRIVE, RowPolicy, RowSet, jacobian, pose_of
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.march import march

@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis.strategies import floats
 
 from mbproj import SimulationError, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.scene.records import Settings
-from mbproj.scene.sampling import output_times
+from mbproj.scene import Settings, output_times
 from tests.kernel.scenes import needs_kernel
 from tests.support import Recorder
 

@@ -15,8 +15,7 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.model import compile_system, initial_guess
 from mbproj.registry import PROJECTIONS
-from mbproj.scene.records import Body, Joint, Pair, ProjectionSettings, Settings
-from mbproj.scene.sampling import output_times, whole_steps
+from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings, output_times, whole_steps
 from tests.integrate.wheel import ROUND, spinner
 from tests.support import Recorder, random_chain, scene_of
 

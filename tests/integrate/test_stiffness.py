@@ -11,8 +11,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.steppers.stability_region import reach
 from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.scene import read_scene, settings_to_run
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.scene import ProjectionSettings, Settings, read_scene, settings_to_run
 from tests.integrate.stiff_scenes import WHEEL, held_by, rod
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import DATA, MECHANISMS, ROOT, Recorder

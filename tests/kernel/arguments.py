@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.functions.program import Code, Program
-from mbproj.functions.program_set import flatten
-from mbproj.integrate.events.leg import kernel_tableau
-from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.functions import Program, flatten
+from mbproj.functions.program import Code
+from mbproj.integrate import kernel_tableau, load_tableau
 from mbproj.kernel import core
 from mbproj.kernel.loads import programs
 from mbproj.thresholds import of_the_kernel

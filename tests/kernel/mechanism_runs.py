@@ -7,9 +7,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from mbproj import Scene
 from mbproj.integrate import Report, simulate
-from mbproj.scene import read_scene
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene import ProjectionSettings, Settings, read_scene
 from tests.kernel.scenes import assembled
 from tests.support import MECHANISMS, Recorder
 

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from mbproj import Scene
 from mbproj.dynamics import State, assemble
-from mbproj.integrate.formulations.reduced import Reduced
+from mbproj.integrate import Reduced
 from mbproj.joints import JOINTS
 from mbproj.kernel import build_info, core
 from mbproj.model import System, compile_system, initial_guess
-from mbproj.scene import read_scene
-from mbproj.scene.records import Body, Joint, Pair, Scene
+from mbproj.scene import Body, Joint, Pair, read_scene
 from tests.support import (
     MASSLESS,
     MECHANISMS,

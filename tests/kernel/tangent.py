@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dynamics.equations.constraint_equations import jacobian
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.model import System
-from mbproj.model.euler_parameters import matrix_E
+from mbproj.dynamics import jacobian, pose_of
+from mbproj.model import System, matrix_E
 
 
 def tangent_jacobian(system: System, q: Array) -> Array:

@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from mbproj.functions.program import CHANNELS, number, variable
+from mbproj.functions import CHANNELS, variable
+from mbproj.functions.program import number
 from mbproj.kernel import core
 from mbproj.thresholds import of_the_kernel
 from tests.kernel.arguments import blocks, functions, model, numbers, primitives, projection, run, slots, state

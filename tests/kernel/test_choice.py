@@ -8,14 +8,13 @@ from importlib import import_module
 import numpy as np
 import pytest
 
+from mbproj import Scene
 from mbproj.errors import InputError, MbprojWarning, warn_once
-from mbproj.integrate import simulate
+from mbproj.integrate import Choice, choose, simulate
 from mbproj.integrate.formulations import choice as module
-from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.kernel import core
 from mbproj.registry import PROJECTIONS, ProjectionEntry
-from mbproj.scene import read_scene
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene import ProjectionSettings, Settings, read_scene
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing
 from tests.support import MECHANISMS, REDUNDANT, ROOT, random_body, random_chain, scene_of

@@ -6,17 +6,25 @@ import numpy as np
 import pytest
 
 from mbproj.arrays import Array
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
-from mbproj.dynamics.equations.forces import applied, generalised
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.integrate.formulations.reduced import from_space
-from mbproj.model import System
-from mbproj.model.euler_parameters import matrix_E, matrix_L
+from mbproj.dynamics import (
+    SOLVERS,
+    Instant,
+    applied,
+    constraint,
+    constraint_velocity,
+    coordinate_values,
+    gamma,
+    generalised,
+    generalised_force,
+    jacobian,
+    mass_matrix,
+    pose_of,
+    twist_of,
+)
+from mbproj.integrate import from_space
+from mbproj.model import System, matrix_E, matrix_L
 from mbproj.projection import make_method
-from mbproj.scene.records import ProjectionSettings
+from mbproj.scene import ProjectionSettings
 from tests.kernel.scenes import SCENES, needs_kernel, opened
 from tests.kernel.tangent import tangent_jacobian
 

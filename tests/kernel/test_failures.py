@@ -12,11 +12,10 @@ from time import process_time, sleep
 import numpy as np
 import pytest
 
-from mbproj import open_results
+from mbproj import Scene, open_results
 from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
-from mbproj.scene import read_scene
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene import ProjectionSettings, Settings, read_scene
 from tests.cli.commands import FIVE_BAR
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.support import ROOT, Recorder, random_chain

@@ -9,12 +9,9 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess
 from mbproj.errors import SimulationError
-from mbproj.functions.program import Program
-from mbproj.functions.program_set import flatten
-from mbproj.functions.series import constant_series, run, time_series
-from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.formulations.reduced import Reduced, from_space
+from mbproj.functions import Program, constant_series, flatten, time_series
+from mbproj.functions.series import run
+from mbproj.integrate import FullFormulation, Reduced, choose, from_space
 from mbproj.kernel import core
 from mbproj.kernel.loads import programs
 from mbproj.scene import read_scene_text, settings_to_run

@@ -8,18 +8,13 @@ import numpy as np
 import pytest
 
 from mbproj.arrays import Array
-from mbproj.dynamics.equations.constraint_equations import constraint, gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import generalised_force, mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.integrate.formulations.planar import InPlane
+from mbproj.dynamics import constraint, gamma, generalised_force, jacobian, mass_matrix, pose_of, twist_of
+from mbproj.integrate import InPlane
 from mbproj.kernel import core
 from mbproj.kernel.bound import bound_in_plane
 from mbproj.kernel.models import joint_and_motion_rows
-from mbproj.model import System
-from mbproj.model.euler_parameters import matrix_E
-from mbproj.model.planar import Plane, planar_reduction
-from mbproj.scene import read_scene
-from mbproj.scene.records import ProjectionSettings
+from mbproj.model import Plane, System, matrix_E, planar_reduction
+from mbproj.scene import ProjectionSettings, read_scene
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.model.planar_equations import planar_constraint, planar_gamma, planar_jacobian
 from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain

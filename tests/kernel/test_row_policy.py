@@ -5,16 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.events.leg import kernel_tableau
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.planar import InPlane
-from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import settle_rows
-from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj import Scene
+from mbproj.integrate import Compiled, InPlane, Reduced, kernel_tableau, load_tableau, settle_rows
 from mbproj.kernel import core
-from mbproj.model.planar import Plane, planar_reduction
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.model import Plane, planar_reduction
+from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
 from scripts.large_mechanisms.scenes import scissor_grid
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM

@@ -8,9 +8,9 @@ import sys
 import numpy as np
 import pytest
 
-from mbproj.integrate import simulate
-from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj import Scene
+from mbproj.integrate import load_tableau, simulate
+from mbproj.scene import ProjectionSettings, Settings
 from tests.kernel.mechanism_runs import bits, mechanism, print_bits, run
 from tests.kernel.scenes import SCENES, assembled, needs_kernel
 from tests.support import ROOT, Recorder, random_chain

@@ -7,7 +7,8 @@ import pytest
 
 from mbproj.arrays import cross, distinct_rows
 from mbproj.lanes import Each, Lanes, LanesMet, OfLanes, Parted, each_lane, lane, numbers, restacked
-from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
+from mbproj.model import matrix_L, rotation_matrix
+from mbproj.model.euler_parameters import product
 
 WIDTH = 5
 RNG = np.random.default_rng(3)

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.derivatives.tangent import moved, tangent_velocities, velocities
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.dynamics import pose_of, tangent_velocities, velocities
+from mbproj.dynamics.derivatives.tangent import moved
+from mbproj.integrate import FullFormulation
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.mode_notes import notes_on

@@ -15,14 +15,26 @@ from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceA
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.rope import Rope
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, linear_equations, tangent_force
-from mbproj.dynamics.derivatives.row_derivatives import Carried, force_derivative, second_derivatives, third_derivatives
-from mbproj.dynamics.derivatives.tangent import moved, tangent_velocities, velocities
-from mbproj.dynamics.equations.constraint_equations import set_bias, set_velocity
-from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, twist_of
-from mbproj.joints import JOINTS
-from mbproj.joints.joint_type import thread
+from mbproj.dynamics import (
+    Carried,
+    MotionAtTime,
+    attached,
+    coordinate_values,
+    force_derivative,
+    linear_equations,
+    pose_of,
+    second_derivatives,
+    set_bias,
+    set_velocity,
+    slots_of,
+    tangent_force,
+    tangent_velocities,
+    third_derivatives,
+    twist_of,
+    velocities,
+)
+from mbproj.dynamics.derivatives.tangent import moved
+from mbproj.joints import JOINTS, thread
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
 from tests.constraints.lines import LINES, WIRES, made

@@ -206,7 +206,7 @@ def _by_energy(text, crank, angle):
     """√(V'' / m) of the crank's angle, T = ½ m φ'²."""
     from dataclasses import replace
 
-    from mbproj.dynamics.observe.total_energy import total_energy
+    from mbproj.dynamics import total_energy
 
     scene = read_scene_text(text)
 

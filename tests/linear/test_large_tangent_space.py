@@ -10,9 +10,7 @@ import pytest
 from scipy.linalg import eigh
 
 from mbproj import read_scene_text
-from mbproj.dynamics import assemble
-from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, constraint_rows
-from mbproj.dynamics.derivatives.tangent_space import tangent_space
+from mbproj.dynamics import MotionAtTime, assemble, constraint_rows, tangent_space
 from mbproj.errors import InputError
 from mbproj.linear.bordered import along_tangent_space, tangent_space_of
 from mbproj.linear.equilibrium.started import assembled_start

@@ -20,7 +20,7 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
 from mbproj.model import compile_system
-from mbproj.results.linear.model_file import read_model
+from mbproj.results import read_model
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.cli.commands import mbproj
 from tests.linear.closed_forms import HEAD, LAVAL, g

@@ -11,9 +11,8 @@ from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.stored import stored
-from mbproj.model import compile_system
-from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.results.linear.modes_file import LAYOUT, read_modes, write_modes
+from mbproj.model import compile_system, rotation_matrix
+from mbproj.results import LAYOUT, read_modes, write_modes
 from mbproj.scene import read_scene_text
 from tests.linear.closed_forms import HEAD, modes_of
 

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import pytest
 
+from mbproj import Mechanism
 from mbproj.linear.modes import modes
 from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene, read_scene_text
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies import CHECKS, Case, Finding
 from mbproj.studies.verify import small_motions
-from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.checks import CHECKS, _check
-from mbproj.studies.verify.finding import Finding
+from mbproj.studies.verify.checks import _check
 from tests.kernel.scenes import needs_kernel
 
 RINGING = (

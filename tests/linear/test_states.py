@@ -20,8 +20,7 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
 from mbproj.linear.stored import stored
-from mbproj.results import open_results
-from mbproj.results.linear.modes_file import read_modes, write_modes
+from mbproj.results import open_results, read_modes, write_modes
 from mbproj.thresholds import THRESHOLDS
 from tests.model.element_states import PENDULUM, case
 from tests.support import Recorder

@@ -10,8 +10,7 @@ import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.integrate import Report
-from mbproj.model import System
-from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model import System, rotation_matrix
 from mbproj.scene import Scene, read_scene_text
 from tests.support import ROOT, Recorder
 

@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from mbproj import Scene
 from mbproj.registry import integrators
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene import ProjectionSettings, Settings
 from tests.mechanisms.running import Run, angular_momentum, assert_close, run, run_scene
 from tests.support import random_body, random_joint, scene_of
 

@@ -20,10 +20,10 @@ from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 from mbproj import compile_system, read_scene
-from mbproj.cli.main import mbproj
+from mbproj.cli import mbproj
 from mbproj.errors import MbprojError
-from mbproj.scene.records import Settings
-from mbproj.studies.measure.timing import time_settings
+from mbproj.scene import Settings
+from mbproj.studies import time_settings
 from tests.facts.reports import refuse_what_no_table_says
 from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS

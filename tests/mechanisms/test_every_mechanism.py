@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene
-from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import constraint_at, constraint_velocity_at, pose_of
 from tests.mechanisms.running import run
 from tests.support import MECHANISMS, REDUNDANT
 

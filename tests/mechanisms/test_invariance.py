@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj import read_scene
-from mbproj.scene.fields.rotations import from_matrix, multiply
-from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Quaternion, Scene, Settings, Vector
+from mbproj import Scene, read_scene
+from mbproj.scene import Body, Joint, Marker, Pair, ProjectionSettings, Quaternion, Settings, Vector, from_matrix
+from mbproj.scene.fields.rotations import multiply
 from tests.mechanisms.running import Run, assert_close, run_scene
 from tests.support import ROOT, random_chain
 

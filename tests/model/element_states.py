@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.dynamics import assemble
-from mbproj.functions.program import CHANNELS, Program
-from mbproj.functions.program_set import flatten
+from mbproj.functions import CHANNELS, Program, flatten
 from mbproj.integrate import simulate
 from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess

@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mbproj import Scene
 from mbproj.joints import JOINTS
 from mbproj.model import System, compile_system, initial_guess
 from mbproj.model.euler_parameters import product
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
-from mbproj.scene.fields.rotations import from_matrix
-from mbproj.scene.records import Body, Joint, Pair, Scene
+from mbproj.scene import Body, Joint, Pair, from_matrix
 from tests.support import PARAMETERS, random_body, random_coupling, scene_of
 
 Point = tuple[float, float]

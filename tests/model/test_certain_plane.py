@@ -8,9 +8,9 @@ import sys
 import numpy as np
 import pytest
 
+from mbproj import Mechanism
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
-from mbproj.scene.read import SceneText
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.scene import SceneText
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing, reduced, turns
 from tests.support import MECHANISMS
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.dynamics.derivatives.law_derivatives import channel_slopes
+from mbproj.dynamics import channel_slopes
 from mbproj.integrate import simulate
 from mbproj.kernel import core
 from tests.model.driven_pendulum import RATES, driven

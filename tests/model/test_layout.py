@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.linear.states import stored_state
+from mbproj.integrate import FullFormulation, simulate
+from mbproj.linear import stored_state
 from mbproj.results import ResultsWriter, open_results
 from tests.integrate.state_scenes import bounce
 from tests.model.element_states import DRIVEN, FORMULATIONS, T1, T2, case, run

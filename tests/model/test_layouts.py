@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
+from mbproj import read_scene_text
 from mbproj.arrays import Array, cross
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.observe.total_energy import kinetic_energy, potential_energy
+from mbproj.dynamics import kinetic_energy, pose_of, potential_energy, twist_of
 from mbproj.model import System, compile_system, initial_guess
 from mbproj.model.planar import Plane, planar_reduction
-from mbproj.scene.read import read_scene_text
 
 PENDULUMS = """
 mbproj: 1

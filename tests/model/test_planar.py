@@ -7,10 +7,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.constraint_equations import constraint, gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import generalised_force, mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics import (
+    constraint,
+    coordinate_values,
+    gamma,
+    generalised_force,
+    jacobian,
+    mass_matrix,
+    pose_of,
+    twist_of,
+)
 from mbproj.model.euler_parameters import matrix_E
 from mbproj.model.planar import Plane
 from mbproj.model.planar.reduction import PlaneSplit, split

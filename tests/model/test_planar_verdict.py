@@ -8,13 +8,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.mobility import scaled_jacobian
+from mbproj import Scene
+from mbproj.dynamics import assemble, pose_of, scaled_jacobian
 from mbproj.model import compile_system, initial_guess
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
-from mbproj.scene import read_scene
-from mbproj.scene.records import Joint, Scene
+from mbproj.scene import Joint, read_scene
 from mbproj.thresholds import THRESHOLDS
 from tests.model.planar_equations import planar_jacobian
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, reduced, turns

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import coordinate_values, pose_of
 from mbproj.errors import InputError
-from mbproj.studies.variants.moved import RigidMotion
+from mbproj.studies import RigidMotion
 
 SPEED = "{displacement_x: 2, displacement_y: 0.5}"
 X = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)

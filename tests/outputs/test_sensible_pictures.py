@@ -7,11 +7,10 @@ import pytest
 from click.testing import CliRunner
 
 import mbproj
-from mbproj.cli.main import mbproj as command
-from mbproj.figures.pages.modes import PICTURES
+from mbproj.cli import mbproj as command
+from mbproj.figures import PICTURES
 from mbproj.linear.stored import stored
-from mbproj.pages.appearance.mechanism import look_of
-from mbproj.pages.appearance.motion import motion_at
+from mbproj.pages import look_of, motion_at
 from tests.figures.drawn import legend
 
 #: A mass that hangs at rest on a spring, gripped by friction, beside a crank that is driven in the plane y = 0.

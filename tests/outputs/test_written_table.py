@@ -8,7 +8,7 @@ import pytest
 from click.testing import CliRunner
 
 import mbproj
-from mbproj.cli.main import mbproj as group
+from mbproj.cli import mbproj as group
 from mbproj.errors import InputError
 from mbproj.outputs.written_table import check_table, write_table
 from tests.support import ROOT

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj import Scene, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.results import ResultsWriter
-from mbproj.scene.records import Scene
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

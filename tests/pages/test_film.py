@@ -11,8 +11,8 @@ from PIL import Image
 
 from mbproj.cli.commands import animate
 from mbproj.errors import InputError
+from mbproj.figures import times_of, watched
 from mbproj.figures.kinds import film
-from mbproj.figures.kinds.film import times_of, watched
 from tests.pages.runs import FIVE_BAR, five_bar
 
 

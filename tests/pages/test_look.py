@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj import assemble, compile_system, initial_guess, read_scene, read_scene_text
+from mbproj import Scene, assemble, compile_system, initial_guess, read_scene, read_scene_text
 from mbproj.joints import JOINTS
-from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model import rotation_matrix
 from mbproj.pages.appearance.bodies import solid_of
 from mbproj.pages.appearance.glyphs import GLYPHS, sketch_of
 from mbproj.pages.appearance.joints import radii
@@ -21,7 +21,6 @@ from mbproj.pages.appearance.motion import PoseHistory, motion_at
 from mbproj.pages.appearance.parts import bar, turn_to
 from mbproj.pages.appearance.plates import hull, plate
 from mbproj.pages.appearance.view import view_of
-from mbproj.scene.records import Scene
 from tests.linear.closed_forms import chain
 from tests.support import MECHANISMS, random_chain
 

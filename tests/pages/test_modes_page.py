@@ -8,15 +8,13 @@ from click.testing import CliRunner
 
 from mbproj.cli.commands import animate
 from mbproj.errors import InputError
-from mbproj.linear.equilibrium.started import start_state
+from mbproj.linear import reference_at, start_state
 from mbproj.linear.modes import modes
-from mbproj.linear.reference import reference_at
 from mbproj.linear.stored import stored
-from mbproj.model import compile_system
-from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model import compile_system, rotation_matrix
 from mbproj.pages.data.modes import page_of_modes, words_on
 from mbproj.pages.page.write import html
-from mbproj.results.linear.modes_file import read_modes, write_modes
+from mbproj.results import read_modes, write_modes
 from mbproj.scene import read_scene_text
 from tests.pages.browser import MISSING, SMALL, Opened, browser
 from tests.pages.unpacked import block_of, bytes_of, data_of

@@ -10,9 +10,7 @@ from matplotlib.collections import PolyCollection
 from mbproj.cli.commands import check, plot
 from mbproj.dynamics import assemble
 from mbproj.errors import InputError
-from mbproj.figures.kinds import draw, why_not
-from mbproj.figures.kinds.mechanism import draw_start
-from mbproj.figures.kinds.poses import picture_axes, projected
+from mbproj.figures import draw, draw_start, picture_axes, projected, why_not
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
 from mbproj.pages.appearance.mechanism import look_of

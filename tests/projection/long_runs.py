@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from mbproj import Report
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
-from mbproj.integrate.reporting.report import Report
 from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene, read_scene_text, settings_to_run
-from mbproj.scene.settings import with_options
+from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.support import ROOT, Recorder
 
 SCENES = ROOT / "mechanisms"

@@ -7,12 +7,8 @@ import warnings
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import constraint_at, jacobian
-from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.row_set import RowSet
-from mbproj.integrate.formulations.planar import InPlane
-from mbproj.integrate.formulations.reduced import Reduced
+from mbproj.dynamics import RowSet, constraint_at, jacobian, mass_matrix, pose_of
+from mbproj.integrate import InPlane, Reduced
 from mbproj.kernel import core
 from mbproj.projection import make_method
 from mbproj.projection.solve.position import correct_position, damped

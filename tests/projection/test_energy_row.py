@@ -8,15 +8,12 @@ import numpy as np
 import pytest
 
 import mbproj
+from mbproj import Report
 from mbproj.cli.report.summary import warnings_on_rows
 from mbproj.dynamics import assemble
-from mbproj.integrate import simulate
-from mbproj.integrate.formulations.invariants import momenta_of
-from mbproj.integrate.reporting.marks import Mark
-from mbproj.integrate.reporting.report import Report
+from mbproj.integrate import Mark, momenta_of, simulate
 from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene, read_scene_text, settings_to_run
-from mbproj.scene.settings import with_options
+from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.projection.long_runs import CONTROLLED, FIXED, IMPLICIT, SCENES, WORKED, run
 from tests.support import Recorder
 

@@ -9,11 +9,9 @@ import pytest
 
 from mbproj.cli.report.summary import warnings_on_rows
 from mbproj.dynamics import assemble
-from mbproj.integrate import simulate
-from mbproj.integrate.reporting.marks import Mark
+from mbproj.integrate import Mark, simulate
 from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene, read_scene_text, settings_to_run
-from mbproj.scene.settings import with_options
+from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.integrate.state_scenes import bounce, height_at
 from tests.integrate.stiff_scenes import CLAMP
 from tests.projection.long_runs import CONTROLLED, SCENES, run

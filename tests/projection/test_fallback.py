@@ -9,12 +9,12 @@ import re
 import numpy as np
 import pytest
 
+from mbproj import Report
 from mbproj.dynamics import State
 from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.reporting.report import Report
 from mbproj.kernel import core
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.scene import ProjectionSettings, Settings
 from tests.projection.uneven_chains import uneven_chain
 from tests.support import Recorder
 

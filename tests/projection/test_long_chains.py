@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj import Scene
 from mbproj.integrate import simulate
-from mbproj.scene.records import Body, Joint, Pair, Scene, Settings
+from mbproj.scene import Body, Joint, Pair, Settings
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import scene_of
 

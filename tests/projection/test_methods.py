@@ -7,13 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import jacobian
-from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import jacobian, mass_matrix, pose_of
 from mbproj.model import compile_system
 from mbproj.projection import Projection, make_method
 from mbproj.registry import PROJECTIONS
-from mbproj.scene.records import ProjectionSettings
+from mbproj.scene import ProjectionSettings
 from tests.support import random_chain
 
 OPTIONS = {"alpha": 1e7, "gains": (25.0, 25.0)}

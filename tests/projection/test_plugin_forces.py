@@ -10,10 +10,10 @@ import pytest
 import mbproj
 from mbproj import parts, plugins
 from mbproj.elements import Element, Force, State, called
-from mbproj.integrate.steppers.order_conditions import density, holds_up_to, trees
-from mbproj.integrate.steppers.tableau import tableau_of
+from mbproj.integrate import holds_up_to, tableau_of
+from mbproj.integrate.steppers.order_conditions import density, trees
 from mbproj.registry import integrators
-from mbproj.scene.blocks.elements import ELEMENTS
+from mbproj.scene import ELEMENTS
 from tests.support import ROOT
 
 FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")

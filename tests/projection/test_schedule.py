@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
-from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics import constraint_at, constraint_velocity_at, pose_of
 from mbproj.model import compile_system, initial_guess
 from mbproj.projection import make_method, project_after
 from mbproj.projection.solve.position import row_tolerances
 from mbproj.registry import PROJECTIONS
-from mbproj.scene.records import ProjectionSettings
+from mbproj.scene import ProjectionSettings
 from tests.support import random_chain
 
 METHODS = [name for name, entry in PROJECTIONS.items() if entry.corrects and name != "popm"]

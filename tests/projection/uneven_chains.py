@@ -10,10 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.model import compile_system
-from mbproj.model.planar import Plane, planar_reduction
+from mbproj.model import Plane, compile_system, planar_reduction
 from mbproj.model.system import System
-from mbproj.scene.records import Body, Joint, Pair, ProjectionSettings
+from mbproj.scene import Body, Joint, Pair, ProjectionSettings
 from tests.support import scene_of
 
 #: mbproj.projection's methods that have a penalty need one to suit the masses.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.analysis.loads.largest import loads_of
+from mbproj.analysis import loads_of
 from mbproj.analysis.tables import tables
 from mbproj.results import ResultsWriter, open_results
 

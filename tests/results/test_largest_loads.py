@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.analysis.loads.largest import duration_above, loads_of, recorded_in, samples_of, swings
+from mbproj.analysis import duration_above, loads_of, recorded_in, samples_of, swings
 from mbproj.results import open_results
 from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces
 from mbproj.results.loads.largest import loads

@@ -13,8 +13,8 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.analysis.tables import tables
+from mbproj.integrate import Keeping, Mark, Marks
 from mbproj.integrate.reporting import marks as run_marks
-from mbproj.integrate.reporting.marks import Keeping, Mark, Marks
 from mbproj.results import Results, ResultsWriter, check_results, open_own_results, writer
 from mbproj.results.datasets import chunk_rows
 from mbproj.results.file import contents

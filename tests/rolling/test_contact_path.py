@@ -6,8 +6,7 @@ import numpy as np
 
 import mbproj
 from mbproj.model.euler_parameters import product
-from mbproj.pages.appearance.mechanism import look_of
-from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages import PoseHistory, look_of
 from tests.rolling import scenes
 
 

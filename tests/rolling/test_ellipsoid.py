@@ -8,8 +8,7 @@ from scipy.special import ellipeinc
 
 import mbproj
 from mbproj.errors import InputError
-from mbproj.pages.appearance.mechanism import look_of
-from mbproj.pages.appearance.motion import PoseHistory
+from mbproj.pages import PoseHistory, look_of
 from tests.rolling import scenes
 from tests.rolling.rattleback import ellipsoid, of_rattleback, rattleback
 

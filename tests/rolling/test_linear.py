@@ -9,13 +9,10 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import mbproj
-from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
-from mbproj.dynamics.derivatives.slip_derivatives import slip_motion
-from mbproj.dynamics.derivatives.tangent import moved, velocities
-from mbproj.dynamics.equations.constraint_equations import set_velocity
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics import MotionAtTime, pose_of, set_velocity, slip_motion, twist_of, velocities
+from mbproj.dynamics.derivatives.tangent import moved
 from mbproj.errors import InputError
-from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear import NoEquilibrium
 from tests.rolling import scenes
 from tests.rolling.bicycle import CAPSIZE, EIGENVALUES, WEAVE, bicycle
 
@@ -145,7 +142,7 @@ def test_slip_near_a_motion_is_what_slips_there():
         return MotionAtTime(0.0, moved(q, t * u + 0.5 * t**2 * change), u + t * change, change, np.zeros(0)).carried()
 
     own = slip_motion(system.rows, at(0.0))
-    from mbproj.dynamics.derivatives.row_derivatives import row_motion
+    from mbproj.dynamics import row_motion
 
     A = row_motion(system.rows, at(0.0)).G.dense()[own.rows]
     h = 1e-5

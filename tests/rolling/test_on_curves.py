@@ -9,9 +9,9 @@ import pytest
 from scipy.special import ellipeinc, ellipj, ellipk
 
 import mbproj
+from mbproj import Mechanism
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
-from mbproj.studies.measure.mechanism import Mechanism
 from tests.rolling import scenes
 
 FORMULATIONS = ["full", "reduced", "planar"]

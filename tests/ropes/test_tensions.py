@@ -11,9 +11,9 @@ from click.testing import CliRunner
 
 import mbproj
 from mbproj import InputError, read_scene_text
-from mbproj.analysis.contacts.ropes import pushed_by_ropes
+from mbproj.analysis import pushed_by_ropes
 from mbproj.analysis.tables import tables
-from mbproj.cli.main import mbproj as command
+from mbproj.cli import mbproj as command
 from mbproj.figures import kinds
 from mbproj.mechanisms_folder import mechanism
 from tests.kernel.scenes import needs_kernel

@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from mbproj.figures.kinds import draw
+from mbproj.figures import draw
 from mbproj.results import open_results
 from tests.cli.commands import mbproj
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene, read_scene_text
-from mbproj.integrate.steppers.stability_region import real_axis_limit
-from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.integrate import load_tableau, real_axis_limit
 from mbproj.registry import explicit_integrators
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.stability import stability

@@ -10,15 +10,15 @@ import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
 from mbproj.cli.report.verification import lines
+from mbproj.dynamics import tangent_jacobian
 from mbproj.dynamics.equations import equations_of_motion as equations
 from mbproj.dynamics.equations import teeth
-from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.errors import SimulationError
-from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.integrate import load_tableau
 from mbproj.projection.methods.gpopm import Gpopm
 from mbproj.projection.methods.mmopm import Mmopm
 from mbproj.projection.methods.popm import Popm
-from mbproj.scene.records import BodyForce
+from mbproj.scene import BodyForce
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.rescaled import rescaled

@@ -10,11 +10,11 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.errors import InputError
+from mbproj.integrate import Compiled, numbers_of
 from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.loop.followed_steps import Trace
-from mbproj.integrate.tangents import Directions, numbers_of, slopes_along
-from mbproj.scene.records import Settings
+from mbproj.integrate.tangents import Directions, slopes_along
+from mbproj.scene import Settings
 
 #: Neighbours of a model on either side, and their weights: the central difference of fourth order.
 NEIGHBOURS = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))

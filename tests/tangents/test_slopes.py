@@ -10,8 +10,7 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene
 from mbproj.errors import InputError
-from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.tangents import numbers_of
+from mbproj.integrate import choose, numbers_of
 from mbproj.mechanisms_folder import mechanism
 from tests.kernel.scenes import needs_kernel
 from tests.tangents.following import NEIGHBOURS, directions_of, follow

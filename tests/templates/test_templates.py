@@ -8,7 +8,7 @@ import pytest
 
 from mbproj.errors import ExitCode, InputError
 from mbproj.scene import read_scene_text
-from mbproj.studies.batch import run_task, tasks
+from mbproj.studies import run_task, tasks
 from mbproj.templates import TEMPLATES, written
 from tests.cli.commands import mbproj
 from tests.kernel.scenes import needs_kernel

@@ -7,7 +7,7 @@ from xml.etree import ElementTree as Xml
 
 from mbproj.cli.report.junit import junit
 from mbproj.errors import ExitCode
-from mbproj.studies.batch import SceneResult
+from mbproj.studies import SceneResult
 
 
 def test_what_xml_cannot_say_and_what_commands_a_terminal_can_be_read():

@@ -12,8 +12,8 @@ import pytest
 from mbproj.analysis import energy_drift
 from mbproj.cli.simulate.run import command
 from mbproj.errors import InputError
-from mbproj.integrate.reporting.report import EnergyWatch
-from mbproj.studies.batch import Task, run_task
+from mbproj.integrate import EnergyWatch
+from mbproj.studies import Task, run_task
 from tests.cli.commands import mbproj
 
 HEAD = "mbproj: 1\ngravity: [1, 2, -9.81]\nsimulation: {duration: 1, step: 1 ms, formulation: auto}\nbodies:\n"

@@ -16,7 +16,7 @@ import h5py
 import pytest
 
 from mbproj.kernel import core
-from mbproj.results.file.checksums import stamp_attributes
+from mbproj.results import stamp_attributes
 from tests.cli.commands import mbproj
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
 from tests.support import ROOT

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mbproj import export_model, read_scene_text
-from mbproj.calls.linear import equilibrium, modes
+from mbproj import equilibrium, export_model, modes, read_scene_text
 from tests.elements.pid import ran
 
 ON_RAIL = "type: linear_spring_damper, joint: rail"

@@ -8,8 +8,7 @@ import pytest
 import mbproj
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.planar import NotPlanar, planar_reduction
+from mbproj.model import NotPlanar, compile_system, initial_guess, planar_reduction
 from tests.formats.agreement import agreement
 
 mujoco = pytest.importorskip("mujoco")

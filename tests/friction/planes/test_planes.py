@@ -6,12 +6,9 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.scene.blocks.forces.dry_joints import friction_units
-from mbproj.scene.fields.rotations import to_matrix, unit
-from mbproj.scene.read import SceneText
-from mbproj.studies.variants.livelier import with_speed
-from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.rescaled import rescaled
+from mbproj.scene import SceneText, friction_units, to_matrix
+from mbproj.scene.fields.rotations import unit
+from mbproj.studies import RigidMotion, rescaled, with_speed
 from tests.scene.good_scene import errors
 from tests.stops.runs import Recorded
 

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from mbproj import Scene
 from mbproj.dynamics import assemble
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
@@ -16,7 +17,6 @@ from mbproj.integrate.automatic import march
 from mbproj.integrate.automatic.plan import Plan
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
-from mbproj.scene.records import Scene
 from tests.cli.commands import mbproj
 from tests.integrate.stiff_scenes import CLAMP, CREEP, rod
 from tests.support import ROOT, Recorder

@@ -10,8 +10,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.choice import choose
 from mbproj.registry import implicit_integrators
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.scene.records import Settings
+from mbproj.scene import Settings, read_scene, read_scene_text
 from tests.integrate.time_scenes import rotor
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import ROOT, Recorder

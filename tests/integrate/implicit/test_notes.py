@@ -7,11 +7,11 @@ from math import pi
 import numpy as np
 import pytest
 
+from mbproj import Scene
 from mbproj.integrate import simulate
 from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 from mbproj.integrate.steppers.stability_region import amplification
-from mbproj.scene import read_scene_text
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene import Settings, read_scene_text
 from tests.kernel.scenes import assembled
 from tests.support import Recorder
 

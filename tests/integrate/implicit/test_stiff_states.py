@@ -13,8 +13,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps, steps_for_stability
 from mbproj.integrate.stiff.step_limits import step_limit
-from mbproj.scene import read_scene
-from mbproj.scene.records import Settings
+from mbproj.scene import Settings, read_scene
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.model.element_states import FORMULATIONS, case, run
 from tests.support import ROOT

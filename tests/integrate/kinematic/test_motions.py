@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj import Mechanism, simulate_certified
 from mbproj.errors import InputError
 from mbproj.scene import read_scene_text, settings_to_run
-from mbproj.studies.certify.certified import simulate_certified
 from mbproj.studies.compare.comparison import compare
-from mbproj.studies.measure.mechanism import Mechanism
 from tests.integrate.kinematic.scenes import (
     BY_THE_ROCKER,
     FORMULATIONS,

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.formulations.reduced import Reduced
+from mbproj import Scene
+from mbproj.integrate import Reduced
 from mbproj.kernel import core
-from mbproj.model import compile_system
-from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene.records import Scene
+from mbproj.model import compile_system, rotation_matrix
 from tests.kernel.mechanism_runs import mechanism
 from tests.kernel.scenes import Case, ladder, loops, needs_kernel, opened, rails, shaft, star, tree
 from tests.support import random_body, random_chain, random_joint, scene_of

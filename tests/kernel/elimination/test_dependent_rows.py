@@ -8,17 +8,13 @@ import dataclasses
 import numpy as np
 import pytest
 
+from mbproj import Scene
 from mbproj.arrays import Array
-from mbproj.dynamics import State
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.planar import InPlane
-from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import settle_rows
+from mbproj.dynamics import State, pose_of
+from mbproj.integrate import Compiled, InPlane, Reduced, settle_rows
 from mbproj.kernel import core
-from mbproj.model.planar import Plane, planar_reduction
+from mbproj.model import Plane, planar_reduction
 from mbproj.scene import read_scene
-from mbproj.scene.records import Scene
 from tests.kernel.scenes import assembled, loops, needs_kernel, parallelogram, star
 from tests.support import MECHANISMS, REDUNDANT
 

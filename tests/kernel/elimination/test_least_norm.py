@@ -7,11 +7,8 @@ import pytest
 
 import mbproj
 from mbproj import read_scene_text
-from mbproj.dynamics import assemble
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import count_redundant
+from mbproj.dynamics import assemble, coordinate_values, pose_of
+from mbproj.integrate import Reduced, count_redundant
 from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess
 from tests.kernel.scenes import needs_kernel, shared_four_bars

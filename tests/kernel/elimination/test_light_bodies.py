@@ -7,12 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.rank.mobility import mobility
-from mbproj.integrate.formulations.reduced import from_space
-from mbproj.scene.records import Scene
+from mbproj import Scene, mobility
+from mbproj.dynamics import SOLVERS, gamma, generalised_force, jacobian, mass_matrix, pose_of, twist_of
+from mbproj.integrate import from_space
 from tests.kernel.scenes import Case, loops, needs_kernel, opened, star
 
 pytestmark = needs_kernel

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.arrays import Array
-from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.dynamics import body_rates, pose_of, twist_of
 from tests.kernel.scenes import Case, loops, needs_kernel, opened
 
 pytestmark = needs_kernel

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.integrate.formulations.choice import choose
+from mbproj import Scene
+from mbproj.integrate import choose
 from mbproj.kernel import core, pack_width
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
 from tests.kernel.scenes import assembled, loops, star, tree
 from tests.support import MECHANISMS, random_chain
 

@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene
-from mbproj.figures.pages.profile import draw_profile
-from mbproj.functions.curves.shapes import ellipse
-from mbproj.functions.curves.track import Track
+from mbproj.figures import draw_profile
+from mbproj.functions import Track, ellipse
 from mbproj.mechanisms_folder import mechanism
-from mbproj.scene.blocks.curves.sheet import sheet
+from mbproj.scene import sheet
 from tests.cli.commands import mbproj
 
 SCENE = str(mechanism("cam"))

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import SimulationError, compile_system, initial_guess, read_scene_text
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.overlap import overlapping
+from mbproj.dynamics import overlapping, pose_of
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import scene
 from tests.stops.runs import run

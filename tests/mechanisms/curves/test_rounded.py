@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene_text
-from mbproj.scene.blocks.oversights import grain, notes_on
+from mbproj.scene import notes_on
+from mbproj.scene.blocks.oversights import grain
 from tests.mechanisms.curves.scenes import CAM, scene
 
 

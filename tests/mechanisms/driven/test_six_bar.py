@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.analysis.loads.largest import loads_of
+from mbproj.analysis import loads_of
 from mbproj.results import ResultsWriter, open_results
 from mbproj.scene import read_scene_text
 from tests.mechanisms.driven.linkages import SAMPLES, block, crossing, derivatives, pin, place, run

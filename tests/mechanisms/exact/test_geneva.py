@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import quad
 
 from mbproj import InputError, read_scene_text
-from mbproj.functions.curve import Curve
-from mbproj.joints.joint_type import geneva
+from mbproj.functions import Curve
+from mbproj.joints import geneva
 from mbproj.mechanisms_folder import mechanism
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run

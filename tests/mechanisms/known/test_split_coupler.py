@@ -7,13 +7,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eig
 from scipy.optimize import fsolve
 
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.motions import NO_DRIVE
-from mbproj.dynamics.rank.nearby import NO_CONDITIONS
-from mbproj.linear.equilibrium.balance import EquilibriumProblem
+from mbproj.dynamics import NO_CONDITIONS, NO_DRIVE, coordinate_values, pose_of
+from mbproj.linear import EquilibriumProblem, assembled_start
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene

@@ -7,15 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mbproj import compile_system, initial_guess
-from mbproj.dynamics.derivatives.tangent import moved, velocities
-from mbproj.dynamics.equations.forces import applied, law_state
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
+from mbproj.dynamics import Instant, applied, law_state, pose_of, speeds_of_free_bodies, twist_of, velocities
+from mbproj.dynamics.derivatives.tangent import moved
+from mbproj.dynamics.fast_modes import fast_modes, responses, slopes
 from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.formulations.choice import choose
-from mbproj.scene import read_scene_text
-from mbproj.scene.records import Settings
+from mbproj.integrate import choose
+from mbproj.scene import Settings, read_scene_text
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, K_R, K_X, PAIR
 from tests.kernel.scenes import assembled, needs_kernel
 

@@ -5,14 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj import Mechanism
 from mbproj.errors import SimulationError
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.scene import read_scene, read_scene_text
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.variants.livelier import with_stiffness
-from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.checks import CHECKS
-from mbproj.studies.verify.finding import Finding
+from mbproj.studies import CHECKS, Case, Finding, with_stiffness
 from tests.dynamics.force_scenes import BUSHINGS, HEAD, PAIR
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.mechanisms.running import angular_momentum, run_scene

@@ -7,10 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from mbproj import compile_system
-from mbproj.dynamics.equations.constraint_equations import set_jacobian
-from mbproj.dynamics.equations.forces import applied
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
+from mbproj.dynamics import Instant, applied, pose_of, set_jacobian, twist_of
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
 from tests.mechanisms.running import Run, assert_close, run_scene

@@ -7,15 +7,10 @@ import re
 import numpy as np
 import pytest
 
-from mbproj.dynamics import State
-from mbproj.dynamics.equations.equations_of_motion import mass_matrix, tangent_mass_matrix
-from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
-from mbproj.dynamics.observe.total_energy import kinetic_energy
+from mbproj.dynamics import State, body_rates, kinetic_energy, mass_matrix, pose_of, tangent_mass_matrix, twist_of
 from mbproj.errors import InputError
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.formulations.reduced import from_space
-from mbproj.scene import read_scene_text
-from mbproj.scene.records import Settings
+from mbproj.integrate import FullFormulation, from_space
+from mbproj.scene import Settings, read_scene_text
 from mbproj.studies.verify import verify
 from tests.dynamics.linkages import assembled
 from tests.kernel.scenes import needs_kernel, opened, tree

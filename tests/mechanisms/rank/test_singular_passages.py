@@ -14,7 +14,7 @@ from scipy.integrate import quad
 
 from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
 from mbproj.errors import InputError, SimulationError
-from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model import rotation_matrix
 from mbproj.registry import integrators
 from mbproj.scene import read_scene_text
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM

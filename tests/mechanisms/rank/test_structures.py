@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.rank.redundancy import redundancy
-from mbproj.dynamics.rank.uniqueness import unique_components
+from mbproj import unique_components
+from mbproj.dynamics import redundancy
 from mbproj.scene import read_scene_text
 from tests.dynamics.linkages import assembled
 from tests.mechanisms.running import Run, assert_close, run_text

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj.cli.main import mbproj
+from mbproj.cli import mbproj
 from mbproj.errors import InputError, SimulationError
 from mbproj.kernel import core
 from mbproj.model import compile_system

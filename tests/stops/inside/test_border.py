@@ -7,18 +7,21 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.contact.freedom import Freedom
-from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, tangent_force
-from mbproj.dynamics.derivatives.tangent import tangent_velocities
-from mbproj.dynamics.equations.constraint_equations import set_bias, set_jacobian
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
-from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.formulations.reduced import Reduced
+from mbproj.dynamics import (
+    Freedom,
+    MotionAtTime,
+    coordinate_values,
+    drive_at,
+    set_bias,
+    set_jacobian,
+    tangent_force,
+    tangent_gamma,
+    tangent_velocities,
+)
+from mbproj.integrate import Reduced, choose
 from mbproj.kernel import core
-from mbproj.model.contacts import Contacts, in_contact
-from mbproj.scene.records import Settings
+from mbproj.model import Contacts, in_contact
+from mbproj.scene import Settings
 from tests.kernel.scenes import needs_kernel
 from tests.stops.scenes import SCENE
 

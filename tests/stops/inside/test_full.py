@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, SimulationError
+from mbproj.integrate import FullFormulation
 from mbproj.integrate.formulations import choice as formulation_choice
 from mbproj.integrate.formulations import full_in_loop
-from mbproj.integrate.formulations.full import FullFormulation
 from tests.friction.known.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel
 from tests.stops.inside.scenes import BALL, DRIVEN, PRESSED_LOOP, SOFT_BALL, THREE_BALLS

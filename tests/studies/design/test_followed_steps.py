@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj import settings_to_run
 from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.integrate.loop.followed_steps import FollowedSteps
+from mbproj.integrate import FollowedSteps, simulate
 from mbproj.kernel import core
-from mbproj.scene.read import SceneText
-from mbproj.scene.settings import settings_to_run
+from mbproj.scene import SceneText
 from mbproj.studies.measure.mechanism import Mechanism
 
 pytestmark = pytest.mark.skipif(core() is None, reason="no compiled kernel")

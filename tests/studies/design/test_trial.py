@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mbproj
+from mbproj import settings_to_run
 from mbproj.integrate import simulate
-from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.trial import Wish, tried, tried_together
 from mbproj.studies.measure.measured_samples import MeasuredSamples

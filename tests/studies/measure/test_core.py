@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from mbproj.scene import read_scene_text
-from mbproj.scene.records import ProjectionSettings
+from mbproj.scene import ProjectionSettings, read_scene_text
 from mbproj.studies.measure.accuracy import attempt
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS
 from mbproj.studies.measure.mechanism import Mechanism

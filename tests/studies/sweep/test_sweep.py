@@ -6,7 +6,7 @@ import sqlite3
 
 import pytest
 
-from mbproj.analysis.expectations import measured
+from mbproj.analysis import measured
 from mbproj.errors import InputError
 from mbproj.results import open_results
 from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case
