@@ -4,7 +4,6 @@ elements, and energies."""
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -113,11 +112,6 @@ class Modes(Tabled):
         return f"{self.freedom} degrees of freedom, {self.reference.words}"
 
     __repr__ = Tabled.__repr__
-
-    def slowest(self, count: int) -> Modes:
-        """Return the first `count` modes."""
-        parts = ("eigenvalues", "shapes", "coordinates", "states", "state_share", "kinetic", "strain")
-        return replace(self, **{name: getattr(self, name)[:count] for name in parts})
 
 
 def _largest(names: Sequence[str], shares: Array) -> str:

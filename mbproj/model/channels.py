@@ -154,12 +154,6 @@ class Actions:
         """Return the range of the entries of `state`, and of `programs`, that belong to an action."""
         return range(*self.start[action : action + 2].tolist())
 
-    def is_held(self, states: int) -> npt.NDArray[np.bool_]:
-        """Whether an action sets each of the `states` states, (states,)."""
-        held_states: npt.NDArray[np.bool_] = np.zeros(states, dtype=bool)
-        held_states[self.state] = True
-        return held_states
-
     def instants(self, start: float, end: float, slack: float) -> Mapping[float, tuple[int, ...]]:
         """Return the actions at each time from `start` to `end`; an action within `slack` before `start` is at `start`.
         Raises InputError where there are too many to store."""

@@ -61,11 +61,6 @@ class Contacts:
         """The frictions that slide in a plane and keep their direction."""
         return self.straight | self.starting
 
-    @property
-    def rows(self) -> int:
-        """The number of rows that the contacts add to C."""
-        return len(self.held) + len(self.stuck)
-
 
 def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Contacts:
     """Return the contacts with the stops in `closed` held, where exactly one friction along a stop's coordinate sticks.

@@ -105,11 +105,6 @@ class Followers:
     of: tuple[FollowedCurve, ...]
     programs: ProgramSet
 
-    @property
-    def size(self) -> int:
-        """k."""
-        return len(self.of)
-
 
 class FollowedKind(IntEnum):
     """The list in which a followed distance stands: the rows of the joints, the laws, the stops, or the joint
