@@ -1,4 +1,4 @@
-"""One BLAS thread a worker, the order of the tests, and sweeps without other processes."""
+"""One BLAS thread a worker, the order of the tests, and sweeps and reading without other processes."""
 
 from __future__ import annotations
 
@@ -23,3 +23,10 @@ def sweeps_here(monkeypatch: pytest.MonkeyPatch) -> None:
     from tests.cli.fork_server import in_this_process  # not before the variables are set
 
     monkeypatch.setattr("mbproj.studies.parallel.bundles.in_parallel", in_this_process)
+
+
+@pytest.fixture
+def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Results files are read in the test's own process alone: none is damaged, and a child would read each first."""
+    for reader in ("outputs.kinds", "results.file.opening", "results.check"):
+        monkeypatch.setattr(f"mbproj.{reader}.rehearse", lambda *_: True)

@@ -106,11 +106,9 @@ def in_the_kernel(kind: str) -> bool:
 
 
 @pytest.fixture
-def call(tmp_path, monkeypatch):
-    """A command in a folder of its own, which has to end well; files of our own are not read in a child first."""
+def call(tmp_path, monkeypatch, read_here):
+    """A command in a folder of its own, which has to end well."""
     monkeypatch.chdir(tmp_path)
-    for reader in ("outputs.kinds", "results.file.opening", "results.check"):
-        monkeypatch.setattr(f"mbproj.{reader}.rehearse", lambda *_: True)
 
     def called(text: str, *arguments: str) -> Result:
         (tmp_path / "scene.yaml").write_text(text)

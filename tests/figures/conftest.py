@@ -23,3 +23,8 @@ def two(tmp_path, results):
     path = record(tmp_path / "other.h5", block(times(), drift=-3e-6), scene(settings=how))
     with open_results(path) as opened:
         yield [results, opened]
+
+
+@pytest.fixture(autouse=True)
+def read_without_rehearsal(read_here: None) -> None:
+    """As the files are none that others have damaged."""

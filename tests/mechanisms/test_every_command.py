@@ -73,16 +73,13 @@ def _not_drawn(figure: Figure, file: Path, **_: object) -> None:
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch, sweeps_here):
-    """Where commands write; their pictures are empty, each timing is of one run, and no other process is started: files
-    of our own are not read in a child first."""
+def folder(tmp_path, monkeypatch, sweeps_here, read_here):
+    """Where commands write; their pictures are empty, each timing is of one run, and no other process is started."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MBPROJ_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", _not_drawn)
     monkeypatch.setattr("mbproj.studies.measure.timing.SHORTEST", 0.0)
     monkeypatch.setattr("mbproj.studies.recommend.recommendation.time_settings", partial(time_settings, repetitions=1))
-    for reader in ("outputs.kinds", "results.file.opening", "results.check"):
-        monkeypatch.setattr(f"mbproj.{reader}.rehearse", lambda *_: True)
     return tmp_path
 
 
