@@ -159,7 +159,9 @@ def test_commands_tell_them():
     assert "linear model with 4 states" in report
     assert "note: states change here: 'lag.x' by 3 V/s, 'lag.z' by -0.5 A/s/s" in report
     rests = rest(("2 - x", "x - z"))
-    assert equilibrium_command.numbers(rests, [], "s", "o")["states"] == pytest.approx({"lag.x": 2.0, "lag.z": 2.0})
+    assert equilibrium_command.numbers(rests, [], "s", "o", None)["states"] == pytest.approx(
+        {"lag.x": 2.0, "lag.z": 2.0}
+    )
     assert "  states\n    lag.x  2 V\n    lag.z  2 A/s" in equilibrium_command.report(rests, [], "s")
 
 
