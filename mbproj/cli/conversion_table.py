@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.cli.report.text import json_text
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.models import SAID
 
 if TYPE_CHECKING:
@@ -37,5 +37,5 @@ def _place(place: Place) -> str:
 
 def table_json(said: Sequence[Said], **facts: Any) -> str:
     """The table as one JSON object, after these facts."""
-    rows = [told(SAID.fields, row, place=str(row.place or "")) for row in said]
+    rows = [report_of(SAID.fields, row, place=str(row.place or "")) for row in said]
     return json_text(facts | {SAID.key: rows})

@@ -45,9 +45,9 @@ def shared(table: Sequence[Fact], *keys: str, when: str = ALWAYS, unknown: bool 
     return tuple(replace(rows[key], kind=rows[key].kind + null, when=when) for key in keys)
 
 
-def told(facts: Sequence[Fact], source: object, /, **known: Any) -> dict[str, Any]:
-    """What a source tells, by key: the values that are `known`, else its attributes, and objects in these by their
-    `fields`. A fact under a condition is told where it is known, or names its attribute.
+def report_of(facts: Sequence[Fact], source: object, /, **known: Any) -> dict[str, Any]:
+    """The report of a source, by key: the values that are `known`, else its attributes, and objects in these by their
+    `fields`. A fact under a condition is in it where it is known, or names its attribute.
 
     Raises TypeError for a known key that is no fact."""
     unknown = known.keys() - {fact.key for fact in facts}
@@ -55,16 +55,16 @@ def told(facts: Sequence[Fact], source: object, /, **known: Any) -> dict[str, An
         raise TypeError(f"no fact is called {sorted(unknown)}")
     said = (fact for fact in facts if fact.key in known or fact.at or fact.when in (ALWAYS, COMPLETE))
     values = {fact: known[fact.key] if fact.key in known else attrgetter(fact.at or fact.key)(source) for fact in said}
-    return {fact.key: _told(fact.kind, fact.fields, value) for fact, value in values.items()}
+    return {fact.key: _in_json(fact.kind, fact.fields, value) for fact, value in values.items()}
 
 
-def _told(kind: str, fields: Sequence[Fact], value: Any) -> Any:
+def _in_json(kind: str, fields: Sequence[Fact], value: Any) -> Any:
     """The value, with dictionaries in place of the objects in it."""
     if not fields or value is None:
         return value
     outer, _, inner = next(each for each in kind.split(" | ") if "object" in each).partition(" of ")
     if outer == "map":
-        return {name: _told(inner, fields, each) for name, each in value.items()}
+        return {name: _in_json(inner, fields, each) for name, each in value.items()}
     if outer == "array":
-        return [_told(inner, fields, each) for each in value]
-    return value if isinstance(value, (Mapping, str, int, float)) else told(fields, value)
+        return [_in_json(inner, fields, each) for each in value]
+    return value if isinstance(value, (Mapping, str, int, float)) else report_of(fields, value)

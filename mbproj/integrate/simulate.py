@@ -194,7 +194,7 @@ def simulate(
         halved=words_on_halvings(tally.halved),
         decided_by_shares=words_on_shares(tally.met),
         round_off=float(floors[0]) / max(system.length, 1.0),
-        methods=() if automatic is None else automatic.told(),
+        methods=() if automatic is None else automatic.methods_taken(),
         state=last,
     )
 

@@ -14,7 +14,7 @@ import mbproj as package
 from mbproj.cli import mbproj as group
 from mbproj.cli.report import build_info
 from mbproj.errors import InputError
-from mbproj.facts import ANY_NAME, told
+from mbproj.facts import ANY_NAME, report_of
 from mbproj.facts.info import NOT_BUILT
 from mbproj.facts.reports import REPORTS
 from tests.cli.commands import mbproj
@@ -75,7 +75,7 @@ def test_a_key_that_no_table_has_is_refused_and_so_is_a_report():
     with pytest.raises(ValidationError, match="'formulation' is a required property"):
         refuse_what_no_table_says(["run"], {"scene": "a", "output": "b", "status": "complete"})
     with pytest.raises(TypeError, match=r"no fact is called \['more'\]"):
-        told(REPORTS["sweep"].facts, None, more=1)
+        report_of(REPORTS["sweep"].facts, None, more=1)
     with pytest.raises(InputError, match="there is no schema of 'rum'"):
         package.schema("rum")
 

@@ -11,7 +11,7 @@ import click
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.report.text import json_text
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.results import COMPARISON
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
     with open_results(first) as one, open_results(second) as other:
         comparison = compare_motions(one, other, part, limits)
     if as_json:
-        click.echo(json_text(told(COMPARISON, comparison, first=first, second=second)))
+        click.echo(json_text(report_of(COMPARISON, comparison, first=first, second=second)))
     else:
         for line in _lines(comparison, first, second):
             click.echo(line)

@@ -15,7 +15,7 @@ from mbproj.cli.report.trust import as_numbers, lines_on
 from mbproj.cli.report.verification import lines as verification_lines
 from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import ExitCode
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.info import ATTRIBUTES, INFO
 
 if TYPE_CHECKING:
@@ -148,7 +148,7 @@ def _contents(results: Results) -> dict[str, Any]:
     from mbproj.analysis.reactions import reactions_not_unique, shared_at_contacts
     from mbproj.analysis.summary import summary
 
-    return told(
+    return report_of(
         INFO,
         results,
         **summary(results),

@@ -15,7 +15,7 @@ from mbproj.cli.figure_options import check_picture, drawn
 from mbproj.cli.report.text import json_text, table
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.models import CURVE
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ def command(
 
 def facts(sheet: Sheet) -> dict[str, object]:
     """The curve as a dictionary for JSON."""
-    return told(
+    return report_of(
         CURVE,
         sheet,
         length=sheet.arc[-1],

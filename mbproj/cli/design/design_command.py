@@ -15,7 +15,7 @@ from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, Place, Problem
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.designs import DESIGN
 from mbproj.scene.ranges.family import column_of
 
@@ -112,7 +112,7 @@ def numbers(design: FoundDesign) -> dict[str, Any]:
     deviation = np.full(len(design.x), np.nan) if known is None else known.deviation
     numbers = zip(design.spec.paths, design.x.tolist(), design.spec.units, deviation.tolist(), strict=True)
     goals, limits = design.spec.goals, (limit.name for limit in design.spec.limits)
-    return told(
+    return report_of(
         DESIGN,
         design,
         slopes=slopes_by(design),

@@ -14,7 +14,7 @@ from mbproj.cli.quantity import NotNegative
 from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.linear import EQUILIBRIUM
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def numbers(
     reactions = {
         name: {"force": force[joint], "torque": torque[joint]} for joint, name in enumerate(system.names.joints)
     }
-    return told(
+    return report_of(
         EQUILIBRIUM,
         rest,
         scene=scene,

@@ -15,7 +15,7 @@ from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.linear import LINEAR
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ def numbers(linear: LinearModel, scene: str, output: Path) -> dict[str, Any]:
     """The model as a dictionary for JSON, with stable keys."""
     from mbproj.linear.mode_notes import is_balanced
 
-    return told(LINEAR, linear, scene=scene, output=output, balanced=is_balanced(linear.reference))
+    return report_of(LINEAR, linear, scene=scene, output=output, balanced=is_balanced(linear.reference))
 
 
 def report(linear: LinearModel, title: str) -> str:

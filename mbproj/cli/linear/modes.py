@@ -16,7 +16,7 @@ from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.linear import MODES
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def numbers(modal: Modes, scene: str, output: str, trace: RootLocus | None) -> d
         for mode in range(len(modal.eigenvalues))
     ]
     said = {"balanced": is_balanced(reference), "modes": modes, "notes": notes_on(modal)}
-    return told(MODES, modal, scene=scene, output=output, **said, **known)
+    return report_of(MODES, modal, scene=scene, output=output, **said, **known)
 
 
 def _phasors(names: Sequence[str], values: Numbers) -> dict[str, list[float]]:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.run import EXPECTATIONS
 from mbproj.scene.records import Passage
 
@@ -74,7 +74,7 @@ def record(outcome: Outcome) -> dict[str, Any]:
     expected = outcome.expectation
     named = {name: value for name in ("over", "between") if (value := getattr(expected, name))}
     values = {"measured": _shortest(outcome.measured), "value": _shortest(expected.value)}
-    return told(EXPECTATIONS.fields, outcome, component=expected.component or None, **named, **values)
+    return report_of(EXPECTATIONS.fields, outcome, component=expected.component or None, **named, **values)
 
 
 def _numbers(values: Sequence[float]) -> str:

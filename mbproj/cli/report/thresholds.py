@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.results import THRESHOLD_ROWS
 from mbproj.thresholds import table
 
@@ -15,7 +15,7 @@ USERS = {"both": "NumPy and kernel", "kernel": "kernel", "numpy": "NumPy"}
 
 def facts() -> dict[str, Any]:
     """Each threshold by its name."""
-    return {row.name: told(THRESHOLD_ROWS, row) for row in table()}
+    return {row.name: report_of(THRESHOLD_ROWS, row) for row in table()}
 
 
 def lines() -> Iterator[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.cli.report.text import columns
 from mbproj.cli.simulate.largest_loads import cells
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.loads import ACTUATORS
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def facts(acting: ActuatorLoads, source: str, over: str | None) -> dict[str, Any
         }
         for k, (name, unit, weight) in enumerate(zip(acting.names, acting.units, acting.weights, strict=True))
     }
-    return told(ACTUATORS, acting, source=source, place_of=over, largest=acting.largest(over), actuators=actuators)
+    return report_of(ACTUATORS, acting, source=source, place_of=over, largest=acting.largest(over), actuators=actuators)
 
 
 def lines(actuators: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from mbproj.calls.again import stored_scene
 from mbproj.cli.report.text import table
 from mbproj.errors import InputError, Problem
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.results import ENERGY
 from mbproj.registry import AUTOMATIC
 
@@ -88,7 +88,7 @@ def _undivided(results: Results, why: str) -> InputError:
 
 def facts(results: Results) -> dict[str, Any]:
     """The parts as a dictionary for JSON."""
-    return told(ENERGY, found(results), file=results.path)
+    return report_of(ENERGY, found(results), file=results.path)
 
 
 def lines(results: Results) -> Iterator[str]:

@@ -14,7 +14,7 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import drawn
 from mbproj.cli.quantity import Positive
 from mbproj.errors import ExitCode, InputError, Place, Problem
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.studies import RECOMMEND
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def command(
         f"this one keeps it until {recommendation.until:.6g} s"
     )
     text, notes = "\n".join([line, *_lines(recommendation)]), [] if recommendation.reached else [short]
-    numbers = told(
+    numbers = report_of(
         RECOMMEND,
         recommendation,
         command=line,

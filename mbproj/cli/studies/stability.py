@@ -14,7 +14,7 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options_without
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.studies import STABILITY
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def command(
             **{name: options[name] for name in ("low", "high", "points")},
         )
     methods = {track.method: track for track in bounds.tracks}
-    numbers = told(STABILITY, bounds, setting=_setting(bounds), methods=methods)
+    numbers = report_of(STABILITY, bounds, setting=_setting(bounds), methods=methods)
     study.hand_over(bounds.table, _report(bounds), numbers, lambda: _page(bounds))
 
 

@@ -15,7 +15,7 @@ from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import drawn
 from mbproj.cli.quantity import Positive
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.designs import SWEEP
 
 if TYPE_CHECKING:
@@ -127,7 +127,7 @@ def command(
     study.hand_over(
         Table(tuple(summary.headings(what)), rows),
         _said(progress, kinds),
-        told(SWEEP, progress, failures=kinds),
+        report_of(SWEEP, progress, failures=kinds),
         lambda: usual_of_sweep(folder.arrays),
         beside=written,
     )

@@ -12,7 +12,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.studies import TRADEOFF
 from mbproj.registry import FORMULATIONS
 
@@ -75,7 +75,7 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     result = study.result(tradeoff, what, **options)
     beside = [write_hdf5(whole, result, force=study.force)]
     text = "\n".join(_report(result))
-    numbers = told(TRADEOFF, result, until=result.reference.times[-1], trials=result.table.records)
+    numbers = report_of(TRADEOFF, result, until=result.reference.times[-1], trials=result.table.records)
     study.hand_over(result.table, text, numbers, lambda: _page(result), result.notes, beside)
 
 

@@ -13,7 +13,7 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import drawn
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, Place, placed_at
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.designs import VERIFY
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def command(
     with study.telling() as tell:
         verification = verify(what, tell)
     text = "\n".join([what.title or Path(scene).stem, *lines(verification)])
-    numbers = told(VERIFY, verification, scene=scene)
+    numbers = report_of(VERIFY, verification, scene=scene)
     study.hand_over(verification.table, text, numbers, lambda: _page(verification))
     if store is not None:
         with placed_at(Place("--store")):

@@ -64,7 +64,7 @@ def shapes(modes: StoredModes) -> Figure:
         left.set_ylabel(f"mode {mode + 1}\n{modes.frequency[mode]:.4g} Hz\n{value.real:.3g}/s", rotation=0, ha="right")
     of_joints = np.abs(modes.coordinate_shape[:count]).any(axis=1)
     words = {"joint coordinates": of_joints.any(), "shifts and turns of bodies": not of_joints.all()}
-    axes[-1][0].set_xlabel(f"{' or '.join(word for word, told in words.items() if told)}, relative")
+    axes[-1][0].set_xlabel(f"{' or '.join(word for word, is_used in words.items() if is_used)}, relative")
     axes[-1][1].set_xlabel("parts of the kinetic energy")
     left_out = len(modes.eigenvalue) - count
     remark = f"more modes in the file: {left_out}" if left_out else ""

@@ -11,7 +11,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.automatic.decision import decide, handed_over
-from mbproj.integrate.automatic.plan import Plan, told
+from mbproj.integrate.automatic.plan import Plan, methods_taken
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.loop.one_method import march_by_one_method
@@ -57,9 +57,9 @@ class AutomaticMarch:
     def __init__(self) -> None:
         self.plan = Plan()
 
-    def told(self) -> tuple[str, ...]:
+    def methods_taken(self) -> tuple[str, ...]:
         """Return lines for the report on the methods used."""
-        return told(self.plan)
+        return methods_taken(self.plan)
 
     def march(
         self, choice: Choice, system: System, start: State, settings: Settings, tally: Tally, marks: Marks

@@ -126,7 +126,7 @@ class Plan:
         )
 
 
-def told(plan: Plan) -> tuple[str, ...]:
+def methods_taken(plan: Plan) -> tuple[str, ...]:
     """Return lines on the methods that made the steps, and on the cost of trials."""
     why = f"{WHERE_STIFF} was not quicker" if plan.trials else "no force is stiff"
     lines = [_told(switch) for switch in plan.switches[:MOST_TOLD]] or [f"{plan.method} throughout: {why}"]

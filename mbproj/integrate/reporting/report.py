@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.recorded import Block
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.run import RECORDED, ROWS
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
 from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept
@@ -211,7 +211,7 @@ def summary(scene: str, output: str, report: Report, total_seconds: float) -> di
         "status": "complete",
     }
     said = (*RECORDED, *ROWS) if projection.energy or projection.momentum else RECORDED
-    return told(said, report, **known)
+    return report_of(said, report, **known)
 
 
 class EnergyWatch:

@@ -13,7 +13,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, SimulationError
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.studies import COMPARED, ENERGY_ROW
 from mbproj.registry import AUTOMATIC, integrator_choices, is_embedded
 from mbproj.results.views.table import Table, Tabled
@@ -79,7 +79,7 @@ class SettingResult:
         report = self.solution.report
         if not self.measurement.setting.energy_row or report is None:
             return {}
-        return told(ENERGY_ROW, report)
+        return report_of(ENERGY_ROW, report)
 
 
 @dataclass(frozen=True, eq=False)

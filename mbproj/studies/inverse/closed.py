@@ -201,10 +201,10 @@ def _least_squares(space: TangentSpace, K: Array, rows: GivenRows, wanted: Array
     return np.asarray(V.T @ ((U.T @ (wanted / rows.scale)) / σ))
 
 
-def _undetermined(freedom: int, told: int, t: float) -> InputError:
-    missing = freedom - told
+def _undetermined(freedom: int, determined: int, t: float) -> InputError:
+    missing = freedom - determined
     message = (
-        f"at t = {t:.6g} s the given motion determines {told} of {freedom} degrees of freedom, and "
+        f"at t = {t:.6g} s the given motion determines {determined} of {freedom} degrees of freedom, and "
         f"{missing} {'is' if missing == 1 else 'are'} left open"
     )
     return InputError(Problem(message, hint="give more joint coordinates or markers, or others near this pose"))

@@ -111,11 +111,11 @@ class StabilityMap(Tabled):
     @property
     def line(self) -> str:
         """A line with the quantity and the limits of each method."""
-        told = [
+        parts = [
             f"{track.method} {', '.join(f'{change.value:.{track.digits}g}' for change in track.changes) or 'none'}"
             for track in self.tracks
         ]
-        return f"{self.title}: {self.vary}{f' ({self.unit})' if self.unit else ''}; limits: {'; '.join(told)}"
+        return f"{self.title}: {self.vary}{f' ({self.unit})' if self.unit else ''}; limits: {'; '.join(parts)}"
 
     __repr__ = Tabled.__repr__
 

@@ -174,12 +174,12 @@ def _chosen(wanted: Wanted, mechanism: Linkage | SpatialFourBar, free: int) -> s
     pivots stay, and then points that links carry."""
     if wanted.kind != POSITIONS or isinstance(mechanism, SpatialFourBar):
         return set()
-    told = 4 * len(wanted.values)
+    given = 4 * len(wanted.values)
     pivots = {name for place in mechanism.pivots.values() for name in place}
-    if free <= told and len(wanted.values) > THREE:
+    if free <= given and len(wanted.values) > THREE:
         return set()
     carried = {x for link in mechanism.links for name, place in link.carries.items() if name != "P" for x in place}
-    return pivots if free - len(pivots) <= told else pivots | carried
+    return pivots if free - len(pivots) <= given else pivots | carried
 
 
 def _matches(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> Iterator[tuple[dict[str, str], str]]:

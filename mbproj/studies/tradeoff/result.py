@@ -13,7 +13,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.facts import told
+from mbproj.facts import report_of
 from mbproj.facts.studies import COUNTED, OF_POINT, TRIALS, VARIED
 from mbproj.outputs import hdf5, replacing
 from mbproj.results.views.table import Table, Tabled
@@ -107,7 +107,7 @@ class Tradeoff(Tabled):
         trial = self.trials[index]
         return {
             "setting": trial.setting.command_line(),
-            **told(VARIED, trial.setting),
+            **report_of(VARIED, trial.setting),
             "formulation": trial.formulation,
             "error": float(self.error[index]),
             **{f"error_{name}": trial.error[name] for name in self.reference.points},

@@ -30,8 +30,8 @@ def observed_order(case: Case) -> Found:
     """Check that the error at a run's end falls with the step at the integrator's order or faster. Of all motions the
     one with the lowest order counts."""
     findings = [(motion.name, _order_of(case, motion)) for motion in case.motions]
-    told = [replace(each, remark=f"{each.remark}, {name}") for name, each in findings if isinstance(each, Finding)]
-    return min(told, key=lambda each: each.measured - each.allowed) if told else findings[-1][1]
+    remarked = [replace(each, remark=f"{each.remark}, {name}") for name, each in findings if isinstance(each, Finding)]
+    return min(remarked, key=lambda each: each.measured - each.allowed) if remarked else findings[-1][1]
 
 
 def _order_of(case: Case, motion: ShortRun) -> Found:
