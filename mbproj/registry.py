@@ -18,7 +18,7 @@ from mbproj.dataclass import dataclass
 from mbproj.plugins import Registry
 
 
-def named(where: str) -> Any:
+def load(where: str) -> Any:
     """The object that `where` names as "module:name". Its module is imported at the first use."""
     module, _, name = where.partition(":")
     return getattr(import_module(module), name)
@@ -26,7 +26,7 @@ def named(where: str) -> Any:
 
 def calling(where: str) -> Callable[..., Any]:
     """A function that calls the one that `where` names as "module:name". Its module is imported at the first call."""
-    return lambda *given, **options: named(where)(*given, **options)
+    return lambda *given, **options: load(where)(*given, **options)
 
 
 def lazily(package: str, names_in: Mapping[str, str]) -> Callable[[str], Any]:

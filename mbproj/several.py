@@ -25,7 +25,7 @@ def are_several(values: Any) -> bool:
     return isinstance(values, Several) or (isinstance(values, (list, tuple)) and any(map(are_several, values)))
 
 
-def at_once(compute: Callable[..., Any], values: Sequence[Any]) -> Any:
+def finite_value(compute: Callable[..., Any], values: Sequence[Any]) -> Any:
     """Return compute(*values) of arithmetic for all cases at once; None where a result is not finite."""
     import numpy as np
 

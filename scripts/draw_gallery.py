@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block
-from mbproj.functions.curves.shapes import drawn
+from mbproj.functions.curves.shapes import points_along
 from mbproj.functions.curves.track import Track
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import local_frames
@@ -116,7 +116,7 @@ def profiles(scene: Scene, start: Poses) -> Iterable[tuple[str, Shape]]:
     joints = [joint for joint in scene.joints if isinstance(joint.parameters.get("curve"), Track)]
     for joint, frame in zip(joints, local_frames(joints, start), strict=True):
         track = joint.parameters["curve"]
-        x, y = np.array(drawn(track.line, track.roller)).T[..., None]
+        x, y = np.array(points_along(track.line, track.roller)).T[..., None]
         filled = track.line.closed and joint.type != "slot"
         yield joint.bodies[0], Shape(frame[0] + x * frame[1] + y * frame[2], None if filled else 2.0)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.registry import named
+from mbproj.registry import load
 from tests.support import ROOT
 
 PACKAGE = ROOT / "mbproj"
@@ -213,7 +213,7 @@ NAMED = re.compile(r'"(mbproj(?:\.\w+)+:\w+)"')
 def test_what_a_table_names_exists():
     for path in modules():
         for where in NAMED.findall(path.read_text(encoding="utf-8")):
-            assert named(where) is not None, where
+            assert load(where) is not None, where
 
 
 def includes(path: Path) -> set[str]:

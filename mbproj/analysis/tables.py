@@ -51,22 +51,22 @@ def tables(results: Results, corners: Sequence[tuple[str, str, str]] = ()) -> It
     over and then time. `corners` are the markers of transmission angles."""
     over = results.shown_over
     for table in _over_time(results):
-        yield table if over is None or table.name in NOT_OVER else _over(results, table)
+        yield table if over is None or table.name in NOT_OVER else _with_coordinate(results, table)
     if over is not None:
-        yield _over(results, QuantityTable("ratios", *_ratios(results, over)))
+        yield _with_coordinate(results, QuantityTable("ratios", *_ratios(results, over)))
     for first, corner, second in corners:
         markers = [results.marker(name).position for name in (first, corner, second)]
         angle = np.stack([results.time, transmission_angle(*markers)], axis=1)
         heading = f"angle between {first} and {second} (rad)"
         transmission = QuantityTable(f"transmission-{corner}", ("time (s)", heading), partial(_as_it_is, angle))
-        yield transmission if over is None else _over(results, transmission)
+        yield transmission if over is None else _with_coordinate(results, transmission)
 
 
 def _as_it_is(values: Array) -> Array:
     return values
 
 
-def _over(results: Results, table: QuantityTable) -> QuantityTable:
+def _with_coordinate(results: Results, table: QuantityTable) -> QuantityTable:
     """Return the table with a column of the coordinate before time, in SI units."""
     over = results.shown_over
     assert over is not None

@@ -66,12 +66,12 @@ def batch(
         where = workplace(jobs, scheduler, scheduler_file)
         results: dict[int, SceneResult] = {}
 
-        def done(number: int, result: SceneResult) -> None:
+        def record(number: int, result: SceneResult) -> None:
             results[number] = result
             progress("scenes", len(results), len(scenes))
 
         with handed_out(scenes, None if keep is None else Path(keep), fresh=fresh, resume=resume) as work:
-            run_batch(work, where, seconds, done)
+            run_batch(work, where, seconds, record)
     return Batch(tuple(results[number] for number in sorted(results)))
 
 

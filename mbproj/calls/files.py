@@ -50,10 +50,10 @@ def export(
         if per_turn and over is None:
             raise InputError(Problem("it is for a coordinate", Place("per_turn"), "add over, or leave it out"))
         shown = opened_results if over is None else opened_results.over(over, modulo=per_turn)
-        return written(shown, Path(output), names_of(table), format, transmission, force=force)
+        return write_tables(shown, Path(output), names_of(table), format, transmission, force=force)
 
 
-def written(
+def write_tables(
     results: Results,
     folder: Path,
     chosen: Sequence[str],
@@ -64,7 +64,7 @@ def written(
 ) -> dict[str, Path]:
     """Write the tables of open results as `export` does; all tables where none is `chosen`."""
     by_name, first = {each.name: each for each in tables(results, corners)}, stem(results)
-    names = [named(by_name, name) for name in chosen] or list(by_name)
+    names = [checked_name(by_name, name) for name in chosen] or list(by_name)
     make_folder(folder, OTHER_DIRECTORY)
     ending, is_csv = ("csv", True) if form == CSV else ("tex", False)
     files = {name: folder / _file_name(f"{first}-{name}.{ending}") for name in names}
@@ -78,7 +78,7 @@ def written(
     return files
 
 
-def named(tables_by_name: Mapping[str, QuantityTable], name: str) -> str:
+def checked_name(tables_by_name: Mapping[str, QuantityTable], name: str) -> str:
     """Return the name of a table. Raises InputError with the most similar name where there is none."""
     if name not in tables_by_name:
         raise InputError(Problem(f"there is no table '{name}'", hint=choose_from(name, tables_by_name)))

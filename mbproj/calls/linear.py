@@ -59,7 +59,7 @@ def equilibria(
             rest = find.equilibrium(system, start, time, turning, held)
             if turning is not None:
                 refuse_unsteady(rest, turning, held)
-            return (rest, *find.others(system, rest, others, turning, held))
+            return (rest, *find.other_equilibria(system, rest, others, turning, held))
 
 
 def modes(
@@ -99,10 +99,10 @@ def traces(
         if not numbers:
             raise InputError(Problem("there are none", Place("values"), "give at least one"))
 
-        def here(value: float) -> Modes:
+        def modes_at(value: float) -> Modes:
             return _modes(scene_of(scene, {**parameters, name: value}, {}), at, None, steady, few)
 
-        return trace(name, numbers, here)[0]
+        return trace(name, numbers, modes_at)[0]
 
 
 def linearize(

@@ -23,7 +23,7 @@ from mbproj.scene.read import read_scene_text
 from mbproj.scene.records import Scene
 from mbproj.scene.schema import scene_schema
 from mbproj.scene.text.nodes import flow, from_value
-from mbproj.templates import TEMPLATES, written
+from mbproj.templates import TEMPLATES, scene_text
 from mbproj.version import __version__
 
 _NOTHING: Mapping[str, object] = {}
@@ -161,7 +161,7 @@ def new(kind: str, *, spatial: bool = False, **numbers: Quantity) -> Scene:
         if kind not in TEMPLATES:
             raise InputError(Problem(f"there is no template '{kind}'", Place("kind"), choose_from(kind, TEMPLATES)))
         given = {name: flow(from_value(value, Place(name))) for name, value in numbers.items()}
-        return read_scene_text(written(kind, given, spatial), kind)
+        return read_scene_text(scene_text(kind, given, spatial), kind)
 
 
 def schema(of: str = "scene") -> dict[str, Any]:

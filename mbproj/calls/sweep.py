@@ -91,7 +91,7 @@ def fit(
     """Finds the numbers of a scene that match measurements best, as the file `spec` asks, with their uncertainty.
     Finished starts are not searched again, unless `fresh`. Nothing is written: `best_scene` has the text. Raises
     InputError where the file, its scene or its measurements are wrong, or no design runs."""
-    return _found(spec, True, (jobs, scheduler, scheduler_file), engine=engine, fresh=fresh, tell=progress)
+    return _find(spec, True, (jobs, scheduler, scheduler_file), engine=engine, fresh=fresh, tell=progress)
 
 
 def optimise(
@@ -106,10 +106,10 @@ def optimise(
 ) -> FoundDesign:
     """Finds the numbers of a scene that make a measure smallest or largest under constraints. All else is as in
     `fit`."""
-    return _found(spec, False, (jobs, scheduler, scheduler_file), engine=engine, fresh=fresh, tell=progress)
+    return _find(spec, False, (jobs, scheduler, scheduler_file), engine=engine, fresh=fresh, tell=progress)
 
 
-def _found(spec: str | Path, fits: bool, where: tuple[Any, ...], **options: Any) -> FoundDesign:
+def _find(spec: str | Path, fits: bool, where: tuple[Any, ...], **options: Any) -> FoundDesign:
     with by_arguments():
         return find_design(spec_of(Path(spec), fits), workplace(*where), **options)
 

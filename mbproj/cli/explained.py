@@ -36,7 +36,7 @@ class Command(click.Command):
         super().__init__(*names, **attributes)
         self.examples = examples
 
-    def parts(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
+    def options_by_part(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
         """The options by purpose; click's own `--help` comes last."""
         groups: dict[Part, list[click.Parameter]] = {part: [] for part in Part}
         for parameter in self.get_params(context):
@@ -46,7 +46,7 @@ class Command(click.Command):
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write a section of the help for each part."""
-        for part, options in self.parts(ctx).items():
+        for part, options in self.options_by_part(ctx).items():
             records = [record for option in options if (record := option.get_help_record(ctx)) is not None]
             with formatter.section(part.value):
                 formatter.write_dl(records)

@@ -52,7 +52,7 @@ def look(command: Command) -> Command:
     return option(Part.OUTPUT, "--style", multiple=True, metavar="SHEET", help=text, callback=_sheets, **own)(command)
 
 
-def drawn(command: Command) -> Command:
+def plot_option(command: Command) -> Command:
     """Decorate a command that draws one picture with --plot (`picture_path`) and the options of its look."""
     own: dict[str, Any] = {"type": File(*FORMATS, path_type=Path), "help": "Picture, .png, .svg or .pdf."}
     return option(Part.OUTPUT, "--plot", "picture_path", **own)(look(command))

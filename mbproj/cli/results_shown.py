@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from mbproj.results import Results
 
 
-def opened(path: Path) -> Results:
+def open_with_note(path: Path) -> Results:
     """Open the results at a path, with a note where they are incomplete."""
     from mbproj.results import open_results
 

@@ -37,18 +37,18 @@ class Study:
     there."""
 
     def __init__(self, options: dict[str, Any], first: Sequence[str], stem: str = "") -> None:
-        def taken(name: str) -> Any:
+        def take(name: str) -> Any:
             return options.pop(name, None)
 
         self.where = where_of(options)
-        self.fresh, self.force, self.quiet, self._as_json = map(taken, ("fresh", "force", "quiet", "as_json"))
-        repeat = taken("repeat")
+        self.fresh, self.force, self.quiet, self._as_json = map(take, ("fresh", "force", "quiet", "as_json"))
+        repeat = take("repeat")
         self._effort = {"processes": self.where, "fresh": self.fresh, **({"repetitions": repeat} if repeat else {})}
-        self._for_paper, self._figure, self._junit = map(taken, ("table_file", "picture_path", "xml"))
+        self._for_paper, self._figure, self._junit = map(take, ("table_file", "picture_path", "xml"))
         check_picture(self._figure, force=self.force)
         self._table: Path | None = None
         if stem:
-            self.stem, ending = make_folder(taken("output"), OTHER_FOLDER) / stem, taken("ending")
+            self.stem, ending = make_folder(take("output"), OTHER_FOLDER) / stem, take("ending")
             self._table, self._figure = Path(f"{self.stem}.csv"), Path(f"{self.stem}.{ending}")
             self.check(self._table, outputs.csv(first))
             self.check(self._figure, outputs.picture(ending))

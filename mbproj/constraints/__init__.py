@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import final
 
 from mbproj.constraints.primitive import Primitive
-from mbproj.registry import named
+from mbproj.registry import load
 
 #: The module of this package that defines each primitive, and the primitive's class.
 HOMES: Mapping[str, str] = {
@@ -46,7 +46,7 @@ class _Primitives(Mapping[str, type[Primitive]]):
     """The classes by name. The module of a primitive is imported when somebody first asks for the primitive."""
 
     def __getitem__(self, name: str) -> type[Primitive]:
-        kind: type[Primitive] = named(f"mbproj.constraints.{HOMES[name]}")
+        kind: type[Primitive] = load(f"mbproj.constraints.{HOMES[name]}")
         return kind
 
     def __iter__(self) -> Iterator[str]:

@@ -53,7 +53,7 @@ class Coupling(Primitive):
     @property
     def slots(self) -> tuple[SlotKind, ...]:
         """The kind of each slot: point or vector."""
-        return tuple(slot for each in self._own() for slot in each.slots)
+        return tuple(slot for each in self._primitives() for slot in each.slots)
 
     @property
     def unit(self) -> Literal["m", "rad"]:
@@ -74,13 +74,13 @@ class Coupling(Primitive):
         first, last = self.function(np.array([-np.pi, np.pi]))[0].real.tolist()
         return float(self.period * np.round((last - first) / self.period)) if self.period else 0.0
 
-    def _own(self) -> list[Primitive]:
+    def _primitives(self) -> list[Primitive]:
         terms = [COORDINATES.get(name, self.other) for name in self.coordinates]
         return [each for each in terms if each is not None]
 
-    def parts(self) -> Iterator[tuple[Primitive, float, slice]]:
+    def terms(self) -> Iterator[tuple[Primitive, float, slice]]:
         """Yield each coordinate, its weight, and its slots."""
-        own = self._own()
+        own = self._primitives()
         ends = np.cumsum([0, *(len(each.slots) for each in own)]).tolist()
         for primitive, weight, (first, end) in zip(own, self.weights, pairwise(ends), strict=True):
             yield primitive, weight, slice(first, end)
@@ -96,9 +96,9 @@ class Coupling(Primitive):
         return total - self.period * np.round(total.real / self.period) if self.period else total
 
     def gradient(self, x: Numbers) -> Numbers:
-        parts = [weight * primitive.gradient(x[..., slots, :]) for primitive, weight, slots in self.parts()]
+        parts = [weight * primitive.gradient(x[..., slots, :]) for primitive, weight, slots in self.terms()]
         if self.function is not None:
-            first, _, slots = next(self.parts())
+            first, _, slots = next(self.terms())
             parts[0] = parts[0] - self._curve(x)[1][..., None, None] * first.gradient(x[..., slots, :])
         return np.concatenate(parts, axis=-2)
 
@@ -110,23 +110,23 @@ class Coupling(Primitive):
         total = self._sum(lambda primitive, slots: primitive.curvature(x[..., slots, :], x_dot[..., slots, :]))
         if self.function is None:
             return total
-        (first, _, slots), (_, slope, bend) = next(self.parts()), self._curve(x)
+        (first, _, slots), (_, slope, bend) = next(self.terms()), self._curve(x)
         own = first.curvature(x[..., slots, :], x_dot[..., slots, :])
         return total - slope * own - bend * self._first_rate(x, x_dot) ** 2
 
     def _curve(self, x: Numbers) -> tuple[Numbers, Numbers, Numbers]:
         """Return f, f' and f'' at s₀."""
         assert self.function is not None
-        first, _, slots = next(self.parts())
+        first, _, slots = next(self.terms())
         return self.function(first.value(x[..., slots, :]))
 
     def _first_rate(self, x: Numbers, x_dot: Numbers) -> Numbers:
         """Return s₀'."""
-        first, _, slots = next(self.parts())
+        first, _, slots = next(self.terms())
         return first.rate(x[..., slots, :], x_dot[..., slots, :])
 
     def _sum(self, of: Callable[[Primitive, slice], Numbers]) -> Numbers:
-        first, *others = [weight * of(primitive, slots) for primitive, weight, slots in self.parts()]
+        first, *others = [weight * of(primitive, slots) for primitive, weight, slots in self.terms()]
         for other in others:
             first = first + other
         return first

@@ -34,7 +34,7 @@ class Span(NamedTuple):
     runs: Numbers | None = None
 
     @property
-    def turned(self) -> Numbers:
+    def turn(self) -> Numbers:
         """The angle in rad by which ℓ has turned since the scene's pose, within (-π, π]."""
         cosine, sine = np.cos(self.start), np.sin(self.start)
         along, across = cosine * self.X + sine * self.Y, cosine * self.Y - sine * self.X
@@ -47,7 +47,7 @@ class Span(NamedTuple):
     def direction(self) -> Numbers:
         """The direction θ of the rope in rad."""
         # asin(w/D) = atan(w/h), whose complex form NumPy has for all arguments
-        return self.start + self.turned + (np.arctan(self.w / self.h) if self.w else 0.0)
+        return self.start + self.turn + (np.arctan(self.w / self.h) if self.w else 0.0)
 
     @property
     def slopes(self) -> tuple[Numbers, Numbers]:

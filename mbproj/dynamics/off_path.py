@@ -60,7 +60,7 @@ def off_path(system: System, pose: Pose) -> OffPath | None:
             for span in _running(rope, places):
                 k, radius = span.first, rope.radii[span.first]
                 radii = abs(radius) + abs(rope.radii[span.last])
-                if radii and not (radii**2 < span.D2 and abs(span.turned) <= THRESHOLDS.most_turned):
+                if radii and not (radii**2 < span.D2 and abs(span.turn) <= THRESHOLDS.most_turned):
                     return OffPath(row, -1, k)
                 θ = float(span.direction)
                 if k and radius and not np.sign(radius) * (θ - before) >= -THRESHOLDS.same_written:

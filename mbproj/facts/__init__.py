@@ -37,7 +37,7 @@ class Fact:
     fields: tuple[Fact, ...] = ()
 
 
-def shared(table: Sequence[Fact], *keys: str, when: str = ALWAYS, unknown: bool = False) -> tuple[Fact, ...]:
+def facts_of(table: Sequence[Fact], *keys: str, when: str = ALWAYS, unknown: bool = False) -> tuple[Fact, ...]:
     """The facts of a table with these keys, as another report says them: under another condition, and null where a
     value is `unknown`."""
     rows = {fact.key: fact for fact in table}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mbproj.facts import ALWAYS, Fact, shared
+from mbproj.facts import ALWAYS, Fact, facts_of
 from mbproj.facts.check import NOT_UNIQUE
 from mbproj.facts.designs import VERIFICATION
 from mbproj.facts.run import ACCURACY, COUNTS, CREEP, FRICTIONS, LENGTHS, RATES, RECORDED, ROWS, TRUST
@@ -55,15 +55,15 @@ INFO = (
     Fact("samples", "integer", "1", "number of samples"),
     Fact("start", "number", "s", "time of the first sample", _SAMPLED),
     Fact("end", "number", "s", "time of the last sample", _SAMPLED),
-    *shared(COUNTS, *(fact.key for fact in COUNTS), when=_SAMPLED),
+    *facts_of(COUNTS, *(fact.key for fact in COUNTS), when=_SAMPLED),
     Fact("position_violation_max", "number | null", LENGTHS, "largest |C| of the samples", _SAMPLED),
     Fact("position_violation_time", "number", "s", "time of it", _SAMPLED),
     Fact("velocity_violation_max", "number | null", RATES, "largest |dC/dt| of the samples", _SAMPLED),
     Fact("velocity_violation_time", "number", "s", "time of it", _SAMPLED),
-    *shared(RECORDED, "worst_joint", when=_SAMPLED),
+    *facts_of(RECORDED, "worst_joint", when=_SAMPLED),
     _peak("length", "m"),
     _peak("angle", "rad"),
-    *shared(RECORDED, "energy_drift", "energy_drift_relative", when=_SAMPLED, unknown=True),
+    *facts_of(RECORDED, "energy_drift", "energy_drift_relative", when=_SAMPLED, unknown=True),
     Fact("scene", "string | null", "", "the scene file; null where the scene was text", at="scene_path"),
     Fact("gravity", "array of number", "m/s^2", "acceleration of gravity, global axes"),
     NOT_UNIQUE,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mbproj.facts import Fact, shared
+from mbproj.facts import Fact, facts_of
 from mbproj.facts.check import FRICTION_AT_START
 
 _SCENE = Fact("scene", "string", "", "the scene file, as it was named")
@@ -22,14 +22,14 @@ EQUILIBRIUM = (
     _SCENE,
     Fact("output", "string", "", "the results file with the pose", _RESTS),
     Fact("converged", "boolean", "", "whether an equilibrium was found"),
-    *shared((_AT, _TIME), "at", "time", when=_RESTS),
+    *facts_of((_AT, _TIME), "at", "time", when=_RESTS),
     Fact(
         "residual",
         "object",
         "",
         "forces that are left",
         at="reference.imbalance",
-        fields=(*shared(_LEFT, "force", "torque", when=_RESTS), *shared(_LEFT, "relative")),
+        fields=(*facts_of(_LEFT, "force", "torque", when=_RESTS), *facts_of(_LEFT, "relative")),
     ),
     Fact("why", "string", "", "why there is none", _FALLS),
     Fact("steps", "integer", "1", "steps of the search", _RESTS, "steps"),
@@ -66,7 +66,7 @@ EQUILIBRIUM = (
         "",
         "other equilibria",
         _RESTS,
-        fields=shared((_STABLE, _COORDINATES), "stable", "coordinates"),
+        fields=facts_of((_STABLE, _COORDINATES), "stable", "coordinates"),
     ),
     Fact("written", "string | null", "", "scene into which the pose was written; null without --write", _RESTS),
 )

@@ -24,7 +24,7 @@ def report_schema(name: str) -> dict[str, Any]:
     }
     if name == "run":
         made["if"] = {"properties": {"status": {"const": "complete"}}}
-        made["then"] = {"required": _said(report.facts, COMPLETE)}
+        made["then"] = {"required": _keys_when(report.facts, COMPLETE)}
     if name == "info":
         made["properties"]["attributes"]["properties"] = _object(ATTRIBUTES)["properties"]
     return made
@@ -45,7 +45,7 @@ def _shape(kind: str, fields: Sequence[Fact]) -> dict[str, Any]:
 
 
 def _object(fields: Sequence[Fact]) -> dict[str, Any]:
-    made: dict[str, Any] = {"properties": {}, "required": _said(fields, ALWAYS), "additionalProperties": False}
+    made: dict[str, Any] = {"properties": {}, "required": _keys_when(fields, ALWAYS), "additionalProperties": False}
     for fact in fields:
         shape = {**_shape(fact.kind, fact.fields), "description": _description(fact)}
         if ANY_NAME in fact.key:
@@ -55,7 +55,7 @@ def _object(fields: Sequence[Fact]) -> dict[str, Any]:
     return made
 
 
-def _said(facts: Sequence[Fact], when: str) -> list[str]:
+def _keys_when(facts: Sequence[Fact], when: str) -> list[str]:
     return [fact.key for fact in facts if fact.when == when and ANY_NAME not in fact.key]
 
 

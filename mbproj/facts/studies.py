@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from mbproj.facts import ANY_NAME, Fact, shared
+from mbproj.facts import ANY_NAME, Fact, facts_of
 from mbproj.facts.run import COUNTS, LENGTHS, RATES, ROWS
 from mbproj.facts.settings import SETTING, SETTINGS
 
@@ -31,20 +31,20 @@ CPU_SECONDS = (
 )
 _FAILURE = Fact("failure", "string", "", 'why the run did not get to its end; "" where it did')
 #: What `compare` says of an energy row.
-ENERGY_ROW = shared(
+ENERGY_ROW = facts_of(
     ROWS,
     *("energy_row_given", "energy_row_moved", "rows_steps", "rows_left_near_rest", "rows_refused"),
     when="with an energy row",
     unknown=True,
 )
 #: The counts that `compare` says.
-COMPARED = shared(
+COMPARED = facts_of(
     COUNTS,
     *("steps", "evaluations", "projections", "projection_iterations", "velocity_iterations", "factorisations"),
     unknown=True,
 )
 #: The counts that `tradeoff` says.
-COUNTED = shared(
+COUNTED = facts_of(
     COUNTS,
     *("steps", "rejected_steps", "evaluations", "projections", "projection_iterations", "velocity_iterations"),
     "factorisations",
@@ -78,10 +78,10 @@ COMPARE = (
 OF_POINT = f"error_{ANY_NAME}"
 #: What `tradeoff` varies.
 VARIED = (
-    *shared(SETTING, "projection", "integrator"),
-    *shared(SETTINGS, "step", "tolerance"),
-    *shared(SETTING, "every"),
-    *shared(SETTING, "threshold", unknown=True),
+    *facts_of(SETTING, "projection", "integrator"),
+    *facts_of(SETTINGS, "step", "tolerance"),
+    *facts_of(SETTING, "every"),
+    *facts_of(SETTING, "threshold", unknown=True),
 )
 #: What `tradeoff` says of each setting.
 TRIALS = (
@@ -120,12 +120,12 @@ THRESHOLD = (
         "",
         "the thresholds: first none, with a projection after every step, last one that never projects",
         fields=(
-            *shared(SETTING, "threshold", unknown=True),
-            *shared(SETTING, "projection"),
+            *facts_of(SETTING, "threshold", unknown=True),
+            *facts_of(SETTING, "projection"),
             _ERROR,
             *_VIOLATIONS,
             _DRIFT,
-            *shared(COUNTS, "steps", "projections", unknown=True),
+            *facts_of(COUNTS, "steps", "projections", unknown=True),
             Fact("projections_saved", "number | null", "1", "part of the projections that it saves"),
             *CPU_SECONDS,
             Fact("recommended", "boolean", "", "whether it is recommended"),

@@ -7,7 +7,7 @@ __getattr__ = lazily(
     __name__,
     {
         "kinds": "KINDS draw why_not",
-        "kinds.film": "times_of watched",
+        "kinds.film": "duration_and_speed times_of",
         "kinds.mechanism": "draw_start",
         "kinds.poses": "picture_axes projected",
         "pages.modes": "PICTURES",

@@ -38,11 +38,11 @@ def wrapped(text: str, room: float, size: float, most: int) -> list[str]:
     fits, too_long = 1, min(len(text), LONGEST) + 1
     while too_long - fits > 1:
         keep = (fits + too_long) // 2
-        if len(_filled(_cut(text, keep), room, size)) <= most:
+        if len(_filled(_shorten(text, keep), room, size)) <= most:
             fits = keep
         else:
             too_long = keep
-    return _filled(_cut(text, fits), room, size)
+    return _filled(_shorten(text, fits), room, size)
 
 
 def fitted(text: str, room: float, size: float, most: int = 1) -> str:
@@ -50,7 +50,7 @@ def fitted(text: str, room: float, size: float, most: int = 1) -> str:
     return "\n".join(literal(line) for line in wrapped(text, room, size, most))
 
 
-def _cut(text: str, keep: int) -> str:
+def _shorten(text: str, keep: int) -> str:
     """Keep `keep` letters of `text`: two thirds of them from its end, which tells more."""
     head = keep // 3
     return text if keep >= len(text) else text[:head] + CUT + text[len(text) - (keep - head) :]

@@ -51,14 +51,14 @@ def fitting(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[Pa
     kept: list[PanelGroup] = []
     for group in groups:
         kept.append(group)
-        if len(kept) > 1 and len(_listed(kept, results)) > MAX_ROWS:
+        if len(kept) > 1 and len(_all_rows(kept, results)) > MAX_ROWS:
             return kept[:-1]
     return kept
 
 
 def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[PanelGroup], remark: str = "") -> Figure:
     """Draw the groups below each other: a line for each part of a quantity, or for each of several results."""
-    listed = _listed(groups, results)
+    listed = _all_rows(groups, results)
     heights = [LOWER if is_difference else 1.0 for _, _, is_difference in listed]
     figure, axes = panels.panels(len(listed), max(len(row) for _, row, _ in listed), parts=heights)
     shown: dict[AxisUnit, list[Axes]] = {}
@@ -83,7 +83,7 @@ def draw(results: Sequence[Results], labels: Sequence[str], groups: Sequence[Pan
     return panels.finish(figure, remark="; ".join(filter(None, said)), with_legend=with_legend)
 
 
-def _listed(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[tuple[PanelGroup, Row, bool]]:
+def _all_rows(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[tuple[PanelGroup, Row, bool]]:
     """All rows with their groups, and whether each is one of differences."""
     compares = len(results) > 1 and differences.comparable(results)
     listed = []

@@ -32,7 +32,7 @@ def scene_text(mechanism: ImportedMechanism, version: str) -> str:
     text.append(f"simulation: {{duration: 10 s, tolerance: 1.0e-8, integrator: dopri5, output_step: 10 ms{adjust}}}")
     text.append("bodies:")
     for part in mechanism.parts.values():
-        text += lines(part.name, _shared(_body(part), names), 2, _origin(part.place, mechanism.file))
+        text += lines(part.name, _with_names(_body(part), names), 2, _origin(part.place, mechanism.file))
     for title, loops in (("joints", False), ("loops", True)):
         chosen = [joint for joint in mechanism.joints.values() if (joint.name not in mechanism.tree) is loops]
         if chosen and not loops:
@@ -41,7 +41,7 @@ def scene_text(mechanism: ImportedMechanism, version: str) -> str:
             text += ["joints:"] if not mechanism.tree else []
             text.append(f"  # These close {title}, or couple coordinates.")
         for joint in chosen:
-            entry = _shared(_joint(mechanism, joint), names)
+            entry = _with_names(_joint(mechanism, joint), names)
             text += lines(joint.name, entry, 2, _origin(joint.place, mechanism.file))
     if mechanism.signals:
         text.append("signals:")
@@ -54,7 +54,7 @@ def scene_text(mechanism: ImportedMechanism, version: str) -> str:
     if mechanism.forces:
         text.append("forces:")
         for name, force in mechanism.forces.items():
-            text += lines(name, _shared(force, names), 2)
+            text += lines(name, _with_names(force, names), 2)
     if mechanism.motions:
         text.append("motions:")
         for name, motion in mechanism.motions.items():
@@ -178,12 +178,12 @@ def _quantities(entry: Mapping[str, Any]) -> Iterator[tuple[str, Quantity]]:
             yield from _quantities(value)
 
 
-def _shared(entry: Mapping[str, Any], names: Mapping[Quantity, str]) -> dict[str, Any]:
+def _with_names(entry: Mapping[str, Any], names: Mapping[Quantity, str]) -> dict[str, Any]:
     """The entry with names of parameters in place of their numbers."""
     shared: dict[str, Any] = {}
     for key, value in entry.items():
         if isinstance(value, Quantity) and key in SHARED and value in names:
             shared[key] = Bare(names[value])
         else:
-            shared[key] = _shared(value, names) if isinstance(value, Mapping) else value
+            shared[key] = _with_names(value, names) if isinstance(value, Mapping) else value
     return shared

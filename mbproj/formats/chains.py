@@ -74,7 +74,7 @@ class BodyTwist:
             return BodyTwist(self.turning, self.velocity + moved)
         return BodyTwist(self.turning + moved, self.velocity - np.cross(moved, single.point))
 
-    def on(self, part: ImportedBody) -> ImportedBody:
+    def give_to(self, part: ImportedBody) -> ImportedBody:
         """The body with this twist as its velocity."""
         velocity = self.velocity + np.cross(self.turning, part.position)
         return replace(part, velocity=velocity, angular_velocity=part.rotation.T @ self.turning)
@@ -111,7 +111,7 @@ def connect(
         if not last:
             carried = mechanism.part(bodies[1])
             between = ImportedBody(second, 0.0, np.zeros((3, 3)), single.point, carried.rotation, single.place)
-            mechanism.insert(twist.on(between), bodies[1])
+            mechanism.insert(twist.give_to(between), bodies[1])
         name = own(single.name)
         coordinate = "angle" if single.turns else "displacement"
         kind = "revolute" if single.turns else "prismatic"

@@ -223,11 +223,11 @@ class ImportedNames:
 
 def said_of(mechanism: ImportedMechanism, kind: str, names: ImportedNames) -> Iterator[Said]:
     """Yield the rows of the table on names that were changed."""
-    changed = [f"'{_cut(old)}' is '{new}'" for old, new in names.renamed.items() if old]
+    changed = [f"'{_shorten(old)}' is '{new}'" for old, new in names.renamed.items() if old]
     if changed:
         shown = ", ".join(changed[:4]) + (f", and {len(changed) - 4} more" if len(changed) > 4 else "")
         yield Said(f"names of {kind}", None, f"changed to what a scene can have, each once: {shown}", Same.YES)
 
 
-def _cut(name: str) -> str:
+def _shorten(name: str) -> str:
     return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}..."

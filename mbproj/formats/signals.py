@@ -18,7 +18,7 @@ from mbproj.scene.text.source import read_text
 
 def read_pose(path: Path) -> dict[str, float]:
     """Read coordinates by the name of the model's joint. Raises InputError at a value that is no number."""
-    nodes, problems = _named(path, "a pose is a mapping of joints", "write lines as in 'hinge: 0.3'")
+    nodes, problems = _values_by_name(path, "a pose is a mapping of joints", "write lines as in 'hinge: 0.3'")
     coordinates: dict[str, float] = {}
     for name, node in nodes.items():
         try:
@@ -33,11 +33,11 @@ def read_pose(path: Path) -> dict[str, float]:
 def read_signals(path: Path) -> Signals:
     """Read signals by name from a YAML mapping. Raises InputError at a value that is no expression of t."""
     what = "signals are a mapping of names and expressions of t"
-    nodes, problems = _named(path, what, "write lines as in 'hinge: 0.3 * sin(2*t)'")
+    nodes, problems = _values_by_name(path, what, "write lines as in 'hinge: 0.3 * sin(2*t)'")
     return _checked({name: GivenSignal(_text(node), node.place) for name, node in nodes.items()}, problems)
 
 
-def _named(path: Path, what: str, hint: str) -> tuple[Mapping[str, Node], list[Problem]]:
+def _values_by_name(path: Path, what: str, hint: str) -> tuple[Mapping[str, Node], list[Problem]]:
     """The values of a file by name, and its problems. Raises InputError where it is no mapping."""
     root, problems = compose(read_text(path), str(path))
     if not isinstance(root, MappingNode):

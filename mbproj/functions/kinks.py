@@ -45,7 +45,7 @@ def kinks(programs: ProgramSet, index: int, start: float, end: float) -> tuple[K
     smooth = look.changes(branched - {Op.TABLE})
     jumping = look.largest_of_each_interval(look.jumps()) if uneven else np.zeros(0)
     rows = look.changes(branched & {Op.TABLE})
-    times = look.apart(np.concatenate([smooth, jumping, rows]))[: THRESHOLDS.most_kinks]
+    times = look.distinct_times(np.concatenate([smooth, jumping, rows]))[: THRESHOLDS.most_kinks]
     jumps = look.jump(times - look.aside, times + look.aside)
     counts = np.isin(times, smooth) | np.any(jumps != 0.0, axis=1)
     ends = np.array([start, end - look.aside]), np.array([start + look.aside, end])
@@ -141,7 +141,7 @@ class _SampledFunction:
         interval = np.searchsorted(even, times - self.aside)
         return np.array([times[interval == each][np.argmax(size[interval == each])] for each in np.unique(interval)])
 
-    def apart(self, times: Array) -> Array:
+    def distinct_times(self, times: Array) -> Array:
         """Return the times in order, none twice, and none at the start or the end."""
         times = np.unique(times)
         times = times[(times > self.times[0] + self.aside) & (times < self.times[-1] - self.aside)]

@@ -48,7 +48,7 @@ def reading(name: str) -> Program:
     return Program(variable(CHANNELS), name, (name,))
 
 
-def joined(make: Callable[..., Code], *programs: Program) -> Program:
+def combine(make: Callable[..., Code], *programs: Program) -> Program:
     """Return the function that `make` makes of the codes of other functions; it reads the channels of all of them."""
     reads = tuple(dict.fromkeys(name for program in programs for name in program.reads))
     at = {name: variable(CHANNELS + index) for index, name in enumerate(reads)}
@@ -65,8 +65,8 @@ def weighted(terms: Iterable[tuple[float, Program]]) -> Program:
     kept = [(factor, program) for factor, program in terms if factor != 0.0]
     if not kept:
         return Program(number(0.0))
-    scaled = [joined(_times(factor), program) for factor, program in kept]
-    return scaled[0] if len(scaled) == 1 else joined(_added, *scaled)
+    scaled = [combine(_times(factor), program) for factor, program in kept]
+    return scaled[0] if len(scaled) == 1 else combine(_added, *scaled)
 
 
 def _times(factor: float) -> Callable[[Code], Code]:

@@ -135,12 +135,12 @@ def counted(
 
 def _by_stages(formulation: FullFormulation, stepper: Stepper, before: Point, step: Step) -> Array:
     """Return the change of the joints' coordinates in a step by the rates of its stages, (nc,)."""
-    followed = formulation.parts(step.y_new)[2]
+    followed = formulation.split(step.y_new)[2]
     if len(followed):
         return followed - before.turning.coordinate
     change = np.zeros_like(before.coordinate)
     for weight, y in stepper.quadrature(step):
-        change += step.h * weight * coordinates(formulation.system, *formulation.parts(y)[:2])[1]
+        change += step.h * weight * coordinates(formulation.system, *formulation.split(y)[:2])[1]
     return change
 
 

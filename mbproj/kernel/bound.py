@@ -92,7 +92,7 @@ def without_form(system: System) -> str | None:
     sets = [system.joints, system.coordinates]
     sets += [each.coordinates for each in (system.forces.laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
-        for part, *_ in _parts(primitive):
+        for part, *_ in _terms(primitive):
             if name_of(type(part)) not in known:
                 return type(part).__name__
     return None
@@ -149,7 +149,7 @@ def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _
     code, slots, parameters, weight, joins, line, other, wire, path, member = [], [], [], [], [], [], [], [], [], []
     kernel = _kernel()
     for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
-        for part, (own, factor, taken) in enumerate(_parts(primitive)):
+        for part, (own, factor, taken) in enumerate(_terms(primitive)):
             code.append(_number(type(own)))
             slots.append(_filled([*range(first + taken.start, first + taken.stop)], kernel.slots))
             parameters.append(_filled([getattr(own, name) for name in own.parameters], kernel.parameters))
@@ -179,10 +179,10 @@ def _filled(own: list[Any], length: int) -> list[Any]:
     return [*own, *[0] * (length - len(own))]
 
 
-def _parts(primitive: Any) -> Iterable[tuple[Any, float, slice]]:
+def _terms(primitive: Any) -> Iterable[tuple[Any, float, slice]]:
     """Each coordinate of a coupling, with its weight and its slots; another primitive as it is."""
     coupled: Iterable[tuple[Any, float, slice]] = [(primitive, 1.0, slice(0, len(primitive.slots)))]
-    return primitive.parts() if primitive.follows == "coordinates" else coupled
+    return primitive.terms() if primitive.follows == "coordinates" else coupled
 
 
 def primitives(kind: Any, bodies: int, bound: Bound) -> Any:

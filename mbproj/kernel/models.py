@@ -111,7 +111,7 @@ def _plane_flywheels(core: ModuleType, system: System, plane: Plane, coordinates
 def _space_stops(core: ModuleType, system: System) -> dict[str, Any]:
     """The coordinates of stops, and then those of dry friction; {} without either."""
     parts = [bound_in_space(own.coordinates) for own in (system.stops, system.frictions) if own is not None]
-    return _stops(core.SpacePrimitives, joined(parts), system, *_watched(system)) if parts else {}
+    return _stops(core.SpacePrimitives, joined(parts), system, *_counted_turns(system)) if parts else {}
 
 
 def _plane_stops(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
@@ -123,11 +123,11 @@ def _plane_stops(core: ModuleType, system: System, plane: Plane, coordinates: Bo
     ]
     if not parts:
         return {}
-    turns, bounds = _watched(system)
+    turns, bounds = _counted_turns(system)
     return _stops(core.PlanePrimitives, joined(parts), system, coordinates_in_plane(plane, turns), bounds)
 
 
-def _watched(system: System) -> tuple[Integers, Array]:
+def _counted_turns(system: System) -> tuple[Integers, Array]:
     """For each stop and dry friction the joint coordinate whose turns it counts, and its bound in m or rad."""
     turns, bounds = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
     if system.stops is not None:

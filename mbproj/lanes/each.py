@@ -32,7 +32,7 @@ class Each:
         return Each(attributes) if callable(attributes[0]) else restacked(attributes)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        taken = _taken(value)
+        taken = _lane_getter(value)
         for at, each in enumerate(self.items):
             setattr(each, name, value if taken is None else taken(at))
 
@@ -63,15 +63,15 @@ class OfLanes:
 
 def lane(values: Kind, at: int) -> Kind:
     """The values of one case."""
-    taken = _taken(values)
+    taken = _lane_getter(values)
     return values if taken is None else taken(at)
 
 
 def each_call(function: Any, args: Sequence[Any], options: Mapping[str, Any] = NOTHING) -> Any:
     """function(*args, **options), called once for each case where an argument holds several. Where the function is
     None, the first argument is called."""
-    taken = [_taken(each) for each in args]
-    named = {name: _taken(each) for name, each in options.items()}
+    taken = [_lane_getter(each) for each in args]
+    named = {name: _lane_getter(each) for name, each in options.items()}
     if all(each is None for each in (*taken, *named.values())):
         return function(*args, **options)
     differ = [(name, take) for name, take in named.items() if take is not None]
@@ -83,7 +83,7 @@ def each_call(function: Any, args: Sequence[Any], options: Mapping[str, Any] = N
     return restacked(results)
 
 
-def _taken(values: Any) -> Taken | None:
+def _lane_getter(values: Any) -> Taken | None:
     """A function that returns the part of one lane; None where the value is the same for all cases."""
     if isinstance(values, Lanes):
         own = values.values
@@ -91,14 +91,14 @@ def _taken(values: Any) -> Taken | None:
     if isinstance(values, Each):
         return values.items.__getitem__
     if isinstance(values, (list, tuple)):
-        parts = [_taken(each) for each in values]
+        parts = [_lane_getter(each) for each in values]
         if all(part is None for part in parts):
             return None
         pairs = list(zip(values, parts, strict=True))
         make = type(values)._make if hasattr(values, "_make") else type(values)
         return lambda at: make([each if take is None else take(at) for each, take in pairs])
     if isinstance(values, dict):
-        inside = {key: _taken(each) for key, each in values.items()}
+        inside = {key: _lane_getter(each) for key, each in values.items()}
         if all(part is None for part in inside.values()):
             return None
         return lambda at: {key: values[key] if take is None else take(at) for key, take in inside.items()}

@@ -51,17 +51,17 @@ def _where(condition: Any, *choices: Any) -> Any:
     return laned(np.where(*aligned([condition, *choices])))
 
 
-def _made(make: Any) -> Callable[..., Any]:
+def _array_maker(make: Any) -> Callable[..., Any]:
     """A function that makes a new array with as many lanes as `like`. NumPy takes `like` out of the arguments before it
     calls `__array_function__`, so `called` passes it on."""
 
-    def made(like: Any, shape: Any, dtype: Any = float, order: str = "C") -> Any:
+    def make_lanes(like: Any, shape: Any, dtype: Any = float, order: str = "C") -> Any:
         own = (shape,) if isinstance(shape, (int, np.integer)) else tuple(shape)
         if order == "F":
             return Lanes(make((len(like.values), *own[::-1]), dtype)).transpose()
         return Lanes(make((len(like.values), *own), dtype))
 
-    return made
+    return make_lanes
 
 
 def _empty_like(like: Any, dtype: Any = None, **options: Any) -> Any:
@@ -98,16 +98,16 @@ def _tile(values: Any, repeats: Any) -> Any:
 def _place_of(function: Callable[..., Any]) -> Callable[..., Any]:
     """argmax or argmin, whose places must be the same in all lanes."""
 
-    def found(values: Any, axis: int | None = None) -> Any:
+    def place(values: Any, axis: int | None = None) -> Any:
         own, axis = (values.ravel(), 0) if axis is None else (values, axis)
         return agreed(function(own.values, axes_of(axis, own.ndim)))
 
-    return found
+    return place
 
 
 #: Functions that write into an operand.
 WRITES = frozenset({np.copyto, np.put, np.place, np.putmask, np.put_along_axis, np.fill_diagonal})
-MADE: Mapping[Any, Callable[..., Any]] = {make: _made(make) for make in (np.empty, np.zeros)}
+MADE: Mapping[Any, Callable[..., Any]] = {make: _array_maker(make) for make in (np.empty, np.zeros)}
 FUNCTIONS: Mapping[Any, Callable[..., Any]] = {
     np.concatenate: _concatenate,
     np.stack: _stack,

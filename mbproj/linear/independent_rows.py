@@ -56,11 +56,11 @@ def _independent(rows: csr_matrix) -> Array:
     factor = splu(products, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     free = np.asarray(factor.U.diagonal()[factor.perm_c] > THRESHOLDS.rounded**2)
     if not free.all():
-        free[~free] = _beyond(rows[np.flatnonzero(free)], rows[np.flatnonzero(~free)])
+        free[~free] = _are_independent(rows[np.flatnonzero(free)], rows[np.flatnonzero(~free)])
     return free
 
 
-def _beyond(clear: csr_matrix, doubtful: csr_matrix) -> Array:
+def _are_independent(clear: csr_matrix, doubtful: csr_matrix) -> Array:
     """Return whether each doubtful row is far from the span of the clear rows and of those before it.
 
     Random vectors, less their parts along the clear rows, have products with every row that has a part beyond these.
@@ -71,15 +71,15 @@ def _beyond(clear: csr_matrix, doubtful: csr_matrix) -> Array:
     width = clear.shape[1]
     factor = splu(bmat([[identity(width), clear.T], [clear, None]], format="csc"))
 
-    def left(columns: Array) -> Array:
+    def remainder(columns: Array) -> Array:
         for _ in range(2):  # twice is enough (Kahan)
             right = np.concatenate([columns, np.zeros((clear.shape[0], columns.shape[1]))])
             columns = factor.solve(right)[:width]
         return columns
 
-    probes = left(np.random.default_rng(SEED).normal(size=(width, PROBES)))
+    probes = remainder(np.random.default_rng(SEED).normal(size=(width, PROBES)))
     met = np.linalg.norm(doubtful @ probes, axis=1) > THRESHOLDS.dependent
     free = np.zeros(doubtful.shape[0], dtype=bool)
     if met.any():
-        free[met] = row_distances(left(doubtful[np.flatnonzero(met)].toarray().T).T) > THRESHOLDS.dependent
+        free[met] = row_distances(remainder(doubtful[np.flatnonzero(met)].toarray().T).T) > THRESHOLDS.dependent
     return free

@@ -55,7 +55,7 @@ def held_at(system: System, state: State, *, resting: bool = False) -> RestingCo
         sliding={int(k): float(np.sign(rate[k])) for k in np.flatnonzero(~rests & of_joints)},
     )
     by = tuple(system.names.frictions[k] for k in contacts.stuck)
-    return RestingContacts(_named(whole, in_contact(whole, contacts), contacts), whole, by)
+    return RestingContacts(_with_names(whole, in_contact(whole, contacts), contacts), whole, by)
 
 
 def _soft(system: System, state: State) -> dict[int, float]:
@@ -107,7 +107,7 @@ def _independent(system: System, frictions: Frictions, state: State, among: Inte
     return chosen
 
 
-def _named(whole: System, held: System, contacts: Contacts) -> System:
+def _with_names(whole: System, held: System, contacts: Contacts) -> System:
     """Return the system with names for the laws of sliding frictions."""
     if not contacts.sliding:
         return held

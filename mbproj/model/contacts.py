@@ -138,7 +138,7 @@ class _HeldRow:
     owner: str
     place: Place | None
 
-    def bound(self, owner: int) -> Binding:
+    def binding(self, owner: int) -> Binding:
         """Return the constraint s - at = 0 as a binding. An angle is measured from `at`, so that it is 0 there and
         needs no count of turns."""
         (binding,) = bindings(self.coordinates, [self.k])
@@ -152,7 +152,7 @@ class _HeldRow:
 
 def _holding(system: System, held: list[_HeldRow]) -> System:
     joints = len(system.names.joints)
-    rows = [row.bound(joints + at) for at, row in enumerate(held)]
+    rows = [row.binding(joints + at) for at, row in enumerate(held)]
     seats = [next(slot for slot in row.slots if slot[1] == 2) for row in rows]
     return replace(
         system,

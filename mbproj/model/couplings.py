@@ -156,7 +156,7 @@ def compile_couplings(rows: Sequence[Binding], coordinates: Sequence[Binding]) -
         functions.append(coupling.function)
         length.append(len(coupling.weights))
         weight += coupling.weights
-        coordinate += [_coordinate(part, binding.slots[slots], coordinates) for part, _, slots in coupling.parts()]
+        coordinate += [_coordinate(part, binding.slots[slots], coordinates) for part, _, slots in coupling.terms()]
     curved = np.array([each is not None for each in functions], dtype=bool)
     return Couplings(
         row=np.array(row, dtype=np.intp),

@@ -89,7 +89,7 @@ class Layout:
         """The magnitudes to which the absolute tolerance is relative, (size,)."""
         return np.concatenate([block.scale for block in self.blocks])
 
-    def joined(self, parts: Mapping[str, Array | Integers]) -> Array:
+    def vector_of(self, parts: Mapping[str, Array | Integers]) -> Array:
         """Return the vector (..., size) made of the blocks `parts`, each (..., its size); the others have their initial
         values."""
         y = np.empty((*next(iter(parts.values())).shape[:-1], self.size), like=one_of(parts.values()))
@@ -102,10 +102,10 @@ class Layout:
         """The names of the blocks that are recorded as they are, by dataset."""
         return {block.dataset: block.name for block in self.blocks if block.dataset and block.size}
 
-    def shared(self, y: Array, other: Layout) -> dict[str, Array]:
+    def common_blocks(self, y: Array, other: Layout) -> dict[str, Array]:
         """Return the blocks of y (..., size) that another layout also has."""
         return {block.name: y[..., self[block.name]] for block in self.blocks if block.name in other._slices}
 
     def changed(self, y: Array, parts: Mapping[str, Array | Integers]) -> Array:
         """Return a copy of y with the blocks `parts` in place of its own."""
-        return self.joined({**self.shared(y, self), **parts})
+        return self.vector_of({**self.common_blocks(y, self), **parts})

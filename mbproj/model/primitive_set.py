@@ -204,7 +204,7 @@ class PrimitiveSet:
         parts = [group.primitive.gradient(x[..., group.slots, :]).reshape(*lead, -1, 3) for group in self.groups]
         return np.concatenate(parts, axis=-2) if parts else np.zeros((*lead, 0, 3))
 
-    def along(self, gradient: Numbers, direction: Numbers) -> Numbers:
+    def derivative_along(self, gradient: Numbers, direction: Numbers) -> Numbers:
         """Return ∂C/∂x · direction, (..., m), from `gradient_entries` and one vector per attachment, (..., S, 3)."""
         along = direction[..., self.entry_slot, :]
         x, y, z = (gradient[..., axis] * along[..., axis] for axis in range(3))

@@ -116,7 +116,7 @@ def _by_schema(schema: Mapping[str, Any]) -> str:
     return NUMBER if "number" in kinds else "str"
 
 
-def _made(name: str, record: Record[Any], type_name: str = "") -> type[ScenePart]:
+def _class_of(name: str, record: Record[Any], type_name: str = "") -> type[ScenePart]:
     """The class of the items that a record reads."""
     fields = {key: field for key, field in record.keys.items() if key != "type"}
     required = tuple(key for key in record.required if key != "type")
@@ -141,15 +141,15 @@ def _made(name: str, record: Record[Any], type_name: str = "") -> type[ScenePart
     return type(name, (ScenePart,), body)
 
 
-def _named(type_name: str) -> str:
+def _class_name(type_name: str) -> str:
     """`spring_damper` as a class: `SpringDamper`."""
     return "".join(word.capitalize() for word in type_name.split("_"))
 
 
 def class_of_plugin(name: str) -> type[ScenePart] | None:
     """The class of a type of force that a plug-in has registered; None where there is none."""
-    types = {_named(type_name): type_name for type_name in ELEMENTS.added}
-    return _made(name, FORCE_RECORDS[types[name]], types[name]) if name in types else None
+    types = {_class_name(type_name): type_name for type_name in ELEMENTS.added}
+    return _class_of(name, FORCE_RECORDS[types[name]], types[name]) if name in types else None
 
 
 def _record(field: Field[Any]) -> Record[Any]:
@@ -170,8 +170,8 @@ def _classes() -> dict[str, type[ScenePart]]:
         "Simulation": SIMULATION,
     }
     typed: Mapping[str, Record[Any]] = {**JOINT.variants, **OWN_RECORDS}
-    classes = {name: _made(name, _record(field)) for name, field in alone.items()}
-    return classes | {_named(name): _made(_named(name), record, name) for name, record in typed.items()}
+    classes = {name: _class_of(name, _record(field)) for name, field in alone.items()}
+    return classes | {_class_name(name): _class_of(_class_name(name), record, name) for name, record in typed.items()}
 
 
 CLASSES: Mapping[str, type[ScenePart]] = MappingProxyType(_classes())

@@ -108,7 +108,7 @@ def create_dataset(file: h5py.File, dataset: Dataset, shape: tuple[int, ...]) ->
     describe(created, {"units": dataset.unit, "description": dataset.description, **frame})
 
 
-def opened(file: h5py.File, path: str) -> h5py.Dataset:
+def open_array(file: h5py.File, path: str) -> h5py.Dataset:
     """Open an existing array."""
     return h5py.Dataset(h5d.open(file.id, path.encode()))
 
@@ -133,7 +133,7 @@ def name_axes(file: h5py.File, datasets: Sequence[Dataset]) -> None:
     """Make scales of the names, which are written already, and attach them to all axes of these arrays."""
     for name, texts, description in COMPONENTS.values():
         create_text(file, name, texts, description)
-    along = {each.path: _along(each) for each in datasets if each.path != TIME}
+    along = {each.path: _scale_paths(each) for each in datasets if each.path != TIME}
     scales = {path: h5d.open(file.id, path.encode()) for path in dict.fromkeys(chain([TIME], *along.values()))}
     uses: dict[str, list[tuple[h5r.Reference, int]]] = {path: [] for path in scales}
     referred = {path: _reference(file, path) for path in scales}
@@ -142,26 +142,26 @@ def name_axes(file: h5py.File, datasets: Sequence[Dataset]) -> None:
         lists = np.empty(len(paths), dtype=SCALES)
         for axis, each in enumerate(paths):
             lists[axis] = np.array([referred[each]], dtype=REFERENCE)
-        _put(h5d.open(file.id, path.encode()), b"DIMENSION_LIST", lists)
+        _write_attribute(h5d.open(file.id, path.encode()), b"DIMENSION_LIST", lists)
         for axis, each in enumerate(paths):
             uses[each].append((mine, axis))
             if "/" not in each and not file.id.links.exists(f"{group}/{each}".encode()):
                 file.id.links.create_hard(f"{group}/{each}".encode(), file.id, each.encode())
     for path, scale in scales.items():
         h5ds.set_scale(scale, path.rpartition("/")[2].encode())
-        _put(scale, b"REFERENCE_LIST", np.array(uses[path], dtype=USES))
+        _write_attribute(scale, b"REFERENCE_LIST", np.array(uses[path], dtype=USES))
 
 
 def _reference(file: h5py.File, path: str) -> h5r.Reference:
     return h5r.create(file.id, path.encode(), h5r.OBJECT)
 
 
-def _put(target: h5d.DatasetID, name: bytes, values: npt.NDArray[Any]) -> None:
+def _write_attribute(target: h5d.DatasetID, name: bytes, values: npt.NDArray[Any]) -> None:
     """Write an attribute of scales. HDF5's calls for scales write the same, but take four times as long."""
     kind = h5t.py_create(values.dtype, logical=True)
     h5a.create(target, name, kind, h5s.create_simple(values.shape)).write(values, mtype=h5t.py_create(values.dtype))
 
 
-def _along(dataset: Dataset) -> list[str]:
+def _scale_paths(dataset: Dataset) -> list[str]:
     """The paths of the scales of an array, one for each axis."""
     return [TIME, *(NAMES[size] if isinstance(size, str) else COMPONENTS[size][0] for size in dataset.shape)]

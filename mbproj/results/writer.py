@@ -33,7 +33,7 @@ from mbproj.results.datasets import (
     create_constant,
     image_of,
     in_memory,
-    opened,
+    open_array,
     without_samples,
 )
 from mbproj.results.events import Happening
@@ -120,7 +120,7 @@ class ResultsWriter:
             # HDF5's own lock would fail where somebody is reading the file; `claim` has locked it already.
             self._file = h5py.File(self.part, "r+", libver=VERSIONS, locking=False, **CHUNK_CACHE)
             self._file.swmr_mode = True
-            self._targets = {dataset.path: opened(self._file, dataset.path) for dataset in self._datasets}
+            self._targets = {dataset.path: open_array(self._file, dataset.path) for dataset in self._datasets}
         except (OSError, InputError) as error:  # InputError: as where a mesh cannot be read
             os.close(self._descriptor)
             self.part.unlink(missing_ok=True)

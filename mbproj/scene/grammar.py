@@ -8,7 +8,7 @@ from functools import cache
 from typing import Any, final
 
 from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
-from mbproj.registry import calling, named
+from mbproj.registry import calling, load
 from mbproj.scene.blocks.body import BODY
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
 from mbproj.scene.blocks.expectation_checks import CHECKS
@@ -220,14 +220,14 @@ MARKER: Record[Marker] = Record(
 def _couplings_fit(joints: Mapping[str, Joint]) -> Iterable[Complaint]:
     complaints: Iterable[Complaint] = ()
     if any(joint.couples is not None for joint in joints.values()):
-        complaints = named("mbproj.scene.blocks.couplings:couple_coordinates")(joints)
+        complaints = load("mbproj.scene.blocks.couplings:couple_coordinates")(joints)
     return complaints
 
 
 def _ropes_fit(joints: Mapping[str, Joint], *others: Any) -> Iterable[Complaint]:
     complaints: Iterable[Complaint] = ()
     if any("path" in joint.parameters for joint in joints.values()):
-        complaints = named("mbproj.scene.blocks.ropes.fit:run_over_places")(joints, *others)
+        complaints = load("mbproj.scene.blocks.ropes.fit:run_over_places")(joints, *others)
     return complaints
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import named
+from mbproj.registry import load
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
 from mbproj.scene.blocks.simulation import SIMULATION
@@ -131,7 +131,7 @@ class SceneText:
             blocks: Mapping[str, Any] | None = SCENE.read(root, (), reading)
         settings = _settings(root, blocks, simulation, reading)
         if blocks is not None and not blocks.keys().isdisjoint(WITH_EXPRESSIONS):
-            blocks = named("mbproj.scene.blocks.control.known_names:with_known_names")(blocks, settings, reading)
+            blocks = load("mbproj.scene.blocks.control.known_names:with_known_names")(blocks, settings, reading)
         if blocks is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(blocks, reading)
         if reading.problems or blocks is None or settings is None:
@@ -157,7 +157,7 @@ class SceneText:
             settings=settings,
             text=self.text,
             path=self.path,
-            overrides={**{key: _written(value) for key, value in parameters.items()}, **from_files},
+            overrides={**{key: _as_text(value) for key, value in parameters.items()}, **from_files},
             places=reading.places,
             notes=tuple(in_text_order(reading.notes)),
         )
@@ -183,7 +183,7 @@ def _changed(root: MappingNode, parameters: Mapping[str, object]) -> tuple[Mappi
     """The document with these changes, and the problems of the changes."""
     changed: tuple[MappingNode, list[Problem]] = (root, [])
     if parameters:
-        changed = named("mbproj.scene.text.changes:changed")(root, parameters)
+        changed = load("mbproj.scene.text.changes:changed")(root, parameters)
     return changed
 
 
@@ -191,7 +191,7 @@ def _with_matrices(root: MappingNode, scene: Path | None) -> tuple[MappingNode, 
     """The document with the numbers of files that its signals name, these numbers as changes, and the problems."""
     filled: tuple[MappingNode, Mapping[str, str], list[Problem]] = (root, {}, [])
     if "signals" in root.values:
-        filled = named("mbproj.scene.blocks.control.matrix_files:with_matrices")(root, scene)
+        filled = load("mbproj.scene.blocks.control.matrix_files:with_matrices")(root, scene)
     return filled
 
 
@@ -239,14 +239,14 @@ def _connected(blocks: Mapping[str, Any]) -> Iterator[Joint]:
     curves: Mapping[str, Track] = blocks.get("curves", {})
     for joint in joints.values():
         if "path" in joint.parameters:
-            yield named("mbproj.scene.blocks.ropes.block:connected")(joint, blocks["bodies"], blocks.get("motions", {}))
+            yield load("mbproj.scene.blocks.ropes.block:connected")(joint, blocks["bodies"], blocks.get("motions", {}))
         elif "curve" in joint.parameters:
             yield replace(joint, parameters={**joint.parameters, "curve": curves[joint.parameters["curve"]]})
         elif "curves" in joint.parameters:
             both = tuple(curves[name] for name in joint.parameters["curves"])
             yield replace(joint, parameters={**joint.parameters, "curves": both})
         else:
-            yield joint if joint.couples is None else named("mbproj.scene.blocks.couplings:with_coupled")(joint, joints)
+            yield joint if joint.couples is None else load("mbproj.scene.blocks.couplings:with_coupled")(joint, joints)
 
 
 def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) -> Iterator[Force]:
@@ -289,7 +289,7 @@ def _settings(
     return None if wrong else settings_of(merged.values)
 
 
-def _written(value: object) -> str:
+def _as_text(value: object) -> str:
     """A change as a text from which the same value is read."""
     if isinstance(value, str):
         return value

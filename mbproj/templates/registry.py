@@ -36,7 +36,7 @@ TEMPLATES: Mapping[str, Template] = {
 }
 
 
-def written(name: str, given: Mapping[str, str], spatial: bool = False) -> str:
+def scene_text(name: str, given: Mapping[str, str], spatial: bool = False) -> str:
     """The text of the scene file of the template `name`; `given` are numbers by option, as texts with their units.
 
     Raises InputError for an option that the template does not have, a number that its option does not take, or lengths
@@ -51,4 +51,4 @@ def written(name: str, given: Mapping[str, str], spatial: bool = False) -> str:
     return "\n".join(lines) + "\n"
 
 
-__all__ = ["OPTIONS", "TEMPLATES", "Template", "written"]
+__all__ = ["OPTIONS", "TEMPLATES", "Template", "scene_text"]

@@ -58,6 +58,6 @@ def full_equations(
     def solve(q: Array, v: Array) -> Accelerations:
         pose = pose_of(q)
         coordinate = coordinate_values(system, pose) + 2.0 * np.pi * turns
-        return full.accelerations(t, full.layout.joined({"positions": q, "velocities": v}), coordinate)
+        return full.accelerations(t, full.layout.vector_of({"positions": q, "velocities": v}), coordinate)
 
     return solve

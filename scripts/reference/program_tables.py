@@ -136,7 +136,7 @@ def _options(name: str, without: Collection[str]) -> str:
     """A table of a command's options; what a row decides is said in the first row that does."""
     command, context = _command(name)
     rows = []
-    for part, options in command.parts(context).items():
+    for part, options in command.options_by_part(context).items():
         heading = part.value
         for option in options:
             record = option.get_help_record(context)

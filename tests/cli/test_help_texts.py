@@ -34,7 +34,7 @@ def first_shown(option: click.Option) -> str:
 def test_each_option_is_in_exactly_one_part_and_is_shown_there(name):
     command, context = named(name)
     options = [each for each in command.get_params(context) if isinstance(each, click.Option)]
-    in_parts = [each for part in command.parts(context).values() for each in part]
+    in_parts = [each for part in command.options_by_part(context).values() for each in part]
     assert sorted(map(id, in_parts)) == sorted(map(id, options))
     shown, heading = {}, ""
     for line in help_of(name).splitlines():
@@ -42,7 +42,7 @@ def test_each_option_is_in_exactly_one_part_and_is_shown_there(name):
             heading = line.removesuffix(":")
         elif line.startswith("  -"):
             shown.setdefault(line.split("--")[1].split()[0].rstrip(","), []).append(heading)
-    for part, each in command.parts(context).items():
+    for part, each in command.options_by_part(context).items():
         for option in each:
             if not option.hidden:
                 assert shown.pop(first_shown(option)) == [part.value]
@@ -65,7 +65,7 @@ def test_an_option_needs_a_part():
 @every_command
 def test_every_option_says_what_it_does(name):
     command, context = named(name)
-    for part in command.parts(context).values():
+    for part in command.options_by_part(context).values():
         for each in part:
             assert isinstance(each, click.Option)
             assert each.help, each.name

@@ -13,7 +13,7 @@ from mbproj.dynamics.rank.conditioning import conditioning
 from mbproj.dynamics.rank.mobility import mobility
 from mbproj.dynamics.rank.redundancy import redundancy
 from mbproj.dynamics.rank.row_space import scaled_jacobian
-from mbproj.dynamics.rank.row_words import listed
+from mbproj.dynamics.rank.row_words import rows_in_words
 from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene
 from tests.dynamics import linkages
@@ -83,9 +83,9 @@ def test_the_weights_cancel_the_rows_but_for_the_radial_part(name):
 
 def test_rows_are_named_with_what_they_hold():
     first, *_ = redundancy(*assembled(linkages.door())).sets
-    assert listed(first.held) == "joint 'high' (along x), joint 'low' (along x, about y)"
+    assert rows_in_words(first.held) == "joint 'high' (along x), joint 'low' (along x, about y)"
     (flat,) = [entry for entry in redundancy(*assembled(linkages.parallelogram(2, 0.0))).sets if not entry.permanent]
-    assert listed(flat.held) == (
+    assert rows_in_words(flat.held) == (
         "joint 'B1' (along x), joint 'A0' (along x), joint 'B0' (along x), joint 'A1' (along x)"
     )
 

@@ -177,7 +177,7 @@ def _y(form, state):
         parts[name] = np.zeros(layout.size_of(name))
     if layout.size_of("followed"):
         parts["followed"] = coordinate_values(form.system, pose_of(state.q))
-    return layout.joined(parts)
+    return layout.vector_of(parts)
 
 
 def _numbers(model, mechanism):

@@ -44,7 +44,7 @@ def formulation_of(name, **options):
 def come_from_afar(formulation):
     """The parallelogram has been at -1 rad, far from its singular pose."""
     far, start = formulation_of(-1.0)
-    formulation.policy.after(jacobian(far.system, pose_of(start.q)))
+    formulation.policy.advance(jacobian(far.system, pose_of(start.q)))
 
 
 def states_near(formulation, state, count=12):
@@ -54,7 +54,7 @@ def states_near(formulation, state, count=12):
         size = 10.0 ** rng.uniform(-9.0, -2.0)
         q = state.q + size * rng.normal(size=state.q.shape)
         v = state.v + size * rng.normal(size=state.v.shape)
-        yield 0.01 * k, formulation.layout.joined({"positions": q, "velocities": v})
+        yield 0.01 * k, formulation.layout.vector_of({"positions": q, "velocities": v})
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -62,7 +62,7 @@ def test_derivatives_have_the_same_bits_in_any_order_of_calls(name):
     formulation, state = formulation_of(name)
     if not isinstance(name, str):
         come_from_afar(formulation)
-    formulation.policy.after(jacobian(formulation.system, pose_of(state.q)))
+    formulation.policy.advance(jacobian(formulation.system, pose_of(state.q)))
     cases = list(states_near(formulation, state))
     first = [formulation.derivative(t, y) for t, y in cases]
     rng = np.random.default_rng(3)
@@ -78,7 +78,7 @@ def test_some_of_these_states_leave_rows_out():
     """Otherwise the test above would be about nothing."""
     formulation, state = formulation_of(1e-6)
     come_from_afar(formulation)
-    formulation.policy.after(jacobian(formulation.system, pose_of(state.q)))
+    formulation.policy.advance(jacobian(formulation.system, pose_of(state.q)))
     held = formulation.policy.rows.to_move(pose_of(state.q), NO_DRIVE, state.v)
     assert held.left_out is not None
     assert held.nearness < 0.1
@@ -101,7 +101,7 @@ def test_what_is_saved_is_plain_data_and_restored_goes_on_the_same():
     poses = [state.q + 10.0 ** rng.uniform(-6, -1) * rng.normal(size=state.q.shape) for _ in range(10)]
     for k, q in enumerate(poses[:5]):
         lived.see(rng.uniform())
-        lived.after(jacobian(system, pose_of(q)))
+        lived.advance(jacobian(system, pose_of(q)))
         lived.keep(np.full(system.constraints, float(k)))
     restored = RowPolicy(system)
     restored.restore(json.loads(json.dumps(lived.save())))
@@ -110,7 +110,7 @@ def test_what_is_saved_is_plain_data_and_restored_goes_on_the_same():
         held = [policy.rows.to_move(pose_of(q), NO_DRIVE, state.v) for policy in (lived, restored)]
         np.testing.assert_array_equal(held[0].C_q, held[1].C_q)
         np.testing.assert_array_equal(lived.rows.multipliers, restored.rows.multipliers)
-        assert lived.after(C_q) == restored.after(C_q)
+        assert lived.advance(C_q) == restored.advance(C_q)
         assert (lived.nearest, lived.rows.watching) == (restored.nearest, restored.rows.watching)
     assert lived.save() == restored.save()
 

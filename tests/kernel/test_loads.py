@@ -73,7 +73,7 @@ def test_accelerations_and_multipliers_are_those_of_the_full_equations(text):
     y = kernel.state(state.q, state.v)
     at = reference(system, state.q)
     found, multipliers = kernel.equations().accelerations(y, state.t, at.tolist())
-    expected = full.accelerations(state.t, full.layout.joined({"positions": state.q, "velocities": state.v}), at)
+    expected = full.accelerations(state.t, full.layout.vector_of({"positions": state.q, "velocities": state.v}), at)
     _, _, acceleration = from_space(y[None], found[None])
     size = np.abs(expected.acceleration).max()
     np.testing.assert_allclose(acceleration[0], expected.acceleration, rtol=0, atol=1e-12 * size)

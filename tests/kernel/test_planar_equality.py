@@ -184,7 +184,7 @@ def test_all_multipliers_of_a_sample_balance_the_forces(case):
     acceleration, carried = flat.equations().accelerations(y)
     block = {
         "t": np.zeros(1),
-        "y": flat.layout.joined({"bodies": y.ravel()})[None],
+        "y": flat.layout.vector_of({"bodies": y.ravel()})[None],
         "acceleration": acceleration[None],
         "multipliers": carried[None],
         "step_size": np.zeros(1),

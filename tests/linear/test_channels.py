@@ -128,7 +128,7 @@ def differences(system, start, settings, N, step=1e-6):
         pose = pose_of(q)
         v = velocities(pose, u + _carried(N, η_dot, η, u))
         expected = start.instant(system).expected + _coordinates(system, N @ η)
-        y = layout.joined({"positions": q, "velocities": v, "states": start.x + x, "followed": expected})
+        y = layout.vector_of({"positions": q, "velocities": v, "states": start.x + x, "followed": expected})
         slope = formulation.derivative(start.t, y)
         acceleration = tangent_velocities(pose, slope[layout["velocities"]])
         return np.concatenate([back @ acceleration, slope[layout["states"]]])

@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from mbproj.errors import InputError
-from mbproj.linear.equilibrium.find import equilibrium, others
+from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
@@ -95,7 +95,7 @@ def test_a_truss_of_two_springs_rests_on_either_side():
     found = equilibrium(system, assembled_start(scene, system))
     height = sqrt(1.1**2 - 1.0)
     assert coordinates(found)["j.displacement"] == pytest.approx(height, rel=1e-12)
-    (other,) = others(system, found, 10)
+    (other,) = other_equilibria(system, found, 10)
     assert other.stable
     assert coordinates(other)["j.displacement"] == pytest.approx(-height, rel=1e-12)
 

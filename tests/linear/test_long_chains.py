@@ -10,7 +10,7 @@ import pytest
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
-from mbproj.linear.equilibrium.find import equilibrium, others
+from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
@@ -105,7 +105,7 @@ def test_from_other_starts_an_upright_chain_finds_where_it_hangs_by_sparse_matri
     monkeypatch.setattr("mbproj.linear.equilibrium.find.THRESHOLDS", replace(THRESHOLDS, large=20))
     found = at_rest(chain(25).replace("gravity: [0, 0, -9.81]", "gravity: [0, 0, 9.81]"))
     assert not found.stable
-    (hangs,) = others(found.reference.system, found, 1)
+    (hangs,) = other_equilibria(found.reference.system, found, 1)
     assert hangs.stable
     np.testing.assert_allclose(hangs.reference.motion.pose.position[:-1, 2], (np.arange(25) + 0.5) / 25, atol=1e-9)
 

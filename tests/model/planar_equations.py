@@ -49,7 +49,7 @@ def planar_gamma(plane: Plane, p: Numbers, u: Numbers) -> Numbers:
     rates = _by_body(u)[..., bound.body, :]
     velocity = rates * [1.0, 1.0, 0.0] * bound.is_point[:, None]
     spin = rates[..., 2:]
-    bias = bound.along(bound.gradient_entries(x), -(spin**2) * arm)
+    bias = bound.derivative_along(bound.gradient_entries(x), -(spin**2) * arm)
     return -(bias + bound.curvature(x, velocity + spin * _turned(arm)))[..., embedded.kept]
 
 

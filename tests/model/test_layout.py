@@ -124,7 +124,7 @@ def test_a_projection_moves_the_blocks_that_say_so():
     _, system, state, settings = case(FIXED | {"formulation": "full"})
     formulation = FullFormulation.of(system, state, settings)
     layout = formulation.layout
-    y = layout.joined(state.layout.shared(state.y, layout))
+    y = layout.vector_of(state.layout.common_blocks(state.y, layout))
     y = y + 1e-3 * np.random.default_rng(0).normal(size=len(y))
     moved, _ = formulation.project_copy(0.0, y)
     for block in layout.blocks:

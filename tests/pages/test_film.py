@@ -11,7 +11,7 @@ from PIL import Image
 
 from mbproj.cli.commands import animate
 from mbproj.errors import InputError
-from mbproj.figures import times_of, watched
+from mbproj.figures import duration_and_speed, times_of
 from mbproj.figures.kinds import film
 from tests.pages.runs import FIVE_BAR, five_bar
 
@@ -36,7 +36,7 @@ def run(*arguments):
     ("span", "seconds", "speed"), [(0.1, 4.0, 0.025), (10.0, 10.0, 1.0), (150.0, 15.0, 10.0), (0.0, 0.05, 1.0)]
 )
 def test_a_film_lasts_as_long_as_one_likes_to_watch(span, seconds, speed):
-    assert watched(span) == pytest.approx((seconds, speed))
+    assert duration_and_speed(span) == pytest.approx((seconds, speed))
 
 
 def test_pictures_are_even_in_time():

@@ -109,17 +109,17 @@ def test_a_save_is_seen_once_it_is_over(tmp_path):
     path = tmp_path / "scene.yaml"
     path.write_text("a")
     saves = Saves([path])
-    assert not saves.moved
+    assert not saves.have_changed
     path.write_text("ab")
-    assert saves.moved
+    assert saves.have_changed
     saves.wait()
-    assert not saves.moved
+    assert not saves.have_changed
     (tmp_path / "new").write_text("cd")
     (tmp_path / "new").replace(path)
     saves.wait()
     path.unlink()
     saves.wait()
-    assert not saves.moved
+    assert not saves.have_changed
 
 
 def test_a_scene_that_cannot_be_run_says_why(scene, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from mbproj.errors import ExitCode, InputError
 from mbproj.scene import read_scene_text
 from mbproj.studies import run_task, tasks
-from mbproj.templates import TEMPLATES, written
+from mbproj.templates import TEMPLATES, scene_text
 from tests.cli.commands import mbproj
 from tests.kernel.scenes import needs_kernel
 
@@ -40,7 +40,7 @@ def test_it_runs_as_written_and_holds_what_it_expects(
     tmp_path: Path, name: str, given: dict[str, str], spatial: bool
 ) -> None:
     path = tmp_path / "scene.yaml"
-    path.write_text(written(name, given, spatial), encoding="utf-8")
+    path.write_text(scene_text(name, given, spatial), encoding="utf-8")
     (task,) = tasks([path], tmp_path, keep=False)
     found = run_task(task)
     assert [(each.expectation.name, each.measured) for each in found.outcomes if not each.holds] == []
@@ -50,10 +50,10 @@ def test_it_runs_as_written_and_holds_what_it_expects(
 
 @pytest.mark.parametrize("name", list(TEMPLATES))
 def test_it_is_readable(name: str) -> None:
-    text = written(name, {})
+    text = scene_text(name, {})
     assert text.startswith("# ")
     assert max(map(len, text.splitlines())) <= 120
-    assert text == written(name, dict(TEMPLATES[name].defaults))
+    assert text == scene_text(name, dict(TEMPLATES[name].defaults))
 
 
 @pytest.mark.parametrize(
@@ -66,7 +66,7 @@ def test_it_is_readable(name: str) -> None:
     ],
 )
 def test_sizes(name: str, given: dict[str, str], bodies: int, joints: int) -> None:
-    scene = read_scene_text(written(name, given))
+    scene = read_scene_text(scene_text(name, given))
     assert (len(scene.bodies), len(scene.joints)) == (bodies, joints)
 
 
@@ -74,7 +74,7 @@ def test_sizes(name: str, given: dict[str, str], bodies: int, joints: int) -> No
 @pytest.mark.parametrize("links", [2, 7, 200])
 def test_a_push_out_of_the_plane_is_gentle_at_any_size(name: str, links: int) -> None:
     """Speeds of joints add up along a branch, to 0.3 sqrt(g / reach) at its end."""
-    scene = read_scene_text(written(name, {"links": str(links)}, spatial=True))
+    scene = read_scene_text(scene_text(name, {"links": str(links)}, spatial=True))
     turning = {"ground": 0.0}
     for joint in scene.joints:
         turning[joint.bodies[1]] = turning[joint.bodies[0]] + joint.speed.get("angle", 0.0)
@@ -82,13 +82,13 @@ def test_a_push_out_of_the_plane_is_gentle_at_any_size(name: str, links: int) ->
 
 
 def test_a_tree_is_binary_and_a_chain_is_one() -> None:
-    tree, chain = (read_scene_text(written(name, {"links": "7"})) for name in ("tree", "chain"))
+    tree, chain = (read_scene_text(scene_text(name, {"links": "7"})) for name in ("tree", "chain"))
     assert [joint.bodies[0] for joint in tree.joints] == ["ground", "bar1", "bar1", "bar2", "bar2", "bar3", "bar3"]
     assert [joint.bodies[0] for joint in chain.joints] == ["ground", *(f"bar{k}" for k in range(1, 7))]
 
 
 def test_numbers_keep_their_units_and_set_changes_them() -> None:
-    text = written("pendulum", {"length": "300 mm"})
+    text = scene_text("pendulum", {"length": "300 mm"})
     assert "  length: 300 mm\n" in text
     assert read_scene_text(text, "p", {"length": "2 m"}).markers[0].location == (1.0, 0.0, 0.0)
 
@@ -121,14 +121,14 @@ WRONG = [
 @pytest.mark.parametrize(("name", "given", "message"), WRONG, ids=range(len(WRONG)))
 def test_bad_numbers_are_refused(name: str, given: dict[str, str], message: str) -> None:
     with pytest.raises(InputError) as raised:
-        written(name, given)
+        scene_text(name, given)
     assert str(raised.value) == message
 
 
 def test_the_command_writes_a_file_and_replaces_none(tmp_path: Path) -> None:
     done = mbproj("new", "chain", "--links", "3", "--spatial", "-o", "c.yaml", folder=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (0, "c.yaml\n", "")
-    assert (tmp_path / "c.yaml").read_text(encoding="utf-8") == written("chain", {"links": "3"}, spatial=True)
+    assert (tmp_path / "c.yaml").read_text(encoding="utf-8") == scene_text("chain", {"links": "3"}, spatial=True)
     again = mbproj("new", "chain", "-o", "c.yaml", folder=tmp_path)
     assert again.returncode == 2
     assert again.stderr == (
@@ -136,6 +136,6 @@ def test_the_command_writes_a_file_and_replaces_none(tmp_path: Path) -> None:
         "give --force, or choose another with -o\n"
     )
     printed = mbproj("new", "star", folder=tmp_path)
-    assert printed.stdout == written("star", {})
+    assert printed.stdout == scene_text("star", {})
     flat = mbproj("new", "star", "--spatial", folder=tmp_path)
     assert (flat.returncode, flat.stderr) == (2, "--spatial: error: a star has no --spatial; these have: chain, tree\n")

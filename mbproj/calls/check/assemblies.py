@@ -47,10 +47,10 @@ def ready(scene: Scene, hold: Sequence[str]) -> tuple[System, State, Conditions]
     with placed_in(scene):
         system = compile_system(scene)
         state = assembled_start(scene, system)
-    return system, state, _held(scene, system, state, hold)
+    return system, state, _held_coordinates(scene, system, state, hold)
 
 
-def _held(scene: Scene, system: System, state: State, hold: Sequence[str]) -> Conditions:
+def _held_coordinates(scene: Scene, system: System, state: State, hold: Sequence[str]) -> Conditions:
     """The coordinates that the scene's joints fix at the start, and those of `hold`. Raises InputError where degrees of
     freedom are left."""
     names, units = list(system.names.coordinates), system.names.coordinate_units

@@ -95,7 +95,7 @@ def command(
 
 
 def _film(sources: Sequence[Path], start: float | None, stop: float | None, path: Path, *, force: bool) -> Path:
-    from mbproj.cli.results_shown import opened, selected
+    from mbproj.cli.results_shown import open_with_note, selected
     from mbproj.cli.studies.pictures import is_linear
     from mbproj.figures.kinds.film import save_film
     from mbproj.outputs import check_replaceable, film
@@ -105,7 +105,7 @@ def _film(sources: Sequence[Path], start: float | None, stop: float | None, path
             message = f"a film is of results of runs, and '{source}' is none"
             raise InputError(Problem(message, hint="write a page: end the name in .html"))
     check_replaceable(path, film(path.suffix[1:].lower()), force=force)
-    return save_film(selected([opened(source) for source in sources], start, stop), path, force=force)
+    return save_film(selected([open_with_note(source) for source in sources], start, stop), path, force=force)
 
 
 def _page(
@@ -130,10 +130,10 @@ def _page(
         return page_of_modes(sources[0], labels[0] if labels else sources[0].stem)
     scenes = [source for source in sources if source.suffix.lower() in SCENES]
     if not scenes:
-        from mbproj.cli.results_shown import opened, selected
+        from mbproj.cli.results_shown import open_with_note, selected
         from mbproj.figures.labels import derive_labels
 
-        results = [opened(path) for path in sources]
+        results = [open_with_note(path) for path in sources]
         names = list(labels) or derive_labels(results)
         return page_of(selected(results, start, stop), names, full, limit)
     if len(sources) > 1:

@@ -163,12 +163,12 @@ def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
 
 def _expectations(scene: Scene) -> list[str]:
     """The scene's expectations, line by line."""
-    from mbproj.cli.report.expectations import subject, wanted
+    from mbproj.cli.report.expectations import expected_text, subject
 
     if not scene.expectations:
         return []
     width = max(len(each.name) for each in scene.expectations)
-    rows = [f"    {each.name:{width}}  {subject(each)}: {wanted(each)}" for each in scene.expectations]
+    rows = [f"    {each.name:{width}}  {subject(each)}: {expected_text(each)}" for each in scene.expectations]
     return [f"  {len(rows)} expectations", *_shortened(rows)]
 
 

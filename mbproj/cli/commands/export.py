@@ -124,13 +124,13 @@ def _tables(
     force: bool,
 ) -> None:
     from mbproj.analysis.tables import tables
-    from mbproj.calls.files import named, written
+    from mbproj.calls.files import checked_name, write_tables
 
     if only_list:
         by_name = {table.name: table for table in tables(shown, corners)}
-        click.echo("\n".join([named(by_name, name) for name in chosen] or by_name))
+        click.echo("\n".join([checked_name(by_name, name) for name in chosen] or by_name))
         return
-    for path in written(shown, folder, chosen, file_format, corners, force=force).values():
+    for path in write_tables(shown, folder, chosen, file_format, corners, force=force).values():
         click.echo(path)
 
 

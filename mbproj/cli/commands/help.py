@@ -46,7 +46,7 @@ def command(context: click.Context, words: tuple[str, ...], site: Path | None) -
     elif len(words) == 1 and (asked := _command(context, words[0])) is not None:
         click.echo(asked.get_help(click.Context(asked, info_name=words[0], parent=context.parent)))
     else:
-        click.echo(found(words))
+        click.echo(matching_sections(words))
 
 
 def contents() -> str:
@@ -69,7 +69,7 @@ def show(page: GuidePage) -> None:
         click.echo(rendered(page), nl=False)
 
 
-def found(words: tuple[str, ...]) -> str:
+def matching_sections(words: tuple[str, ...]) -> str:
     """The sections that contain the words. Raises InputError where none does."""
     hits = search(words)
     if not hits:

@@ -11,7 +11,7 @@ import click
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
 from mbproj.outputs import SCENE, write_text
-from mbproj.templates import OPTIONS, TEMPLATES, written
+from mbproj.templates import OPTIONS, TEMPLATES, scene_text
 
 KINDS = tuple(TEMPLATES)
 EXAMPLES = (
@@ -60,7 +60,7 @@ def _defaults(name: str) -> str:
 @force_option
 def command(kind: str, output: Path | None, spatial: bool, force: bool, **numbers: str | None) -> None:
     """`mbproj new`."""
-    text = written(kind, {name: number for name, number in numbers.items() if number is not None}, spatial)
+    text = scene_text(kind, {name: number for name, number in numbers.items() if number is not None}, spatial)
     if output is None:
         click.echo(text, nl=False)
         return

@@ -13,7 +13,7 @@ from mbproj.cli.completion import FolderPath, one_of, results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import look
 from mbproj.cli.quantity import AnyNumber, Corners, Positive, Times
-from mbproj.cli.results_shown import opened, require_markers, selected
+from mbproj.cli.results_shown import open_with_note, require_markers, selected
 from mbproj.cli.studies.pictures import DESIGN, LINEAR, OF_DESIGNS, OTHER_DIRECTORY, SWEEP, draw_pictures
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Problem, choose_from
@@ -169,7 +169,7 @@ def command(
         raise click.UsageError("--per-turn is for --over; add --over, or leave it out")
     if "transmission" in kinds and not corners:
         raise InputError(Problem("--kind transmission: it needs three markers", hint="add --transmission A,B,C"))
-    files = [opened(path) for path in results]
+    files = [open_with_note(path) for path in results]
     names = list(labels) or derive_labels(files)
     first = stem(files[0])
     shown = selected(files, start, stop, markers, joints, of)
@@ -204,7 +204,7 @@ def _report_step_limits(results: Sequence[Results], figure: Figure) -> None:
     if len(results) > 1 or results[0].settings.tolerance is None:
         return
     try:
-        limits = step_limits.found(results[0])
+        limits = step_limits.limits_of(results[0])
     except InputError as error:
         click.echo(f"note: what limits the steps cannot be told: {error.problems[0].message}", err=True)
         return

@@ -11,7 +11,7 @@ import click
 
 from mbproj.cli.completion import File, scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, drawn
+from mbproj.cli.figure_options import check_picture, plot_option
 from mbproj.cli.report.text import json_text, table
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
@@ -39,7 +39,7 @@ EXAMPLES = (
     help="Rows of the table, from the beginning of the curve to its end [default: 361].",
 )
 @option(Part.OUTPUT, "-o", "--output", type=File(".csv", path_type=Path), help="CSV table of the profile.")
-@drawn
+@plot_option
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with all rows.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @force_option

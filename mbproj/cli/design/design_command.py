@@ -83,7 +83,7 @@ def search(given: dict[str, Any], *, fits: bool) -> int:
     from mbproj.figures.save import save
     from mbproj.outputs import picture
     from mbproj.studies.design.design_folder import FIRST, DesignFolder, starts_table
-    from mbproj.studies.design.figure_data import drawn
+    from mbproj.studies.design.figure_data import data_to_draw
     from mbproj.studies.design.run import find_design
     from mbproj.studies.synthesis.spec import is_synthesis
 
@@ -98,7 +98,7 @@ def search(given: dict[str, Any], *, fits: bool) -> int:
     study.check(figure, picture("png"))
     with study.telling() as tell:
         design = find_design(what, study.where, engine=asked.engine, fresh=study.fresh, tell=tell)
-    written = [*folder.write(design), save(whole_page(drawn(design)), figure, force=study.force)]
+    written = [*folder.write(design), save(whole_page(data_to_draw(design)), figure, force=study.force)]
     text = "\n".join(report(design))
     study.hand_over(starts_table(design), text, numbers(design), notes=design.notes, beside=written)
     return int(ExitCode.FAILED if design.searches[0].broken > 0.0 else ExitCode.DONE)
@@ -153,7 +153,7 @@ def report(design: FoundDesign) -> Iterator[str]:
         rows.append([column_of(path), f"{design.x[k]:.10g}", *spread, between, spec.units[k]])
     yield columns(headings, rows)
     yield ""
-    for target, off in design.off:
+    for target, off in design.deviations:
         size, most, unit = float(np.sqrt(np.mean(off**2))), np.abs(off).max(), target.unit
         yield f"{target.name}: {len(off)} points, off by {size:.3g} {unit} (rms), {most:.3g} {unit} at most"
     for goal, value in zip(spec.goals, design.trial.goals, strict=True):
@@ -173,7 +173,7 @@ def slopes_by(design: FoundDesign) -> dict[str, Any] | None:
     if design.differences is None:
         return None
     by = DIFFERENCES if design.differences else "dual numbers"
-    return {"by": by, "because": design.differences, "apart": design.apart}
+    return {"by": by, "because": design.differences, "apart": design.why_differences}
 
 
 def _about_searches(design: FoundDesign) -> str:

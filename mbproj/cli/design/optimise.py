@@ -57,7 +57,7 @@ def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     from mbproj.outputs import DESIGNED, PAGE, csv, make_folder, write_csv, write_text
     from mbproj.pages.page.write import designs_page
     from mbproj.studies.design.design_folder import best_scene
-    from mbproj.studies.synthesis.page_data import shown
+    from mbproj.studies.synthesis.page_data import page_data
     from mbproj.studies.synthesis.spec import read_wanted
     from mbproj.studies.synthesis.synthesise import synthesise, table
 
@@ -77,7 +77,7 @@ def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     written = [
         write_text(best, best_scene(design), DESIGNED, force=study.force, hint=OTHER_FOLDER),
         write_csv(rows, listed.headings, listed.rows, force=study.force, hint=OTHER_FOLDER),
-        write_text(page, designs_page(title, shown(synthesis)), PAGE, force=study.force, hint=OTHER_FOLDER),
+        write_text(page, designs_page(title, page_data(synthesis)), PAGE, force=study.force, hint=OTHER_FOLDER),
     ]
     numbers = {"best": synthesis.found[0].topology, "topologies": listed.records}
     study.hand_over(listed, "\n".join(report(synthesis)), numbers, beside=written)

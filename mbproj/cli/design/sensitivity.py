@@ -11,7 +11,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, drawn
+from mbproj.cli.figure_options import check_picture, plot_option
 from mbproj.cli.quantity import QuantityNames
 from mbproj.cli.report.text import json_text
 
@@ -46,7 +46,7 @@ EXAMPLES = (
 @study_options.changes
 @study_options.workplace
 @study_options.write_table
-@drawn
+@plot_option
 @study_options.force
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
 def command(

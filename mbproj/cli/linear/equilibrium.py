@@ -73,7 +73,7 @@ def command(
     reactions of the joints. Motions are held at their values at --at. The results file has one sample.
     """
     from mbproj.calls.places import steady_of
-    from mbproj.linear.equilibrium.find import equilibrium, others
+    from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
     from mbproj.linear.equilibrium.recorded import write_results
     from mbproj.linear.equilibrium.solve import NoEquilibrium
     from mbproj.linear.equilibrium.started import assembled_start
@@ -97,7 +97,7 @@ def command(
             rest = equilibrium(system, start, time, turning, held)
             if turning is not None:
                 refuse_unsteady(rest, turning, held)
-            more = list(others(system, rest, starts, turning, held))
+            more = list(other_equilibria(system, rest, starts, turning, held))
     except NoEquilibrium as error:
         if as_json:
             relative = error.balance.relative

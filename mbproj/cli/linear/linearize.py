@@ -129,7 +129,7 @@ def report(linear: LinearModel, title: str) -> str:
     """The report on the model, with notes."""
     from mbproj.linear.mode_notes import is_balanced, unsteady_states
 
-    def listed(names: tuple[str, ...], units: tuple[str, ...]) -> str:
+    def with_units(names: tuple[str, ...], units: tuple[str, ...]) -> str:
         return ", ".join(f"{name} ({unit})" for name, unit in zip(names, units, strict=True))
 
     where = linear.reference.where
@@ -140,8 +140,8 @@ def report(linear: LinearModel, title: str) -> str:
     return "\n".join(
         [
             f"{title}: linear model with {len(linear.states)} states, at {at}",
-            f"  inputs   {listed(linear.inputs, linear.input_units)}",
-            f"  outputs  {listed(linear.outputs, linear.output_units)}",
+            f"  inputs   {with_units(linear.inputs, linear.input_units)}",
+            f"  outputs  {with_units(linear.outputs, linear.output_units)}",
             *([] if is_balanced(linear.reference) else [note]),
             *([f"note: {unsteady}"] if unsteady else []),
         ]

@@ -34,7 +34,7 @@ def moment(expected: Expectation) -> str:
     return "at the end" if expected.at == "end" else f"at its {expected.at}"
 
 
-def wanted(expected: Expectation) -> str:
+def expected_text(expected: Expectation) -> str:
     """The expected value: "0.12 ± 1e-06 m", "≤ 1e-12"."""
     unit = f" {expected.unit}" if expected.unit else ""
     if expected.value is not None:
@@ -51,7 +51,7 @@ def error_words(outcome: Outcome) -> str:
     doubt = "" if outcome.unique else "; not unique, joints or contacts can share it in any proportion"
     if outcome.error is not None:
         return f"{outcome.error:.1e} of {expected.tolerance:.3g}{unit}{doubt}"
-    return f"{outcome.measured[0]:.3g}{'' if outcome.holds else ', not'} {wanted(expected)}{doubt}"
+    return f"{outcome.measured[0]:.3g}{'' if outcome.holds else ', not'} {expected_text(expected)}{doubt}"
 
 
 def verdict(outcome: Outcome) -> str:

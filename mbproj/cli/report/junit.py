@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
-from mbproj.cli.report.expectations import error_words, subject, verdict, wanted
+from mbproj.cli.report.expectations import error_words, expected_text, subject, verdict
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode
 from mbproj.escapes import escaped_text
@@ -108,7 +108,7 @@ def _full_message(outcome: Outcome) -> str:
     values = "nothing" if measured is None else ", ".join(f"{value:.17g}" for value in measured)
     lines = [
         subject(expected),
-        f"expected: {wanted(expected)}",
+        f"expected: {expected_text(expected)}",
         f"found: {values} {expected.unit}".rstrip(),
         f"error: {error_words(outcome)}",
         f"source: {expected.source}",

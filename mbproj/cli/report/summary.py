@@ -163,9 +163,9 @@ def _method(report: Report, system: System) -> str:
     """The projection, the integrator and the step of the run, in words."""
     settings = report.settings
     if report.kinematic:
-        from mbproj.integrate.formulations.kinematic import words
+        from mbproj.integrate.formulations.kinematic import kinematic_description
 
-        return f"kinematic: {words(system, settings)}"
+        return f"kinematic: {kinematic_description(system, settings)}"
     return f"{projection_words(settings.projection)}, {settings.integrator}, {step_words(settings)}"
 
 
@@ -254,7 +254,7 @@ def momenta(number: int) -> str:
     return f"{number or 'no'} moment{'um' if number == 1 else 'a'}"
 
 
-def _given(report: Report) -> str:
+def _energy_row_words(report: Report) -> str:
     rows = report.rows
     if report.degrees_of_freedom == 1:
         return f"the energy row gave or took {rows.moved / rows.steps:.2g} J a step"
@@ -273,8 +273,8 @@ def warnings_on_rows(report: Report) -> list[str]:
         )
     if report.hidden > 1.0:
         notes.append(
-            f"{_given(report)}, where the run exchanged {report.exchanged:.2g} J: the motion may be wrong although the "
-            "balance is kept; take a smaller --step or --tolerance"
+            f"{_energy_row_words(report)}, where the run exchanged {report.exchanged:.2g} J: the motion may be wrong "
+            "although the balance is kept; take a smaller --step or --tolerance"
         )
     if projection.momentum and not rows.momenta and not projection.energy:
         notes.append("joints to the ground, gravity or forces act on every momentum: --momentum-row keeps none")

@@ -41,7 +41,7 @@ def lines_on(trust: Trust) -> Iterator[str]:
     limits = enumerate(trust.limits.tolist())
     reached = [(column, limit) for column, limit in limits if trust.horizon_low[:, column].min() < inf][-MAX_LIMITS:]
     points = trust.names[:MAX_POINTS]
-    heads = [_written(limit) for _, limit in reached]
+    heads = [_limit_text(limit) for _, limit in reached]
     rows = [
         [*(_time(trust, k, column) for column, _ in reached), f"{_largest(trust.error[:, k]):.1e} m", _growth(trust, k)]
         for k in range(len(points))
@@ -57,7 +57,7 @@ def lines_on(trust: Trust) -> Iterator[str]:
         yield f"    {trust.remark}"
 
 
-def _written(limit: float) -> str:
+def _limit_text(limit: float) -> str:
     """A limit in m as text: "1e-4 m", "2.5 m"."""
     mantissa, _, power = f"{limit:.2e}".partition("e")
     return f"{limit:.3g} m" if limit >= 1.0 else f"{float(mantissa):g}e{int(power)} m"

@@ -42,7 +42,7 @@ class EnergyParts(NamedTuple):
         return sum(map(abs, self))
 
 
-def found(results: Results) -> EnergyParts:
+def split_energy(results: Results) -> EnergyParts:
     """Repeat each step of the run without and with projection, and sum the parts. Raises InputError for runs that
     cannot be divided, SimulationError where the run cannot be repeated."""
     from mbproj.studies.compare.energy_split import energy_split
@@ -88,12 +88,12 @@ def _undivided(results: Results, why: str) -> InputError:
 
 def facts(results: Results) -> dict[str, Any]:
     """The parts as a dictionary for JSON."""
-    return report_of(ENERGY, found(results), file=results.path)
+    return report_of(ENERGY, split_energy(results), file=results.path)
 
 
 def lines(results: Results) -> Iterator[str]:
     """Yield the energy at the start, its changes, and the energy at the end."""
-    parts = found(results)
+    parts = split_energy(results)
     yield f"{results.path}: energy from the start to t = {results.time[-1]:g} s"
     said = {
         "at the start": f"{parts.start:.6e} J",

@@ -9,7 +9,7 @@ import click
 
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, drawn
+from mbproj.cli.figure_options import check_picture, plot_option
 from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
@@ -62,7 +62,7 @@ EXAMPLES = (
     "all samples [default: estimated].",
 )
 @option(Part.OUTPUT, "-o", "--output", type=File(".csv", path_type=Path), help="CSV table of all samples.")
-@drawn
+@plot_option
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with all samples.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 @force_option
@@ -158,7 +158,7 @@ def _draw(actuators: ActuatorLoads, over: str | None, path: Path, title: str, *,
     from mbproj.figures.save import save
 
     cycle = None if over is None else actuators.cycle(over)
-    shared = f"{title}: least sum of squares of more actuators than freedoms" if actuators.shared else title
+    shared = f"{title}: least sum of squares of more actuators than freedoms" if actuators.are_redundant else title
     save(
         draw_actuators(
             actuators.time, actuators.names, actuators.units, actuators.force, actuators.power, cycle, shared

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 LOOKED_AT, NAMED = 8, 3
 
 
-def found(results: Results) -> list[StepLimit]:
+def limits_of(results: Results) -> list[StepLimit]:
     """The limits of steps not larger than the median, chosen evenly over the run. Raises InputError for fixed steps."""
     from mbproj.integrate.stiff.step_limits import step_limit
     from mbproj.linear.states import stored_state
@@ -60,13 +60,13 @@ def facts(results: Results) -> dict[str, Any]:
     """The limits as a dictionary for JSON."""
     return {
         "file": str(results.path),
-        "steps": [{**asdict(each), "shares": dict(each.shares)} for each in found(results)],
+        "steps": [{**asdict(each), "shares": dict(each.shares)} for each in limits_of(results)],
     }
 
 
 def lines(results: Results) -> Iterator[str]:
     """A line for each step."""
-    return table(results, found(results))
+    return table(results, limits_of(results))
 
 
 def remark(limits: Sequence[StepLimit]) -> str:

@@ -12,7 +12,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import drawn
+from mbproj.cli.figure_options import plot_option
 from mbproj.cli.report.expectations import error_words, verdict
 from mbproj.cli.report.expectations import record as outcome_record
 from mbproj.errors import ExitCode
@@ -41,7 +41,7 @@ EXAMPLES = (
 @study_options.junit
 @option(Part.OUTPUT, "--keep", type=FolderPath(path_type=Path), metavar="DIR", help=KEEP)
 @option(Part.EFFORT, "--resume", is_flag=True, hidden=True, help="What --keep does anyway, without --fresh.")
-@drawn
+@plot_option
 def command(
     paths: tuple[Path, ...],
     timeout: str,
@@ -74,7 +74,7 @@ def command(
     results: dict[int, SceneResult] = {}
     rows = BatchRows([str(scene) for scene in scenes], shown=study.shows_table)
 
-    def done(number: int, result: SceneResult) -> None:
+    def record(number: int, result: SceneResult) -> None:
         results[number] = result
         rows.show(results)
         tell("scenes", len(results), len(scenes))
@@ -87,7 +87,7 @@ def command(
     ):
         tell("scenes", 0, len(scenes))
         try:
-            run_batch(tasks, study.where, seconds, done)
+            run_batch(tasks, study.where, seconds, record)
         except KeyboardInterrupt:
             interrupted = True
     ended = [results[number] for number in sorted(results)]

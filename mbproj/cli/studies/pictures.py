@@ -32,7 +32,7 @@ class FilePictures:
     why_not: Mapping[str, str | None]
     usual: tuple[str, ...]
 
-    def chosen(self, path: Path, kinds: Sequence[str], what: str) -> tuple[str, ...]:
+    def kinds_to_draw(self, path: Path, kinds: Sequence[str], what: str) -> tuple[str, ...]:
         """The kinds to draw. Raises InputError where one that is asked for does not apply, or none does."""
         able = [kind for kind, reason in self.why_not.items() if reason is None]
         for kind in kinds:
@@ -83,7 +83,7 @@ def draw_pictures(
         if name not in what.takes:
             raise InputError(Problem(f"{name} is for results of runs, and '{path}' is {what.one or 'none'}"))
     pictures = what.pictures(path, of, over)
-    drawn = pictures.chosen(path, kinds, f" of {what.one}" if what.one else "")
+    drawn = pictures.kinds_to_draw(path, kinds, f" of {what.one}" if what.one else "")
     make_folder(directory, OTHER_DIRECTORY)
     targets = {kind: directory / f"{pictures.title}-{kind}.{file_format}" for kind in drawn}
     for target in targets.values():  # check all files before the first is written
@@ -96,7 +96,7 @@ def usual_of_sweep(summary: Path) -> Figure | str:
     """The first picture that suits the design of a sweep, or a note that there is nothing to draw."""
     try:
         pictures = _of_sweep(summary, (), ())
-        return pictures.draw[pictures.chosen(summary, (), "")[0]]()
+        return pictures.draw[pictures.kinds_to_draw(summary, (), "")[0]]()
     except InputError as nothing:
         return f"no picture: {nothing}"
 

@@ -11,7 +11,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import drawn
+from mbproj.cli.figure_options import plot_option
 from mbproj.cli.quantity import Positive
 from mbproj.errors import ExitCode, InputError, Place, Problem
 from mbproj.facts import report_of
@@ -57,7 +57,7 @@ EXAMPLES = (
     help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
 )
 @partial(study_options.study, quiet="Print only the command line.")
-@drawn
+@plot_option
 def command(
     scene: str,
     goal: float,
@@ -142,13 +142,13 @@ def _lines(recommendation: Recommendation) -> list[str]:
         "checked by": recommendation.check,
         "cost": _cost(best),
     }
-    rows |= {f"near it ({place})": _words(other) for place, other in enumerate(recommendation.contenders[1:], 1)}
+    rows |= {f"near it ({place})": _in_words(other) for place, other in enumerate(recommendation.contenders[1:], 1)}
     if recommendation.own is not None:
-        rows["the scene's own"] = _words(recommendation.own)
+        rows["the scene's own"] = _in_words(recommendation.own)
     return list(table(rows, "  "))
 
 
-def _words(other: Measurement) -> str:
+def _in_words(other: Measurement) -> str:
     return f"{other.setting.label}: {'fails' if other.failure else f'{other.at():.2g} m, {_cost(other)}'}"
 
 

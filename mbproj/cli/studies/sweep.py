@@ -13,7 +13,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import drawn
+from mbproj.cli.figure_options import plot_option
 from mbproj.cli.quantity import Positive
 from mbproj.facts import report_of
 from mbproj.facts.designs import SWEEP
@@ -57,7 +57,7 @@ EXAMPLES = (
     help="Directory of the sweep [default: <spec>-sweep].",
 )
 @study_options.junit
-@drawn
+@plot_option
 def command(
     spec: Path,
     timeout: float | None,
@@ -126,7 +126,7 @@ def command(
         kinds = _failures(summary.entries(what, folder))
     study.hand_over(
         Table(tuple(summary.headings(what)), rows),
-        _said(progress, kinds),
+        _counts_in_words(progress, kinds),
         report_of(SWEEP, progress, failures=kinds),
         lambda: usual_of_sweep(folder.arrays),
         beside=written,
@@ -187,7 +187,7 @@ def _failures(entries: Iterable[CaseEntry]) -> list[dict[str, Any]]:
     return sorted(causes.values(), key=lambda kind: -int(kind["count"]))
 
 
-def _said(reached: Progress, kinds: list[dict[str, Any]]) -> str:
+def _counts_in_words(reached: Progress, kinds: list[dict[str, Any]]) -> str:
     """The numbers of cases, and the kinds of failure."""
     left = f", {reached.left} left" if reached.left else ""
     arrays = f" ({reached.by_arrays} by arrays)" if reached.by_arrays else ""

@@ -113,7 +113,7 @@ def _report(result: Tradeoff) -> Iterator[str]:
         yield f"{WARNED.strip()} this run notes that the motion may be wrong, by its energy"
     if result.own is not None:
         yield ""
-        yield from _own(result, result.own)
+        yield from _own_setting(result, result.own)
 
 
 #: Errors above this part of the mechanism's size have no line.
@@ -139,7 +139,7 @@ def _cells(result: Tradeoff, index: int) -> list[str]:
     ]
 
 
-def _own(result: Tradeoff, own: int) -> Iterator[str]:
+def _own_setting(result: Tradeoff, own: int) -> Iterator[str]:
     """Yield how far the scene's own setting is from the front."""
     from mbproj.cli.report.text import milliseconds
 

@@ -10,7 +10,7 @@ import click
 from mbproj.cli import study_options
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import drawn
+from mbproj.cli.figure_options import plot_option
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 from mbproj.errors import ExitCode, Place, placed_at
 from mbproj.facts import report_of
@@ -36,7 +36,7 @@ EXAMPLES = (
     metavar="RESULTS",
     help="Store the findings in a results file of this scene.",
 )
-@drawn
+@plot_option
 @study_options.answer
 def command(
     scene: str,

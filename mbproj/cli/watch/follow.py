@@ -34,15 +34,15 @@ LOOK = 0.05
 
 
 class Saves:
-    """The state of some files. `moved` tells whether it has changed since it was last taken."""
+    """The state of some files. `have_changed` tells whether it has changed since it was last taken."""
 
     def __init__(self, files: Iterable[Path]) -> None:
         self.files = tuple(files)
-        self._taken = self._now()
+        self._taken = self._states()
 
     def take(self) -> None:
         """Take the current state of the files as known."""
-        self._taken = self._now()
+        self._taken = self._states()
 
     def follow(self, files: Iterable[Path]) -> None:
         """Watch these files from now on. The known state of files already watched stays."""
@@ -51,22 +51,22 @@ class Saves:
         self._taken = tuple(known.get(path) or _state(path) for path in self.files)
 
     @property
-    def moved(self) -> bool:
+    def have_changed(self) -> bool:
         """Whether a file has been saved since."""
-        return self._now() != self._taken
+        return self._states() != self._taken
 
     def wait(self) -> None:
         """Wait until a file is saved, and take its new state."""
         before = self._taken
         while True:
             sleep(LOOK)
-            now = self._now()
+            now = self._states()
             if now != self._taken and now == before:
                 self._taken = now
                 return
             before = now
 
-    def _now(self) -> tuple[tuple[int, ...], ...]:
+    def _states(self) -> tuple[tuple[int, ...], ...]:
         return tuple(map(_state, self.files))
 
 
@@ -87,7 +87,7 @@ def follow(path: Path, parameters: Mapping[str, str], options: Mapping[str, str]
     with TemporaryDirectory(prefix="mbproj-watch-") as folder:
         while True:
             try:
-                built = build(path, parameters, options, Path(folder), lambda: saves.moved)
+                built = build(path, parameters, options, Path(folder), lambda: saves.have_changed)
             except Superseded:
                 saves.take()
                 continue

@@ -47,7 +47,7 @@ class Board:
             self.closed = True
             self._changed.notify_all()
 
-    def after(self, version: int) -> tuple[int, ShownPage] | None:
+    def wait_for_change(self, version: int) -> tuple[int, ShownPage] | None:
         """Wait until the shown page has another version than `version`; return its version and the page. None where
         that takes too long."""
         with self._changed:
@@ -127,7 +127,7 @@ class _Handler(BaseHTTPRequestHandler):
         self._start("text/event-stream")
         version, board = -1, self.server.board
         while not board.closed:
-            update = board.after(version)
+            update = board.wait_for_change(version)
             if update is None:
                 self.wfile.write(b":\n\n")
                 continue

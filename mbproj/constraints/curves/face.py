@@ -82,7 +82,7 @@ class AlongFace(OnFace):
     def _gradient(self, x: Numbers, *, slips: bool) -> Numbers:
         """The gradient of p, or of σ - p."""
         at, line, m = self.contact(x), self._line(x), x[..., 2, :]
-        apart, sign = _product(at.n, self._apart(x, at)), -1.0 if slips else 1.0
+        apart, sign = _product(at.n, self._gap(x, at)), -1.0 if slips else 1.0
         turned = np.sign(at.κ.real) * (-apart if slips else apart + 1.0 / at.κ) / self._size(x)
         first, second = (each[..., None] for each in at.t)
         along = first * x[..., 0, :] + second * x[..., 1, :]
@@ -92,7 +92,7 @@ class AlongFace(OnFace):
 
     def _curvature(self, x: Numbers, x_dot: Numbers, *, slips: bool) -> Numbers:
         at, line, line_dot = self.contact(x), self._line(x), self._line(x_dot)
-        (ω, ω_bias), apart = self._turning(x, x_dot, at), self._apart(x, at)
+        (ω, ω_bias), apart = self._turning(x, x_dot, at), self._gap(x, at)
         rate = [dot(x_dot[..., k, :], line) + dot(x[..., k, :], line_dot) for k in (0, 1)]
         bias = [2.0 * dot(x_dot[..., k, :], line_dot) for k in (0, 1)]
         across = 2.0 * _product(at.n, rate) + ω * _product(at.t, apart)
@@ -101,7 +101,7 @@ class AlongFace(OnFace):
             return -np.asarray(curvature)[..., None]
         return np.asarray(curvature + ω_bias / at.κ - ω**2 * at.κ_σ / at.κ**3)[..., None]
 
-    def _apart(self, x: Numbers, at: FootGeometry) -> tuple[Numbers, Numbers]:
+    def _gap(self, x: Numbers, at: FootGeometry) -> tuple[Numbers, Numbers]:
         """Return c - d."""
         line = self._line(x)
         return at.c[0] - dot(x[..., 0, :], line), at.c[1] - dot(x[..., 1, :], line)
@@ -114,7 +114,7 @@ class FacePlace(AlongFace):
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)
-        return _product(at.t, self._apart(x, at))[..., None]
+        return _product(at.t, self._gap(x, at))[..., None]
 
     def gradient(self, x: Numbers) -> Numbers:
         return self._gradient(x, slips=False)
@@ -130,7 +130,7 @@ class FaceSlip(AlongFace):
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)
-        way = self.curve.length_at(at.s, at.piece) - _product(at.t, self._apart(x, at))
+        way = self.curve.length_at(at.s, at.piece) - _product(at.t, self._gap(x, at))
         return (way - way.real)[..., None]
 
     def gradient(self, x: Numbers) -> Numbers:

@@ -50,7 +50,7 @@ class SpaceFoot(NamedTuple):
     c3: Numbers
 
     @property
-    def left(self) -> Numbers:
+    def denominator(self) -> Numbers:
         """|c'|² - c''·line, by which s' = c'·d' / left."""
         return np.asarray(dot(self.c1, self.c1) - dot(self.c2, self.line))
 
@@ -99,7 +99,7 @@ class InSpace(Primitive):
         return SpaceFoot(s, piece, d - c, c1, c2, c3)
 
     @staticmethod
-    def _along(x: Numbers, e: Numbers) -> Numbers:
+    def _gradient_along(x: Numbers, e: Numbers) -> Numbers:
         """Return ∂(e·d)/∂x with e (..., k, 3) fixed, (..., k, 1, 5, 3)."""
         line = x[..., 4, :] - x[..., 3, :]
         across = (e[..., None] * x[..., :3, :]).sum(axis=-2)
@@ -117,10 +117,10 @@ class InSpace(Primitive):
     @staticmethod
     def _moves(at: SpaceFoot, rate: Numbers, bias: Numbers) -> tuple[Numbers, Numbers]:
         """Return s', and the part of s'' without second derivatives of x."""
-        s_dot = dot(at.c1, rate) / at.left
+        s_dot = dot(at.c1, rate) / at.denominator
         own = dot(at.c1, bias) + 2.0 * s_dot * dot(at.c2, rate)
         own = own + s_dot**2 * (dot(at.c3, at.line) - 3.0 * dot(at.c1, at.c2))
-        return s_dot, own / at.left
+        return s_dot, own / at.denominator
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class BesideCurve(InSpace):
     def gradient(self, x: Numbers) -> Numbers:
         at = self.contact(x)
         e, e1, _ = self._normals(at)
-        return self._along(x, e + (dot(e1, at.line) / at.left)[..., None] * at.c1)
+        return self._gradient_along(x, e + (dot(e1, at.line) / at.denominator)[..., None] * at.c1)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         at = self.contact(x)
@@ -184,7 +184,7 @@ class SpaceArc(InSpace):
 
     def gradient(self, x: Numbers) -> Numbers:
         at = self.contact(x)
-        return self._along(x, (np.sqrt(dot(at.c1, at.c1)) / at.left)[..., None] * at.c1)
+        return self._gradient_along(x, (np.sqrt(dot(at.c1, at.c1)) / at.denominator)[..., None] * at.c1)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         at = self.contact(x)

@@ -134,7 +134,7 @@ class OnCurve(Primitive):
         return FootGeometry(s, piece, (c0, c1), t, φ, turn / speed**3, κ_s / speed)
 
     @staticmethod
-    def _along(x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:
+    def _gradient_along(x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:
         """Return ∂(factor e·d)/∂x with e and the factor fixed, (..., k, 1, 4, 3)."""
         line = x[..., 3, :] - x[..., 2, :]
         first, second = (factor * each for each in e)
@@ -173,7 +173,7 @@ class Profile(OnCurve):
         return (self.side * self.contact(x).φ - self.reach)[..., None]
 
     def gradient(self, x: Numbers) -> Numbers:
-        return self._along(x, self.contact(x).n, self.side)
+        return self._gradient_along(x, self.contact(x).n, self.side)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         at, (rate, bias) = self.contact(x), self._rates(x, x_dot)
@@ -192,7 +192,7 @@ class Arc(OnCurve):
 
     def gradient(self, x: Numbers) -> Numbers:
         at = self.contact(x)
-        return self._along(x, at.t, 1.0 / (1.0 - at.κ * at.φ))
+        return self._gradient_along(x, at.t, 1.0 / (1.0 - at.κ * at.φ))
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         return self._changes(x, x_dot)[1][..., None]
@@ -225,7 +225,7 @@ class Lap(OnCurve):
 
     def gradient(self, x: Numbers) -> Numbers:
         at = self.contact(x)
-        return self._along(x, at.t, self.scale * (1.0 - self.offset * at.κ) / (1.0 - at.κ * at.φ))
+        return self._gradient_along(x, at.t, self.scale * (1.0 - self.offset * at.κ) / (1.0 - at.κ * at.φ))
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         at = self.contact(x)

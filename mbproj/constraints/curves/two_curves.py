@@ -112,7 +112,7 @@ class TwoCurves(Primitive):
         return Feet(s, piece, t, φ, t[0] * q[0] + t[1] * q[1], t[0] * q[1] - t[1] * q[0], (κ1, κ2), (κ1_σ, κ2_σ))
 
     @staticmethod
-    def _along(x: Numbers, e: tuple[Numbers, Numbers], by_angle: Numbers) -> Numbers:
+    def _gradient_along(x: Numbers, e: tuple[Numbers, Numbers], by_angle: Numbers) -> Numbers:
         """Return ∂(e·d + by_angle θ)/∂x with e and by_angle fixed, (..., k, 1, 5, 3)."""
         line = x[..., 4, :] - x[..., 3, :]
         first, second = (each[..., None] for each in e)
@@ -156,7 +156,7 @@ class Gap(TwoCurves):
 
     def gradient(self, x: Numbers) -> Numbers:
         at = self.feet(x)
-        return self._along(x, (-self.side * at.t[1], self.side * at.t[0]), self.side * at.q_t)
+        return self._gradient_along(x, (-self.side * at.t[1], self.side * at.t[0]), self.side * at.q_t)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         at = self.feet(x)
@@ -172,18 +172,18 @@ class PlaceOfTwo(TwoCurves):
     """A function of the arc lengths σ1 and σ2 of the feet on both curves from their beginnings, in metres."""
 
     @abstractmethod
-    def _own(self, first: Numbers, second: Numbers) -> Numbers:
+    def _sum(self, first: Numbers, second: Numbers) -> Numbers:
         """Return the function, which is linear, of σ1 and σ2 or of their derivatives."""
 
     def value(self, x: Numbers) -> Numbers:
         at, curves = self.feet(x), (self.curve, self.other)
-        return self._own(*(each.length_at(at.s[..., k], at.piece[..., k]) for k, each in enumerate(curves)))[..., None]
+        return self._sum(*(each.length_at(at.s[..., k], at.piece[..., k]) for k, each in enumerate(curves)))[..., None]
 
     def gradient(self, x: Numbers) -> Numbers:
         at, one = self.feet(x), np.ones(1)
-        by_place = self._own(*self._solved(at, -one, 0.0 * one))
-        by_angle = self._own(*self._solved(at, at.q_n, one))
-        return self._along(x, (by_place * at.t[0], by_place * at.t[1]), by_angle)
+        by_place = self._sum(*self._solved(at, -one, 0.0 * one))
+        by_angle = self._sum(*self._solved(at, at.q_n, one))
+        return self._gradient_along(x, (by_place * at.t[0], by_place * at.t[1]), by_angle)
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         at = self.feet(x)
@@ -193,7 +193,7 @@ class PlaceOfTwo(TwoCurves):
         own = 2.0 * at.κ[0] * first * apart + at.κ_σ[0] * at.φ * first**2
         own = own + rates.along_bias - rates.ω_bias * at.q_n - rates.ω**2 * at.q_t
         turns = rates.ω_bias - at.κ_σ[0] * first**2 + at.κ_σ[1] * second**2
-        return self._own(*self._solved(at, -own, turns))[..., None]
+        return self._sum(*self._solved(at, -own, turns))[..., None]
 
 
 @final
@@ -201,7 +201,7 @@ class PlaceOfTwo(TwoCurves):
 class PlaceOnFirst(PlaceOfTwo):
     """The place on the curve of the first body."""
 
-    def _own(self, first: Numbers, second: Numbers) -> Numbers:
+    def _sum(self, first: Numbers, second: Numbers) -> Numbers:
         return first
 
 
@@ -210,7 +210,7 @@ class PlaceOnFirst(PlaceOfTwo):
 class PlaceOnSecond(PlaceOfTwo):
     """The place on the curve of the second body."""
 
-    def _own(self, first: Numbers, second: Numbers) -> Numbers:
+    def _sum(self, first: Numbers, second: Numbers) -> Numbers:
         return second
 
 
@@ -220,7 +220,7 @@ class SlipOfTwo(PlaceOfTwo):
     """σ1 - ε σ2, whose rate is that of sliding of the second curve along the first. The distance slid is no function of
     the pose on closed curves. So the value is 0, with the imaginary part of a complex step alone."""
 
-    def _own(self, first: Numbers, second: Numbers) -> Numbers:
+    def _sum(self, first: Numbers, second: Numbers) -> Numbers:
         return first - self.ε * second
 
     def value(self, x: Numbers) -> Numbers:

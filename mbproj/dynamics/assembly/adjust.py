@@ -44,7 +44,7 @@ def adjusted(system: System, q: Array, most: float) -> System:
     Raises InputError where a point would move by more than `most` in m."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
         return system
-    pose = _Adjusting(system.at_positions).found(q)
+    pose = _Adjusting(system.at_positions).adjustment(q)
     if pose is None:
         return system
     changes = tuple(_changes(system, *pose))
@@ -90,7 +90,7 @@ def needed(system: System, q: Array) -> float:
     """Return how far a joint's points must move for the loops to close, in m; 0 where they close already, or cannot."""
     if system.bodies > THRESHOLDS.large or not system.joints.size:
         return 0.0
-    closed = _Adjusting(system.at_positions).found(q)
+    closed = _Adjusting(system.at_positions).adjustment(q)
     return 0.0 if closed is None else max(change.size(system.length) for change in _changes(system, *closed))
 
 
@@ -172,7 +172,7 @@ class _Adjusting:
                 gradient[rows, 2 * bound.owner[rows] + side, part] = slope[rows]
         return gradient.reshape(bound.size, -1)
 
-    def found(self, q: Array) -> tuple[Array, Array] | None:
+    def adjustment(self, q: Array) -> tuple[Array, Array] | None:
         """Return the shift in m and the tilt in rad of each frame, (frames, 3); None where no adjustment is needed, or
         none closes the loops."""
         delta = self._zero()
@@ -181,7 +181,7 @@ class _Adjusting:
         if rank == len(q) // 7 * 6 or not np.any(s[rank:] > THRESHOLDS.rounding * s[0]):
             return None
         rng = np.random.default_rng(0)
-        start = self._closed(q, delta, rank)
+        start = self._closed_pose(q, delta, rank)
         poses = [start, *(self._away(start, delta, rank, rng) for _ in range(POSES - 1))]
         if max(float(np.abs(self.rows(pose, delta)).max()) for pose in poses) > THRESHOLDS.rounded:
             return None  # the rows are independent elsewhere: the start is near a singular pose
@@ -209,7 +209,7 @@ class _Adjusting:
         ]
         return delta + change.reshape(-1, 6), after, float(np.abs(change).max(initial=0.0))
 
-    def _closed(self, q: Array, delta: Array, rank: int) -> Array:
+    def _closed_pose(self, q: Array, delta: Array, rank: int) -> Array:
         """Return the pose nearest to q that closes the part of C within the range of C_q, which has this rank."""
         for _ in range(THRESHOLDS.most_passes):
             U, s, V = self.factor(q, delta)
@@ -223,4 +223,4 @@ class _Adjusting:
         """Return a pose some way from q along a random direction that C_q of this rank leaves free."""
         free = self.factor(q, delta)[2][rank:]
         way = rng.normal(size=len(free)) @ free
-        return self._closed(moved(self.system, q, THRESHOLDS.long_way * way / np.abs(way).max()), delta, rank)
+        return self._closed_pose(moved(self.system, q, THRESHOLDS.long_way * way / np.abs(way).max()), delta, rank)

@@ -48,7 +48,7 @@ class State:
     @classmethod
     def of(cls, system: System, t: float, **blocks: Array | Integers) -> State:
         """Return a state made of blocks; a block that is not given has its initial values."""
-        return cls(t, system.layout.joined(blocks), system.layout)
+        return cls(t, system.layout.vector_of(blocks), system.layout)
 
     def changed(self, **blocks: Array | Integers) -> State:
         """Return the state with these blocks replaced."""
@@ -253,7 +253,7 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
     if not wanted.any() and not guess.v.any():
         return guess.v  # the guess is at rest, and no row or condition asks for a velocity
 
-    def off(v: Array) -> Array:
+    def residual(v: Array) -> Array:
         twist = twist_of(pose, v)
         rows: Array = constraint_velocity(system, pose, twist, drive)[system.bodies :]
         if not len(guess.speed.index):
@@ -264,12 +264,12 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
     given, Λ = guess.v.reshape(-1, 7), q.reshape(-1, 7)[:, 3:]
     turning = given[:, 3:] - np.sum(Λ * given[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| does not change
     v: Array = np.concatenate([given[:, :3], turning], axis=1).ravel()
-    if system.bodies > THRESHOLDS.large and np.abs(off(v)).max(initial=0.0) <= _close_enough(system):
+    if system.bodies > THRESHOLDS.large and np.abs(residual(v)).max(initial=0.0) <= _close_enough(system):
         return v
     move = shortest_of(_rows(system, pose, guess.speed))
     for _ in range(2):
-        v = v + in_coordinates(system, q, move(-off(v)))
-    left = np.abs(off(v))
+        v = v + in_coordinates(system, q, move(-residual(v)))
+    left = np.abs(residual(v))
     size = np.maximum(np.abs(wanted).max(initial=1.0), np.abs(guess.v).max())
     if left.max(initial=0.0) > 1e-9 * size + 4096.0 * np.finfo(float).eps * np.abs(v).max():
         of_motions, of_speeds = np.split(left, [system.joints.size, system.constraints - system.bodies])[1:]

@@ -136,12 +136,12 @@ def _polished(system: System, q: Array, held: Conditions, drive: Drive) -> Array
 
 def _number(system: System, q: Array, known: list[Array]) -> int | None:
     """Return the number of a pose among those found; None where it is new."""
-    apart = [_apart(system, q, each) for each in known]
+    apart = [_distance(system, q, each) for each in known]
     at = int(np.argmin(apart))
     return at if apart[at] < THRESHOLDS.same_pose else None
 
 
-def _apart(system: System, q: Array, other: Array) -> float:
+def _distance(system: System, q: Array, other: Array) -> float:
     """Return the distance of two poses, in lengths of the mechanism and rad."""
     a, b = q.reshape(-1, 7), other.reshape(-1, 7)
     shift = np.abs(a[:, :3] - b[:, :3]).max() / system.length

@@ -21,7 +21,7 @@ def refuse_contradictions(system: System, guess: Guess, drive: Drive) -> None:
             ("", guess.start, drive.value[number]),
             (" per s", guess.speed, drive.rate[number]),
         ):
-            asked = _asked(conditions, index)
+            asked = _value_at(conditions, index)
             if asked is not None and abs(asked - actual) > THRESHOLDS.same_written * (1.0 + abs(asked)):
                 message = (
                     f"motion '{system.names.motions[number]}' begins with {name} at {actual:.6g} {unit}{word}, "
@@ -32,7 +32,7 @@ def refuse_contradictions(system: System, guess: Guess, drive: Drive) -> None:
         raise InputError(problems)
 
 
-def _asked(conditions: Conditions, index: int) -> float | None:
+def _value_at(conditions: Conditions, index: int) -> float | None:
     values = conditions.value[conditions.index == index]
     return float(values[0]) if len(values) else None
 

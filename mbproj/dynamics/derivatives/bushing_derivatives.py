@@ -33,7 +33,7 @@ class _BushingBodies:
     def pose(cls, bushings: Bushings, pose: Pose) -> _BushingBodies:
         return cls(bushings, pose.position[bushings.body], pose.orientation[bushings.body])
 
-    def seen(self, shift: Numbers, turn: Numbers) -> tuple[Deflection, Numbers]:
+    def deflect(self, shift: Numbers, turn: Numbers) -> tuple[Deflection, Numbers]:
         """Return the deflection at changed positions and Euler parameters, and g (..., B, 6, 12) by (δr, δθ in body
         axes) of both bodies."""
         orientation = self.orientation + turn
@@ -57,10 +57,10 @@ def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) 
     deflection, g = _at_pose(bushings, pose)
     rate, damping = rates(bushings, deflection, pose, twist), viscous(bushings, deflection)
     moving = 1j * COMPLEX_STEP * twist.velocity[bushings.body], 1j * COMPLEX_STEP * twist.rate[bushings.body]
-    g_dot = at.seen(*moving)[1].imag / COMPLEX_STEP
+    g_dot = at.deflect(*moving)[1].imag / COMPLEX_STEP
     steps = 1j * COMPLEX_STEP * np.eye(12).reshape(12, 1, 2, 6)  # of the first body, then of the second
     turns = 0.5 * (np.swapaxes(matrix_L(at.orientation), -1, -2) @ steps[..., 3:, None])[..., 0]
-    moved, bent = at.seen(steps[..., :3], turns)  # bent (12, B, 6, 12)
+    moved, bent = at.deflect(steps[..., :3], turns)  # bent (12, B, 6, 12)
     own = force[forces.laws.size :].reshape(count, len(COORDINATES))
     geometric = np.einsum("ebcu,bc->bue", bent.imag / COMPLEX_STEP, own)
     thicker = np.einsum("ebcd,bd->bce", viscous(bushings, moved).imag / COMPLEX_STEP, rate)
@@ -71,7 +71,7 @@ def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) 
 
 
 def _at_pose(bushings: Bushings, pose: Pose) -> tuple[Deflection, Array]:
-    return _BushingBodies.pose(bushings, pose).seen(np.zeros(3), np.zeros(4))
+    return _BushingBodies.pose(bushings, pose).deflect(np.zeros(3), np.zeros(4))
 
 
 def _blocks(bushings: Bushings, bodies: int, matrices: Array) -> Blocks:

@@ -149,13 +149,13 @@ class RowMotion:
 
 def row_motion(bound: PrimitiveSet, carried: Carried) -> RowMotion:
     """Return the rows of a set along a motion."""
-    orders = [_along(bound, group, carried) for group in bound.groups]
+    orders = [_group_motion(bound, group, carried) for group in bound.groups]
     joined = [np.concatenate([np.zeros((0, 6)), *(part[order] for part in orders)]) for order in range(3)]
     body, bodies = bound.body[bound.entry_slot], len(carried.position[0]) - 1
     return RowMotion(*(Rows.of(bound.size, bodies, bound.entry_row, body, value) for value in joined))
 
 
-def _along(bound: PrimitiveSet, group: Group, carried: Carried) -> tuple[Array, Array, Array]:
+def _group_motion(bound: PrimitiveSet, group: Group, carried: Carried) -> tuple[Array, Array, Array]:
     """Return g, g' and g'' of the entries of one group, (e, 6) each, in the order of the set's entries."""
     slots, primitive = group.slots, group.primitive
     x, x_dot, x_ddot = (carried.slots(bound, order)[slots] for order in range(3))

@@ -54,14 +54,14 @@ def _of_group(bound: PrimitiveSet, group: Group, carried: Carried) -> tuple[Arra
     shape = (k, group.rows.shape[1], s, 3)
     a, bend = primitive.gradient(x), second_derivatives(primitive, x)
 
-    def before(velocity: Array, matrix: Array) -> Array:
+    def left_product(velocity: Array, matrix: Array) -> Array:
         return np.einsum("ki,krij->krj", velocity.reshape(k, 3 * s), matrix).reshape(shape)
 
     def times(gradient: Array, maps: Array) -> Array:
         return np.einsum("krai,kaiu->krau", gradient, maps)
 
-    first, a_dot = before(x_dot, bend), (bend @ x_dot.reshape(k, 1, 3 * s, 1)).reshape(shape)
-    first_dot = before(x_ddot, bend) + before(x_dot, turned_derivatives(primitive, x, x_dot))
+    first, a_dot = left_product(x_dot, bend), (bend @ x_dot.reshape(k, 1, 3 * s, 1)).reshape(shape)
+    first_dot = left_product(x_ddot, bend) + left_product(x_dot, turned_derivatives(primitive, x, x_dot))
     H = times(first, B) + times(a, B_dot)
     H_dot = times(first_dot, B) + times(first + a_dot, B_dot) + times(a, B_ddot)
     return H.reshape(-1, 6), H_dot.reshape(-1, 6)

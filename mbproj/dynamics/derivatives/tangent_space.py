@@ -35,7 +35,7 @@ class TangentSpace:
         """f, the degrees of freedom at this pose."""
         return int(self.N.shape[1])
 
-    def along(self, G_dot: Array, G_ddot: Array) -> tuple[Array, Array]:
+    def rates(self, G_dot: Array, G_ddot: Array) -> tuple[Array, Array]:
         """Return N' and N'' where N changes as little as possible: G N' = -G' N and G N'' = -G'' N - 2 G' N'.
 
         N' is normal to N at all times, so that NᵀN'' = -N'ᵀN'; lengths are in units of the mechanism's length."""

@@ -64,12 +64,12 @@ def deflected(bushings: Bushings, position: Numbers, orientation: Numbers) -> De
     ends = position + arm
     to_midway = np.swapaxes(A, -1, -2)
     x = (to_midway @ (ends[..., 1, :] - ends[..., 0, :])[..., None])[..., 0]
-    carried, lead = _across(x), _across(sines / (1.0 + cosine)[..., None])
+    carried, lead = _cross_matrix(x), _cross_matrix(sines / (1.0 + cosine)[..., None])
     gradient = np.zeros((*cosine.shape, 2, 6, 6), dtype=cosine.dtype, like=x)
     for side, sign in enumerate((-1.0, 1.0)):
         share = 0.5 * (np.eye(3) - sign * lead)  # the contribution of this body's ω to that of the midway frame
         gradient[..., side, :3, :3] = sign * to_midway
-        gradient[..., side, :3, 3:] = carried @ share @ to_midway - sign * to_midway @ _across(arm[..., side, :])
+        gradient[..., side, :3, 3:] = carried @ share @ to_midway - sign * to_midway @ _cross_matrix(arm[..., side, :])
         gradient[..., side, 3:, 3:] = sign * H @ to_midway
     return Deflection(np.concatenate([x, 2.0 * longer * sines], axis=-1), gradient, turning, cosine)
 
@@ -116,7 +116,7 @@ def _rates_of_rotation(cosine: Numbers, sines: Numbers) -> tuple[Numbers, Number
     return longer[..., 0], longer * np.eye(3) + along, (np.eye(3) - along) / longer
 
 
-def _across(vector: Numbers) -> Numbers:
+def _cross_matrix(vector: Numbers) -> Numbers:
     """Return the matrices (..., 3, 3) of the products vector × ."""
     x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
     zero = np.zeros_like(x)

@@ -70,7 +70,7 @@ def cause_of(instant: Instant, programs: ProgramSet, index: int, variables: Sequ
     Where signals in the program have no finite value, the words are about the first such signal in the order of
     evaluation."""
     signals, names = instant.system.signals, instant.system.names.signals
-    wrong = [at for at in _within(signals, programs, index) if not np.isfinite(run(signals, at, variables)[0])]
+    wrong = [at for at in _signals_in(signals, programs, index) if not np.isfinite(run(signals, at, variables)[0])]
     if not wrong:
         return failure(programs, index, variables) + _inputs(instant, programs, index)
     root = min(wrong, key=lambda at: len(_code(signals, at)))  # a signal that names another one has longer code
@@ -84,7 +84,7 @@ def _code(programs: ProgramSet, index: int) -> bytes:
     return np.column_stack([programs.op[own].astype(float), programs.operand[own]]).tobytes()
 
 
-def _within(signals: ProgramSet, programs: ProgramSet, index: int) -> Iterator[int]:
+def _signals_in(signals: ProgramSet, programs: ProgramSet, index: int) -> Iterator[int]:
     """The numbers of the signals whose code is a part of a program's code. Signals with tables are not found, because
     each set numbers its own tables."""
     whole = _code(programs, index)

@@ -54,7 +54,7 @@ def load(bearings: Bearings, at: Supports) -> Numbers:
 
 def slopes(bearings: Bearings, at: Supports, change: Supports) -> Numbers:
     """Return the derivatives (B, R) of the loads at a state, (B,), along changes (R, B, 3)."""
-    radial = _along(at.first, change.first) + _along(at.second, change.second)
+    radial = _norm_derivative(at.first, change.first) + _norm_derivative(at.second, change.second)
     axial = np.where(at.along < 0.0, -change.along, change.along)
     return np.asarray(np.where(bearings.is_push, change.along, bearings.radial * radial + bearings.axial * axial).T)
 
@@ -68,7 +68,7 @@ def _pushes(system: System, bearings: Bearings) -> Array:
     return weights
 
 
-def _along(force: Numbers, change: Numbers) -> Numbers:
+def _norm_derivative(force: Numbers, change: Numbers) -> Numbers:
     """Return the derivative of |f| along changes, (R, B)."""
     size = np.linalg.norm(force, axis=-1)
     along = np.sum(force * change, axis=-1) / np.where(size > 0.0, size, 1.0)

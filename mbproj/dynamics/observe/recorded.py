@@ -82,7 +82,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
-        yield from (*self.contact_paths, *self.given, *self.system.layout.recorded)
+        yield from (*self.contact_paths, *self.given_datasets, *self.system.layout.recorded)
         yield from (COUNTERS + name for name in self._seen.counters)
 
     def __len__(self) -> int:
@@ -93,8 +93,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
             return QUANTITIES[path](self)
         if path in self.contact_paths:
             return self.contacts[path]
-        if path in self.given:
-            return self.given[path]
+        if path in self.given_datasets:
+            return self.given_datasets[path]
         block, seen = self.system.layout.recorded.get(path), self._seen
         return seen.counters[path.removeprefix(COUNTERS)] if block is None else seen.y[:, self.system.layout[block]]
 
@@ -160,7 +160,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return law_state(self.instant, carried=self.carried)
 
     @cached_property
-    def along(self) -> tuple[Numbers, ...]:
+    def law_values(self) -> tuple[Numbers, ...]:
         """Coordinate, rate and force of the laws, and then of the reflected inertias."""
         laws = self.laws
         if not self.system.reflected.size:
@@ -173,7 +173,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         return tuple(np.concatenate(pair, axis=-1) for pair in pairs)
 
     @cached_property
-    def given(self) -> Mapping[str, Numbers]:
+    def given_datasets(self) -> Mapping[str, Numbers]:
         """Given forces and torques, signals, and tensions, by dataset, where there are some."""
         blocks = {**applied_seen(self.instant)} if self.system.forces.on_bodies.size else {}
         blocks |= {"signals/value": of_signals(self.instant)} if self.system.signals.size else {}
@@ -266,9 +266,9 @@ QUANTITIES: Mapping[str, Callable[[Observation], npt.NDArray[Any]]] = MappingPro
         "joints/reaction_torque": lambda seen: seen.reactions[1],
         "joints/coordinate": lambda seen: seen.coordinate,
         "joints/speed": lambda seen: set_velocity(seen.system.coordinates, seen.pose, seen.twist),
-        "forces/coordinate": lambda seen: seen.along[0],
-        "forces/rate": lambda seen: seen.along[1],
-        "forces/force": lambda seen: seen.along[2],
+        "forces/coordinate": lambda seen: seen.law_values[0],
+        "forces/rate": lambda seen: seen.law_values[1],
+        "forces/force": lambda seen: seen.law_values[2],
         "motions/value": lambda seen: seen.driven("value"),
         "motions/rate": lambda seen: seen.driven("rate"),
         "motions/force": Observation.motion_force,

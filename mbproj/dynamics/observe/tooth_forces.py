@@ -23,10 +23,10 @@ def on_bearings(system: System, pose: Pose, force: Numbers, torque: Numbers) -> 
         centres = [places[..., joint, :] for joint in gear.joints]
         axes = [_axis(system, x, coordinate) for coordinate in gear.coordinates]
         first, second = gear.teeth
-        line = _across(centres[1] - centres[0], axes[0])
+        line = _normal_part(centres[1] - centres[0], axes[0])
         pitch = centres[0] + line * (first / (first + second))
         turning = dot(torque[..., gear.joint, :], axes[1])
-        out = _across(pitch - centres[1], axes[1])
+        out = _normal_part(pitch - centres[1], axes[1])
         radius = np.sqrt(dot(out, out))[..., None]
         along = (turning[..., None] / radius) * cross(axes[1], out / radius)
         aside = np.sign(second) * np.abs(turning)[..., None] / radius * np.tan(gear.pressure_angle) * out / radius
@@ -46,5 +46,5 @@ def _axis(system: System, x: Numbers, coordinate: int) -> Numbers:
     return cross(x[..., first, :], x[..., second, :])
 
 
-def _across(vector: Numbers, axis: Numbers) -> Numbers:
+def _normal_part(vector: Numbers, axis: Numbers) -> Numbers:
     return np.asarray(vector - dot(vector, axis)[..., None] * axis)

@@ -11,7 +11,7 @@ from mbproj.dynamics.equations.kinematics import Pose
 from mbproj.dynamics.rank.components import Component, component_rows
 from mbproj.dynamics.rank.redundancy import DependentSet, Redundancy
 from mbproj.dynamics.rank.row_space import unit_rows
-from mbproj.dynamics.rank.row_words import listed
+from mbproj.dynamics.rank.row_words import rows_in_words
 from mbproj.errors import Place, Problem
 from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.system import System
@@ -37,10 +37,10 @@ def problems_of(system: System, redundancy: Redundancy, *, runs: bool) -> list[P
         elsewhere = "elsewhere they do not" if redundancy.moves else "no motion away from it was found"
         what = f"at it rows of joints depend on each other, and {elsewhere}"
         hint = "start from a pose that is not stretched or folded"
-        message = f"the pose is singular: {what}: {_listed(passing)}"
+        message = f"the pose is singular: {what}: {_sets_in_words(passing)}"
         problems.append(Problem(message, _place(system, passing[0]), hint))
     if lasting:
-        message = f"rows of joints depend on each other: {_listed(lasting)}"
+        message = f"rows of joints depend on each other: {_sets_in_words(lasting)}"
         problems.append(Problem(message, _place(system, lasting[0]), "let one of these joints constrain less"))
     return problems
 
@@ -52,15 +52,15 @@ def _locked(system: System, entry: DependentSet) -> Problem:
     if len(entry.motions) > 1:
         what = f"motions {names} lock each other: the coordinate that one drives already follows from the others"
     return Problem(
-        f"{what}: {_listed([entry])}",
+        f"{what}: {_sets_in_words([entry])}",
         _place(system, entry),
         "drive no more coordinates than there are degrees of freedom, and none at a dead centre",
     )
 
 
-def _listed(sets: list[DependentSet]) -> str:
+def _sets_in_words(sets: list[DependentSet]) -> str:
     more = f"; and {len(sets) - MOST_SETS} more" if len(sets) > MOST_SETS else ""
-    return "; ".join(f"{listed(entry.held, MOST_JOINTS)}{_odds(entry)}" for entry in sets[:MOST_SETS]) + more
+    return "; ".join(f"{rows_in_words(entry.held, MOST_JOINTS)}{_odds(entry)}" for entry in sets[:MOST_SETS]) + more
 
 
 def _odds(entry: DependentSet) -> str:
@@ -84,7 +84,7 @@ def jammed_wheels(system: System, pose: Pose) -> list[Problem]:
         return []
     free = replace(system, motions=NO_MOTIONS)
     rolling = np.unique(system.joints.owner[system.joints.is_velocity])
-    moved = [_moved(system, pose, rolling, _motions(each, pose)) for each in (free.at_positions, free)]
+    moved = [_point_motion(system, pose, rolling, _motions(each, pose)) for each in (free.at_positions, free)]
     stuck = rolling[(moved[0] > THRESHOLDS.no_motion) & (moved[1] <= THRESHOLDS.no_motion)]
     if not len(stuck):
         return []
@@ -102,7 +102,7 @@ def _motions(system: System, pose: Pose) -> Array:
     return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
 
 
-def _moved(system: System, pose: Pose, joints: Integers, motions: Array) -> Array:
+def _point_motion(system: System, pose: Pose, joints: Integers, motions: Array) -> Array:
     """Return how far the motions (f, 6n) move the joint's point on body 2, (k,) for these joints, in parts of the
     length."""
     parts = motions.reshape(len(motions), system.bodies, 6)

@@ -61,7 +61,7 @@ def least_inertia(system: System, pose: Pose) -> LightMotion | None:
     moved += (turned * system.reflected.inertia) @ turned.T
     values, vectors = np.linalg.eigh(moved)
     motion = vectors[:, 0] @ free
-    words = ", ".join(f"'{name}' {what}" for name, what in _words(system, pose, bodies, motion.reshape(-1, 6)))
+    words = ", ".join(f"'{name}' {what}" for name, what in _motion_words(system, pose, bodies, motion.reshape(-1, 6)))
     return LightMotion(float(values[0]) / float(np.abs(M).max()), motion, words)
 
 
@@ -101,7 +101,7 @@ def _motions(system: System, pose: Pose, weightless: Array, below: float = 0.0) 
     rows = np.concatenate([component_rows(system, pose, [component])[0], _reflected(system, pose, light, below)])
     held = unit_rows(rows @ columns)
     motions = _simple(_null_space(held), direction_of >= 3) @ columns.T
-    return tuple(MasslessMotion(tuple(_words(system, pose, light, motion.reshape(-1, 6)))) for motion in motions)
+    return tuple(MasslessMotion(tuple(_motion_words(system, pose, light, motion.reshape(-1, 6)))) for motion in motions)
 
 
 def massless_problem(system: System, motions: tuple[MasslessMotion, ...]) -> Problem:
@@ -168,7 +168,7 @@ def _simple(basis: Array, turns: npt.NDArray[np.bool_]) -> Array:
     return np.where(np.abs(rows) > THRESHOLDS.no_motion, rows, 0.0)
 
 
-def _words(system: System, pose: Pose, bodies: Integers, motion: Array) -> Iterator[tuple[str, str]]:
+def _motion_words(system: System, pose: Pose, bodies: Integers, motion: Array) -> Iterator[tuple[str, str]]:
     """The motion of each body that moves, in words, from (δr / length, δθ) (b, 6)."""
     largest = np.abs(motion).max()
     for body, part in zip(bodies, motion, strict=True):

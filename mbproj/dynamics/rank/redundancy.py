@@ -95,7 +95,7 @@ def redundancy(system: System, state: State) -> Redundancy:
     sides, names = right_hand_sides(system, state), name_rows(system, pose)
     sets = [
         _dependent_set(system, part, members, permanent, known, names)
-        for part, known in [(part, sides.within(part.component, part.rows)) for part in dependences]
+        for part, known in [(part, sides.with_doubt(part.component, part.rows)) for part in dependences]
         for members, permanent in _circuits(system, part, around)
     ]
     return Redundancy(

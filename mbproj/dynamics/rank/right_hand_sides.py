@@ -34,7 +34,7 @@ class RightHandSides:
     speed: float
     doubt: float = 0.0
 
-    def within(self, component: Component, rows: Array) -> RightHandSides:
+    def with_doubt(self, component: Component, rows: Array) -> RightHandSides:
         """Return the right-hand sides with the `doubt` of a component: the part of its velocities that its `rows` do
         not allow. The velocity of a component at rest is round-off, so that its doubt may be 1."""
         moving, unit = self.moving[component.bodies].ravel(), unit_rows(rows)

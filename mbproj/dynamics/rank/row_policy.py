@@ -2,7 +2,7 @@
 a singular one.
 
 The loop owns one policy. Within a step its `rows` do not change; it only records how near the poses of the step are to
-singular ones (`see`). Between steps `after` sets the rows of the next step. `save` and `restore` carry the policy from
+singular ones (`see`). Between steps `advance` sets the rows of the next step. `save` and `restore` carry the policy from
 one run to the next.
 
 This is the reference. The kernel's policy of the same name decides by pivots of S: squares of distances in the metric
@@ -43,7 +43,7 @@ class RowPolicy:
         """Record the distance of a pose of the current step."""
         self.nearest = min(self.nearest, nearness)
 
-    def after(self, C_q: Array) -> float:
+    def advance(self, C_q: Array) -> float:
         """Set the rows of the next step after one that was accepted at a pose with this C_q. Return the smallest
         distance in the step, as a part of the largest."""
         distances = self.rows.distances(C_q)

@@ -48,7 +48,7 @@ class RowSet:
     def to_close(self, pose: Pose, C: Array) -> HeldRows:
         """Return the rows that correct a position whose violation is C."""
         C_q = jacobian(self.system, pose)
-        return self._held(C_q, lambda sigma, weights: sigma**2 < THRESHOLDS.apart * abs(float(weights @ C)))
+        return self._held_rows(C_q, lambda sigma, weights: sigma**2 < THRESHOLDS.apart * abs(float(weights @ C)))
 
     def to_move(self, pose: Pose, drive: Drive, v: Array | None = None) -> HeldRows:
         """Return the rows that velocities meet at a pose; with the velocity v, those that accelerations meet."""
@@ -63,7 +63,7 @@ class RowSet:
         def is_blind(sigma: float, weights: Array) -> bool:
             return sigma**3 < max(abs(float(weights @ C)) + abs(float(weights @ rates)), THRESHOLDS.least_violation)
 
-        return self._held(C_q, is_blind)
+        return self._held_rows(C_q, is_blind)
 
     def distances(self, C_q: Array) -> Array:
         """Return the distance of each row from the span of those before it, (m,); with redundant rows, of all together,
@@ -80,7 +80,7 @@ class RowSet:
         row = int(np.argmin(parts))
         return float(parts[row]), float(self.largest[row])
 
-    def _held(self, C_q: Array, is_blind: Callable[[float, Array], bool]) -> HeldRows:
+    def _held_rows(self, C_q: Array, is_blind: Callable[[float, Array], bool]) -> HeldRows:
         """Return all rows where they are independent, else combinations of them."""
         if not self.redundant and not self.watching:
             return HeldRows(C_q)

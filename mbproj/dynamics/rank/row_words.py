@@ -28,12 +28,12 @@ def name_rows(system: System, pose: Pose) -> list[NamedRow]:
     """Return a name for every row of C but the norm rows, in their order; directions are global, at this pose."""
     joints = [
         NamedRow("joint", system.names.joints[owner], holds)
-        for owner, holds in zip(system.joints.owner, _held(system.joints, pose), strict=True)
+        for owner, holds in zip(system.joints.owner, _directions(system.joints, pose), strict=True)
     ]
     return [*joints, *(NamedRow("motion", name, "") for name in system.names.motions)]
 
 
-def listed(rows: Iterable[NamedRow], most: int | None = None) -> str:
+def rows_in_words(rows: Iterable[NamedRow], most: int | None = None) -> str:
     """Return rows in words, gathered by owner: "joint 'A' (along y, about x), motion 'm'"; at most `most` owners."""
     gathered: dict[tuple[str, str], list[str]] = {}
     for row in rows:
@@ -55,7 +55,7 @@ def direction(vector: Array) -> str:
     return "[" + ", ".join(f"{round(part, 3) + 0.0:g}" for part in unit.tolist()) + "]"
 
 
-def _held(bound: PrimitiveSet, pose: Pose) -> list[str]:
+def _directions(bound: PrimitiveSet, pose: Pose) -> list[str]:
     """Return, for each row, the direction along which body 2 would shift, or about which it would turn, to change
     it."""
     x = attached(pose, *slots_of(bound))
@@ -65,10 +65,10 @@ def _held(bound: PrimitiveSet, pose: Pose) -> list[str]:
     shift, turn = np.zeros((bound.size, 3)), np.zeros((bound.size, 3))
     np.add.at(shift, bound.entry_row, on_body_2 * is_point * gradient)
     np.add.at(turn, bound.entry_row, on_body_2 * (1.0 - is_point) * cross(x[bound.entry_slot], gradient))
-    return [_words(along, about) for along, about in zip(shift, turn, strict=True)]
+    return [_direction_words(along, about) for along, about in zip(shift, turn, strict=True)]
 
 
-def _words(along: Array, about: Array) -> str:
+def _direction_words(along: Array, about: Array) -> str:
     shifts, turns = (np.linalg.norm(vector) > THRESHOLDS.dependent for vector in (along, about))
     if shifts and turns:
         return f"along and about {direction(along)}"

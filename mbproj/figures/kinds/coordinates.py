@@ -26,7 +26,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     names = fitting_names.all_names(results, "coordinates")
     same = coinciding(results, names)
     groups = rows.fitting([_group(results, name) for name in same], results)
-    remarks = [fitting_names.cut("coordinates", len(groups), len(same), "choose others with --joint")]
+    remarks = [fitting_names.note("coordinates", len(groups), len(same), "choose others with --joint")]
     remarks += [
         f"{name} and {shortened(others, NAMED)} coincide"
         for name, others in list(same.items())[: len(groups)]

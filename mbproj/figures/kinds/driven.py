@@ -83,7 +83,7 @@ def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     names = fitting_names.all_names(results, "frictions")
     groups = rows.fitting([group for name in names for group in _of_friction(results, name)], results)
     drawn = len({group.name for group in groups})
-    remark = fitting_names.cut("dry frictions", drawn, len(names), "`mbproj export` writes all")
+    remark = fitting_names.note("dry frictions", drawn, len(names), "`mbproj export` writes all")
     figure = rows.draw(results, labels, groups, remark)
     if _shade(figure, results):
         small_print(figure, "shaded: it sticks" + (", the darker in the more results" if len(results) > 1 else ""))
@@ -95,7 +95,7 @@ def _draw(results: Sequence[Results], labels: Sequence[str], kind: str, dataset:
     together = _grouped_by_coordinate(results, kind, dataset, names)
     groups = rows.fitting([_group(results, kind, dataset, own, names) for own in together], results)
     count = sum(map(len, together[: len(groups)]))
-    return rows.draw(results, labels, groups, fitting_names.cut(kind, count, len(names), "`mbproj export` writes all"))
+    return rows.draw(results, labels, groups, fitting_names.note(kind, count, len(names), "`mbproj export` writes all"))
 
 
 def _grouped_by_coordinate(
@@ -132,7 +132,7 @@ def _group(
     read, act = DatasetColumns(kind, own[:1], dataset), DatasetColumns(kind, own, "force")
     unit = units_of(si, [values for result in results if (values := read(result)) is not None]).value
     words, acts_in = ACTION[si]
-    label = f"{own[0]}: gap" if kind == "stops" else _along(first, own, si, read)
+    label = f"{own[0]}: gap" if kind == "stops" else _coordinate_label(first, own, si, read)
     along = PanelQuantity(label, unit, read)
     if len(own) == 1:
         listed: list[Row] = [(along, PanelQuantity(words, acts_in, act))]
@@ -144,7 +144,7 @@ def _group(
     return PanelGroup(tuple(listed), (PanelQuantity(SIGN, unit, read), PanelQuantity(SIGN, acts_in, act)))
 
 
-def _along(result: Results, own: tuple[str, ...], si: str, read: DatasetColumns) -> str:
+def _coordinate_label(result: Results, own: tuple[str, ...], si: str, read: DatasetColumns) -> str:
     """The label of the coordinate along which `own` acts: the joint coordinate with the same values, or a length."""
     values, of = read(result), ""
     for coordinate, unit in zip(result.names("coordinates"), result.names("coordinate_units"), strict=True):
@@ -211,7 +211,7 @@ def draw_ropes(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     own = [tuple(name for name in names if name.rpartition(".")[0] == rope) for rope in ropes]
     groups = rows.fitting([_of_rope(results, *each) for each in zip(ropes, own, strict=True)], results)
     return rows.draw(
-        results, labels, groups, fitting_names.cut("ropes", len(groups), len(ropes), "`mbproj export` writes all")
+        results, labels, groups, fitting_names.note("ropes", len(groups), len(ropes), "`mbproj export` writes all")
     )
 
 

@@ -93,7 +93,7 @@ def save_film(results: Sequence[Results], path: Path, *, force: bool = False) ->
     return path
 
 
-def watched(span: float) -> tuple[float, float]:
+def duration_and_speed(span: float) -> tuple[float, float]:
     """The duration of a film of a motion of `span` seconds, and its speed relative to the motion."""
     if span <= 0.0:
         return 1.0 / RATE, 1.0
@@ -103,7 +103,7 @@ def watched(span: float) -> tuple[float, float]:
 
 def times_of(time: Array) -> Array:
     """The times (s) of the pictures of a motion with samples at `time`."""
-    seconds, _ = watched(float(time[-1] - time[0]))
+    seconds, _ = duration_and_speed(float(time[-1] - time[0]))
     return np.linspace(time[0], time[-1], round(RATE * seconds) + 1 if len(time) > 1 else 1)
 
 
@@ -134,7 +134,7 @@ class _Stage:
         looks = [line(number + 1) | {"linewidth": 0.8, "zorder": 1.8} for number in range(len(markers))]
         self._trails = [self.axis.plot([], [], **each)[0] for each in looks]
         times = times_of(motion.time[motion.finite])
-        _, self._speed = watched(float(times[-1] - times[0]))
+        _, self._speed = duration_and_speed(float(times[-1] - times[0]))
         self._title = self.axis.set_title(" ", fontsize="small", loc="left")
         self._canvas = FigureCanvasAgg(figure)
         self._canvas.draw()  # type: ignore[no-untyped-call]

@@ -46,7 +46,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     moving = _moving(results, names)
     listed = [_rows_apart(name, results[0], moving) if single else _overlaid(name, moving) for name in names]
     groups = rows.fitting(listed, results)
-    cut = fitting_names.cut("markers", len(groups), len(names), "choose others with --marker")
+    cut = fitting_names.note("markers", len(groups), len(names), "choose others with --marker")
     still = ", ".join("xyz"[index] for index in range(3) if index not in moving)
     zero = f"{still} {'are' if len(still) > 1 else 'is'} zero throughout" if still else ""
     return rows.draw(results, labels, groups, "; ".join(filter(None, (cut, zero))))

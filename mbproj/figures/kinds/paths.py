@@ -95,7 +95,7 @@ def _names(results: Sequence[Results], of: Moving) -> tuple[list[str], str]:
     names = fitting_names.all_names(results, of[0])
     drawn = names[: max(1, fitting_names.MAX_LINES // len(results))]
     what = "markers" if of is MARKERS else "places of contact"
-    return drawn, fitting_names.cut(what, len(drawn), len(names), of[2])
+    return drawn, fitting_names.note(what, len(drawn), len(names), of[2])
 
 
 def _path(result: Results, name: str, of: Moving) -> Array:

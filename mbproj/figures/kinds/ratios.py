@@ -46,7 +46,7 @@ def draw_ratios(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     over = next(result.shown_over for result in results if result.shown_over is not None)
     names = [name for name in fitting_names.all_names(results, "coordinates") if name != over.name]
     groups = rows.fitting([_group(results, name, over.unit) for name in names], results)
-    cut = fitting_names.cut("coordinates", len(groups), len(names), "choose others with --joint")
+    cut = fitting_names.note("coordinates", len(groups), len(names), "choose others with --joint")
     said = f"gaps of the mechanical advantage: more than {CUT:g} times its median, near a dead centre"
     return rows.draw(results, labels, groups, "; ".join(filter(None, [cut, said])))
 

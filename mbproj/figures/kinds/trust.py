@@ -26,7 +26,7 @@ def draw(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     names = list(dict.fromkeys(name for result, trust, _ in certified for name in _names(result, trust)))
     drawn = names[:MAX_ROWS]
     remarks = (
-        [cut] if (cut := fitting_names.cut("markers", len(drawn), len(names), "choose others with --marker")) else []
+        [cut] if (cut := fitting_names.note("markers", len(drawn), len(names), "choose others with --marker")) else []
     )
     figure, axes = panels.panels(len(drawn), height=2.1)
     for axis, name in zip(axes[:, 0], drawn, strict=True):

@@ -36,7 +36,7 @@ def eigenvalues(modes: StoredModes) -> Figure:
     axis.set(xlabel="growth rate Re λ (1/s)", ylabel="frequency |Im λ| / 2π (Hz)")
     _room(axis, modes.eigenvalue.real, modes.frequency)
     for place, numbers in _labelled(axis, modes.eigenvalue.real, modes.frequency):
-        axis.annotate(_listed(numbers), place, (5, 0), textcoords="offset points", va="center", fontsize=7)
+        axis.annotate(_number_ranges(numbers), place, (5, 0), textcoords="offset points", va="center", fontsize=7)
     return panels.finish(figure, remark=_remark(modes), with_legend=False)
 
 
@@ -144,7 +144,7 @@ def _labelled(axis: Axes, across: Array, upward: Array) -> Iterator[tuple[tuple[
         yield (float(across[last]), middle), [index + 1 for index in group]
 
 
-def _listed(numbers: Sequence[int]) -> str:
+def _number_ranges(numbers: Sequence[int]) -> str:
     """The numbers as a text: 1, 2, 3, 5 becomes 1-3, 5."""
     runs: list[list[int]] = []
     for number in numbers:

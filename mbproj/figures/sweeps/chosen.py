@@ -57,8 +57,8 @@ def choose(table: SweepCases, of: Sequence[str], over: Sequence[str]) -> Chosen:
     """Choose the measures `of` and the quantities `over` to draw; all of them where none are named. Raises InputError
     for a name that the table does not have."""
     telling = [column for column in table.measured if column.varies] or table.measured
-    measures = _named(table.measured, of, "--of", "measure") or tuple(telling[:MOST])
-    first = _named(table.varied, over, "--over", "quantity that varies")
+    measures = _columns_named(table.measured, of, "--of", "measure") or tuple(telling[:MOST])
+    first = _columns_named(table.varied, over, "--over", "quantity that varies")
     for column in first:
         if not column.varies:
             raise InputError(Problem(f"--over {column.name}: it has one value in this sweep"))
@@ -72,7 +72,7 @@ def _left_out(table: SweepCases, measures: Sequence[Column]) -> str:
     return f"not drawn: {', '.join(others)}; choose with --of" if others else ""
 
 
-def _named(columns: Sequence[Column], names: Sequence[str], option: str, what: str) -> tuple[Column, ...]:
+def _columns_named(columns: Sequence[Column], names: Sequence[str], option: str, what: str) -> tuple[Column, ...]:
     known = {column.name: column for column in columns}
     for name in names:
         if name not in known:

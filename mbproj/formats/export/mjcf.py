@@ -13,7 +13,7 @@ from mbproj.formats.export.exported import Written, say_unwritten
 from mbproj.formats.export.markup import Tag, tag
 from mbproj.formats.export.start import start_of
 from mbproj.formats.export.tendons import FAR, TendonWriter
-from mbproj.formats.export.tree import TreeBranch, TreeFreedom, down, named, tree_of, without_massless
+from mbproj.formats.export.tree import TreeBranch, TreeFreedom, down, name_counts, tree_of, without_massless
 from mbproj.formats.mechanism import Same
 from mbproj.formats.placed import quaternion
 from mbproj.scene.records import GROUND, Body, Joint, Scene
@@ -26,7 +26,7 @@ LOOPS = ("spherical", "fixed", "revolute", "distance")
 def as_mjcf(scene: Scene, version: str) -> Written:
     """The model, and the table of what it leaves out. Raises InputError, and the errors of assembly, where the scene
     has no start."""
-    return _Mjcf(scene).written(version)
+    return _Mjcf(scene).write(version)
 
 
 class _Mjcf:
@@ -34,12 +34,12 @@ class _Mjcf:
         self.scene, self.start = scene, start_of(scene)
         self.out = Written("")
         self.bodies = {body.name: body for body in scene.bodies}
-        self.tree = without_massless(scene, tree_of(scene, self.start), named(scene))
+        self.tree = without_massless(scene, tree_of(scene, self.start), name_counts(scene))
         self.acting = acting_on(scene, self.out.say)
         self.equality = tag("equality")
         self.tendons = TendonWriter(scene, self.start, self.tree, self.acting, self.equality, self.out.say)
 
-    def written(self, version: str) -> Written:
+    def write(self, version: str) -> Written:
         """The text of the whole file, with the table."""
         root = tag("mujoco", model=self.scene.title)
         root.add("compiler", angle="radian", inertiafromgeom="false", fusestatic="false")

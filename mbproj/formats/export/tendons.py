@@ -72,7 +72,7 @@ class TendonWriter:
         if isinstance(run, str):
             self.say(f"joint '{joint.name}'", f"left out: {run}", Same.NO)
             return
-        attributes = self._along(joint, acting or CoordinateLoads(), round_shapes=bool(run and run.shapes))
+        attributes = self._attributes(joint, acting or CoordinateLoads(), round_shapes=bool(run and run.shapes))
         if run is None:
             self.line(joint.name, joint.bodies, self.start.ends(joint.bodies, joint.points), **attributes)
             return
@@ -115,7 +115,7 @@ class TendonWriter:
         first, second = (pose.position + pose.rotation @ end for pose, end in zip(places, ends, strict=True))
         return float(np.linalg.norm(second - first))
 
-    def _along(self, joint: Joint, acting: CoordinateLoads, *, round_shapes: bool) -> dict[str, object]:
+    def _attributes(self, joint: Joint, acting: CoordinateLoads, *, round_shapes: bool) -> dict[str, object]:
         """The attributes of a tendon for all that acts along a coordinate `length`."""
         limit, element = acting.limit, f"joint '{joint.name}'"
         rest: tuple[float, ...] = (acting.rest,)

@@ -174,7 +174,7 @@ def down(tree: Tree, body: str) -> list[TreeBranch]:
     return branches
 
 
-def named(scene: Scene) -> Counter[str]:
+def name_counts(scene: Scene) -> Counter[str]:
     """The number of loops, forces and markers that name each body. A named body is needed, and cannot be removed."""
     names: Counter[str] = Counter(marker.body for marker in scene.markers)
     for force in scene.forces:

@@ -27,7 +27,7 @@ FAR, STRONG = 1e6, 1e6
 def as_urdf(scene: Scene, version: str) -> Written:
     """The model, its loops, and the table of what it leaves out. Raises InputError, and the errors of assembly, where
     the scene has no start."""
-    return _Urdf(scene).written(version)
+    return _Urdf(scene).write(version)
 
 
 class _Urdf:
@@ -44,7 +44,7 @@ class _Urdf:
         self.mimics: dict[str, Tag] = {}
         self.loops: list[tuple[str, str, str]] = []
 
-    def written(self, version: str) -> Written:
+    def write(self, version: str) -> Written:
         """The texts of both files, with the table."""
         self._couplings()
         self.root.add("link", name="world")

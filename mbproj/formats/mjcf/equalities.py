@@ -36,14 +36,14 @@ def add_equalities(tendons: ModelTendons) -> None:
         if not model.eq_active0[at]:
             mechanism.say(shown, place, "left out: it is not active at the start", Same.YES)
         elif kind in (CONNECT, WELD):
-            _held(compiled, mechanism, tendons.called, tendons.names, at, place, shown)
+            _add_joint(compiled, mechanism, tendons.called, tendons.names, at, place, shown)
         elif kind in (JOINT, TENDON):
             _coupled(tendons, at, place, shown)
         else:
             mechanism.say(shown, place, "left out: a scene has no flexible bodies", Same.NO)
 
 
-def _held(
+def _add_joint(
     compiled: CompiledMjcf,
     mechanism: ImportedMechanism,
     called: Called,

@@ -139,7 +139,7 @@ def _ball(
         twist = BodyTwist.of(mechanism.part(parent if of == "before" else child))
         for each in chain:
             twist = twist.then(each, sign)
-        mechanism.insert(twist.on(massless), bodies[1])
+        mechanism.insert(twist.give_to(massless), bodies[1])
         ends = (parent, between) if of == "before" else (between, child)
         connect(mechanism, ends, chain, names.unused, coordinates)
         parent, child = (between, child) if of == "before" else (parent, between)

@@ -44,13 +44,13 @@ class SdfFrames:
         given, named = pose_in(scope.element), scope.element.first("pose")
         relative = _relative(named)
         if relative and scope.above is not None:
-            given = self.within(scope.above, relative, scope.element.place).then(given)
+            given = self.pose_in_model(scope.above, relative, scope.element.place).then(given)
         placement = scope.element.get("placement_frame")
         if placement:
-            given = given.then(self.within(scope, placement, scope.element.place).inverse())
+            given = given.then(self.pose_in_model(scope, placement, scope.element.place).inverse())
         return given
 
-    def within(self, scope: Scope, name: str, place: Place) -> Frame:
+    def pose_in_model(self, scope: Scope, name: str, place: Place) -> Frame:
         """The pose of a frame in the model of the scope. Raises InputError where nothing has the name."""
         if name in ("", MODEL):
             return IDENTITY
@@ -59,7 +59,7 @@ class SdfFrames:
         outer, _, inner = name.partition("::")
         if outer in scope.models:
             model = scope.models[outer]
-            return self._placed_once(model).then(self.within(model, inner, place))
+            return self._placed_once(model).then(self.pose_in_model(model, inner, place))
         if name not in scope.frames:
             raise unknown(name, scope, place)
         key = (id(scope), name)
@@ -67,7 +67,7 @@ class SdfFrames:
             element = scope.frames[name]
             with _Once(self._open, (*key, "pose"), name, element.place):
                 base = _relative(element.first("pose")) or _default(element)
-                self._poses[key] = self.within(scope, base, element.place).then(pose_in(element))
+                self._poses[key] = self.pose_in_model(scope, base, element.place).then(pose_in(element))
         return self._poses[key]
 
     def _placed_once(self, model: Scope) -> Frame:
@@ -79,7 +79,7 @@ class SdfFrames:
 
     def pose(self, scope: Scope, name: str, place: Place) -> Frame:
         """The pose of a frame in the world."""
-        return IDENTITY if name in ROOTS else self.world(scope).then(self.within(scope, name, place))
+        return IDENTITY if name in ROOTS else self.world(scope).then(self.pose_in_model(scope, name, place))
 
     def link(self, scope: Scope, name: str, place: Place) -> str:
         """The full name of the link that a frame is part of, WORLD where it cannot move."""

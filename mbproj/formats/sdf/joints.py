@@ -55,7 +55,7 @@ class SdfJoint:
         """The name of its coordinate about an axis."""
         return self.name if axis == "axis" else f"{self.name}_{axis}"
 
-    def moved(self, value: float) -> Frame:
+    def pose_at(self, value: float) -> Frame:
         """The pose of its frame in the child, in its frame in the parent, at a value of the coordinate in rad or m."""
         if self.type == "prismatic":
             return Frame(value * self.axes[0], np.eye(3))

@@ -198,7 +198,7 @@ def _placed(
             if link not in joint.links:
                 continue
             (parent, child), (held, own) = joint.links, joint.frames
-            across = held.then(joint.moved(options.pose.get(joint.name, 0.0))).then(own.inverse())
+            across = held.then(joint.pose_at(options.pose.get(joint.name, 0.0))).then(own.inverse())
             if link == child and parent in done:
                 poses[child] = poses[parent].then(across)
                 break

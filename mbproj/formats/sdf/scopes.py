@@ -144,7 +144,7 @@ class _Files:
         """Add the model of another file, with the name, the pose and other elements that the include gives it."""
         uri = text(element, "uri")
         file = self._file(uri, element.place, files[-1].parent)
-        root = include(file, element.place, files, str(Path(element.place.file).parent / _shown(uri, file)))
+        root = include(file, element.place, files, str(Path(element.place.file).parent / _short_name(uri, file)))
         models = root.all("model")
         if root.tag != "sdf" or not models:
             raise InputError(Problem(f"'{uri}' has no <model>", element.place, "an SDF with one is included"))
@@ -202,7 +202,7 @@ def _first_link(model: XmlElement) -> str:
     return model.get("canonical_link") or (link.get("name") if link else "")
 
 
-def _shown(uri: str, file: Path) -> str:
+def _short_name(uri: str, file: Path) -> str:
     return file.name if "/" not in uri else f"{file.parent.name}/{file.name}"
 
 

@@ -82,7 +82,7 @@ def touching(
     for _ in range(THRESHOLDS.most_passes):
         step = np.clip(_newton(curves, real.only(active), s[:, active], piece[:, active]), -reach, reach)
         for k, curve in enumerate(curves):
-            s[k, active], piece[k, active] = curve.moved(s[k, active] + step[k], piece[k, active], held[k])
+            s[k, active], piece[k, active] = curve.in_period(s[k, active] + step[k], piece[k, active], held[k])
         active = active[(np.abs(step) > settled).any(axis=0)]
         if not len(active):
             break
@@ -100,8 +100,8 @@ def _newton(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, s: Number
     e, e1, e2, _ = (pose.turned(each) for each in second)
     line, speed2 = pose.d + e - c, _dot(c1, c1)
     a, b = _dot(c2, line) - speed2, _dot(c1, e1)
-    turn, bend = _across(c2, e1), _across(c1, e2)
-    forward, apart = _dot(c1, line), _across(c1, e1)
+    turn, bend = _cross(c2, e1), _cross(c1, e2)
+    forward, apart = _dot(c1, line), _cross(c1, e1)
     determinant = a * bend - b * turn
     straight = abs(determinant) <= THRESHOLDS.rounding * (abs(a * bend) + abs(b * turn))
     divisor = np.where(straight, 1.0, determinant)
@@ -113,7 +113,7 @@ def _dot(one: Numbers, other: Numbers) -> Numbers:
     return np.asarray(one[0] * other[0] + one[1] * other[1])
 
 
-def _across(one: Numbers, other: Numbers) -> Numbers:
+def _cross(one: Numbers, other: Numbers) -> Numbers:
     return np.asarray(one[0] * other[1] - one[1] * other[0])
 
 

@@ -108,7 +108,7 @@ class PiecedCurve(ABC):
         """The pieces at parameters (...)."""
         return np.clip(np.searchsorted(self.starts, s.real, side="right") - 1, 0, len(self.pieces) - 1)
 
-    def moved(self, s: Array, piece: Integers, held: int) -> tuple[Array, Integers]:
+    def in_period(self, s: Array, piece: Integers, held: int) -> tuple[Array, Integers]:
         """Parameters within the period of a closed curve, and their pieces. Neither changes where a piece is `held`."""
         if held != FREE:
             return s, piece
@@ -124,7 +124,7 @@ class PiecedCurve(ABC):
         for _ in range(THRESHOLDS.most_passes):
             point = flat[active].real
             step = np.clip(newton(point, s[active], piece[active]), -reach, reach)
-            s[active], piece[active] = self.moved(s[active] + step, piece[active], held)
+            s[active], piece[active] = self.in_period(s[active] + step, piece[active], held)
             active = active[np.abs(step) > self.settled]  # the next step would be round-off
             if not len(active):
                 break
@@ -147,10 +147,10 @@ class PiecedCurve(ABC):
     def length_at(self, s: Numbers, piece: Integers) -> Numbers:
         """The arc length from the start to parameters (...), which may be complex, of these pieces. It continues beyond
         the ends of an open curve."""
-        before = self.before(s, piece)
+        before = self.places_before(s, piece)
         return self.places.length[before] + self.lengths(self.places.s[before], s, piece)
 
-    def before(self, s: Numbers, piece: Integers) -> Integers:
+    def places_before(self, s: Numbers, piece: Integers) -> Integers:
         """The numbers of the places before parameters (...) on these pieces."""
         places = self.places
         first = np.searchsorted(places.piece, piece)

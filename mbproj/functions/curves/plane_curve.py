@@ -97,7 +97,7 @@ class PlaneCurve(PiecedCurve):
 
     def facing(self, m: Numbers, held: int = FREE) -> tuple[Numbers, Integers]:
         """The parameters and pieces at which the outward normal of a closed convex curve points along m (..., 2)."""
-        return self._settled(m, self._turned, self._newton_facing, held)
+        return self._settled(m, self._places_facing, self._newton_facing, held)
 
     def touching(
         self, other: PlaneCurve, d: Numbers, angle: Numbers, opposite: bool, held: tuple[int, int] = (FREE, FREE)
@@ -111,7 +111,7 @@ class PlaneCurve(PiecedCurve):
         """The runs of places along which the tangent turns one way."""
         return runs_of(self.places.angle)
 
-    def _turned(self, m: Array, held: int) -> tuple[Array, Integers]:
+    def _places_facing(self, m: Array, held: int) -> tuple[Array, Integers]:
         """The parameters and pieces of the places whose outward normals are nearest to directions (k, 2)."""
         allowed = np.arange(len(self.places.s)) if held == FREE else np.flatnonzero(self.places.piece == held)
         angle = self.places.angle[allowed] - (0.5 if self.turns_left else -0.5) * np.pi
@@ -133,7 +133,7 @@ class PlaneCurve(PiecedCurve):
 
     def angle_at(self, s: Numbers, piece: Integers) -> Numbers:
         """The angle in rad by which the tangent has turned from the start to parameters (...) of these pieces."""
-        before = self.before(s, piece)
+        before = self.places_before(s, piece)
         slope = self.arrays.derivatives(s, piece)[1]
         cosine, sine = np.cos(self.places.angle[before]), np.sin(self.places.angle[before])
         across, along = cosine * slope[1] - sine * slope[0], cosine * slope[0] + sine * slope[1]

@@ -143,7 +143,7 @@ def reflected(curve: PlaneCurve) -> PlaneCurve:
     return PlaneCurve(tuple(reversed(pieces)), FULL_TURN, True)
 
 
-def drawn(curve: PlaneCurve, distance: float = 0.0) -> list[Point]:
+def points_along(curve: PlaneCurve, distance: float = 0.0) -> list[Point]:
     """Points along a curve, or along its offset curve at this `distance` in m to the left."""
     places = curve.places
     slope = curve.arrays.derivatives(places.s, places.piece)[1]

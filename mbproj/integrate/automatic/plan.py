@@ -129,7 +129,7 @@ class Plan:
 def methods_taken(plan: Plan) -> tuple[str, ...]:
     """Return lines on the methods that made the steps, and on the cost of trials."""
     why = f"{WHERE_STIFF} was not quicker" if plan.trials else "no force is stiff"
-    lines = [_told(switch) for switch in plan.switches[:MOST_TOLD]] or [f"{plan.method} throughout: {why}"]
+    lines = [_switch_line(switch) for switch in plan.switches[:MOST_TOLD]] or [f"{plan.method} throughout: {why}"]
     more = len(plan.switches) - MOST_TOLD
     if more > 0:
         lines.append(f"{more} more change{'s' * (more > 1)} of the method; {plan.method} at the end")
@@ -138,6 +138,6 @@ def methods_taken(plan: Plan) -> tuple[str, ...]:
     return tuple(lines)
 
 
-def _told(switch: Switch) -> str:
+def _switch_line(switch: Switch) -> str:
     why = f"stiff: {switch.where} (ω h = {switch.omega_h:.3g}); " if switch.where else ""
     return f"{why}{switch.method} from t = {switch.time:.4g} s on"

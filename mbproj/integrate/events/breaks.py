@@ -36,7 +36,7 @@ class TimeWindow:
     first: float = -np.inf
     last: float = np.inf
 
-    def seen(self, t: float) -> float:
+    def clip(self, t: float) -> float:
         """Return the time within the window at which functions are evaluated for t."""
         return min(max(t, self.first), self.last)
 

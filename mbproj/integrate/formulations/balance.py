@@ -59,7 +59,7 @@ class Balance:
 
     def begin(self, formulation: FullFormulation, t: float, y: Array) -> None:
         """Begin a new balance at y and t."""
-        q, v, _ = formulation.parts(y)
+        q, v, _ = formulation.split(y)
         self.kept.energy, _ = self._energy(formulation, formulation.instant(t, y), y)
         self.kept.momenta = self.fields @ rigid_fields(q) @ mass_matrix(self.system, pose_of(q)) @ v
 
@@ -76,7 +76,7 @@ class Balance:
     def _after_step(self, formulation: FullFormulation, t: float, y: Array) -> Array:
         """Return the corrected v (7n,) of a closed y. A correction that is larger than a step's error is refused, and a
         new balance begins."""
-        kept, v = self.kept, formulation.parts(y)[1]
+        kept, v = self.kept, formulation.split(y)[1]
         change, missing, part, self.refused = self._change(formulation, t, y)
         if self.refused:
             kept.refused += 1
@@ -96,13 +96,13 @@ class Balance:
         because the extension has a larger error; nothing is counted."""
         if self.refused or self.before is None or not projected.velocity_iterations or projected.failures:
             return y
-        v = formulation.parts(y)[1] + self._change(formulation, t, y)[0]
+        v = formulation.split(y)[1] + self._change(formulation, t, y)[0]
         return formulation.layout.changed(y, {"velocities": v})
 
     def _change(self, formulation: FullFormulation, t: float, y: Array) -> tuple[Array, float | None, float, bool]:
         """Return the change of v (7n,), its energy in J, its size divided by that of v, and whether it is larger than a
         step's error. The energy is None where the energy row is singular."""
-        q, v, expected = formulation.parts(y)
+        q, v, expected = formulation.split(y)
         now, by_step = self._speed(formulation, q, v), self._changed(formulation, y)
         if not now > THRESHOLDS.row_rests * by_step:
             return np.zeros_like(v), None, 0.0, False
@@ -124,7 +124,7 @@ class Balance:
         assert self.before is not None
         change, system = np.zeros((2, self.system.bodies, 3)), self.system
         for sign, at in ((1.0, y), (-1.0, self.before)):
-            q, v, _ = formulation.parts(at)
+            q, v, _ = formulation.split(at)
             twist = twist_of(pose := pose_of(q), v)
             change += sign * np.array([twist.velocity[:-1], body_rates(pose, twist)[:-1]])
         moved = np.sum(system.mass * np.sum(change[0] ** 2, axis=-1))

@@ -119,8 +119,8 @@ class Compiled(ABC):
     def _states(self, y: Array, q: Array, v: Array, turns: Array) -> Array:
         """Return the system's y (..., N) from the kernel's (..., its size), with these positions, velocities and
         turns."""
-        beside = self.layout.shared(y, self.system.layout)
-        return self.system.layout.joined({"positions": q, "velocities": v, "turns": turns, **beside})
+        beside = self.layout.common_blocks(y, self.system.layout)
+        return self.system.layout.vector_of({"positions": q, "velocities": v, "turns": turns, **beside})
 
     def joint(self, number: int) -> int:
         """Return the system's number of one of the kernel's joints; motions follow the joints, and then reflected
@@ -139,14 +139,14 @@ class Compiled(ABC):
     def equations(self, projection: ProjectionSettings | None = None) -> Any:
         """Return the kernel's equations at single states, with the rows of the run unless a projection is given."""
         if projection is not None:
-            return self._made(self.projection(projection))
+            return self._equations_with(self.projection(projection))
         if self._equations is None:
             is_penalty = PROJECTIONS[self.settled.method].correction == "penalty"
             own = self.projection(self.settled) if is_penalty else self.core.Projection(self.core.Correction.mass)
-            self._equations = self._made(own)
+            self._equations = self._equations_with(own)
         return self._equations
 
-    def _made(self, projection: Any) -> Any:
+    def _equations_with(self, projection: Any) -> Any:
         """Return equations with the kernel's settings of a projection."""
         equations = getattr(self.core, f"{self.dimension}Equations")(self.model, projection)
         return equations if isinstance(self.core, ModuleType) else self.core.of_all(equations)
@@ -199,7 +199,7 @@ class Compiled(ABC):
     def beginning(self, state: State) -> Array:
         """Return the kernel's initial y (its size,) of a run from `state`."""
         bodies = self.state(state.q, state.v).ravel()
-        return self.layout.joined({"bodies": bodies} | state.layout.shared(state.y, self.layout))
+        return self.layout.vector_of({"bodies": bodies} | state.layout.common_blocks(state.y, self.layout))
 
     def _keep(self, run: Any, state: State, settings: Settings) -> None:
         """Add rows for conserved quantities to the run, where the settings ask for them and the mechanism has a degree

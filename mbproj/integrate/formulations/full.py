@@ -83,20 +83,20 @@ class FullFormulation:
         """The layout of y."""
         return self.system.integrated
 
-    def parts(self, y: Array) -> tuple[Array, Array, Array]:
+    def split(self, y: Array) -> tuple[Array, Array, Array]:
         """Return q (7n,), q' (7n,) and the joints' coordinates that are followed, all or none."""
         layout = self.layout
         return y[layout["positions"]], y[layout["velocities"]], y[layout["followed"]]
 
     def state(self, t: float, y: Array, turns: Integers) -> State:
         """Return the state at y, with the whole turns (nc,) of the joints' coordinates."""
-        return State.of(self.system, t, **self.layout.shared(y, self.system.layout), turns=turns)
+        return State.of(self.system, t, **self.layout.common_blocks(y, self.system.layout), turns=turns)
 
     def drive(self, t: float, expected: Array) -> Drive:
         """Return the values that motions prescribe, with the teeth in mesh at the joints' coordinates `expected`,
         (nc,). Accelerations, which may jump, are evaluated within the window; positions and rates at t."""
         drive = drive_at(self.system, t, Teeth(self.sums, expected) if self.system.couplings.size else None)
-        seen = self.window.seen(t)
+        seen = self.window.clip(t)
         inside = drive if seen == t else drive_at(self.system, seen)
         return replace(drive, acceleration=inside.acceleration)
 
@@ -125,7 +125,7 @@ class FullFormulation:
 
     def slope(self, t: float, y: Array, accelerations: Accelerations, instant: Instant | None = None) -> Array:
         """Return y' at y with these accelerations."""
-        instant, (_, v, expected) = instant or self.instant(t, y), self.parts(y)
+        instant, (_, v, expected) = instant or self.instant(t, y), self.split(y)
         rates = {
             "positions": v,
             "velocities": accelerations.acceleration,
@@ -133,14 +133,14 @@ class FullFormulation:
             "quadratures": accelerations.power,
             "followed": instant.speed if len(expected) else expected,
         }
-        return self.layout.joined(rates)
+        return self.layout.vector_of(rates)
 
     def instant(self, t: float, y: Array, expected: Array | None = None) -> Instant:
         """Return the `Instant` at y. `expected` (nc,): joints' coordinates in place of those that are followed."""
-        q, v, followed = self.parts(y)
+        q, v, followed = self.split(y)
         pose = pose_of(q)
         near, system = followed if expected is None else expected, self.on_branches or self.system
-        return Instant(system, pose, twist_of(pose, v), self.window.seen(t), near, y[self.layout["states"]])
+        return Instant(system, pose, twist_of(pose, v), self.window.clip(t), near, y[self.layout["states"]])
 
     def accelerations(
         self, t: float, y: Array, expected: Array | None = None, instant: Instant | None = None
@@ -152,7 +152,7 @@ class FullFormulation:
         try:
             return terms.solved(*self.solve(terms.M, terms.C_q, terms.Q, terms.gamma))
         except np.linalg.LinAlgError as error:
-            raise self.singular(t, *self.parts(y)[:2]) from error
+            raise self.singular(t, *self.split(y)[:2]) from error
 
     @property
     def solve(self) -> Solver:
@@ -163,7 +163,7 @@ class FullFormulation:
         """Return the terms of Eq. 14 at a state, in the rows that are held. Raises as `accelerations` does."""
         instant = instant or self.instant(t, y)
         system, rows = instant.system, replace(self.policy.rows, system=instant.system)
-        (q, v, _), pose, twist, drive = self.parts(y), instant.pose, instant.twist, self.drive(t, instant.expected)
+        (q, v, _), pose, twist, drive = self.split(y), instant.pose, instant.twist, self.drive(t, instant.expected)
         rhs = gamma(system, pose, twist, drive)
         if self.method.stabilises:
             C, C_dot = constraint(system, pose, drive), constraint_velocity(system, pose, twist, drive)
@@ -225,7 +225,7 @@ class FullFormulation:
         return closed if self.balance is None else self.balance.inside_step(self, t, closed, projected), projected
 
     def _projected(self, step: int, settings: ProjectionSettings, t: float, y: Array) -> ProjectedState:
-        q, v, expected = self.parts(y)
+        q, v, expected = self.split(y)
         if not isinstance(self.method, Projection):
             return ProjectedState(q, v)
         try:
@@ -236,7 +236,7 @@ class FullFormulation:
 
     def lead(self, t: float, y: Array) -> Array:
         """Return y at a time, with driven joint coordinates at the values of their motions."""
-        expected = self.parts(y)[2]
+        expected = self.split(y)[2]
         if not len(expected):
             return y
         return self.layout.changed(y, {"followed": driven_to(self.system, expected, drive_at(self.system, t).value)})
@@ -251,7 +251,7 @@ class FullFormulation:
         """Raise SimulationError where the step has lost the motion. Near a pose at which C_q loses its rank, branches
         of the motion may cross at an angle. The projection may then change the velocities of y by more than a step of
         size h can err, or leave rows without a gradient open: both count as lost."""
-        v = self.parts(y)[1]
+        v = self.split(y)[1]
         part = self.change(v, projected.v)
         moved = float(np.linalg.norm(in_lengths(self.system, projected.v - v))) * h
         if (
@@ -274,7 +274,7 @@ class FullFormulation:
 
     def arrive(self, q: Array) -> float:
         """Record an accepted pose; return the smallest distance in the step from a singular one."""
-        return self.policy.after(jacobian(self.system, pose_of(q)))
+        return self.policy.advance(jacobian(self.system, pose_of(q)))
 
     def check_regular(self, t: float, q: Array) -> None:
         """Raise SimulationError that names the joint where C_q has lost its rank at the start."""

@@ -109,23 +109,23 @@ class _Answers:
         at = Asked.of(*asked)
         with may_overflow():
             try:
-                formulation, y = self._formulation(at), self._own(at.y)
+                formulation, y = self._formulation(at), self._full_y(at.y)
                 terms = formulation.terms(at.t, y)
-                force = self._along(formulation, y, sliding)
+                force = self._generalized_force(formulation, y, sliding)
                 Q = terms.Q + np.pad(force, (0, len(terms.Q) - len(force)))
                 accelerations = terms.solved(*formulation.solve(terms.M, terms.C_q, Q, terms.gamma))
             except SimulationError as failure:
                 self._fails(failure)
                 return None
             except np.linalg.LinAlgError:
-                self._fails(formulation.singular(at.t, *formulation.parts(y)[:2]))
+                self._fails(formulation.singular(at.t, *formulation.split(y)[:2]))
                 return None
         if watched:
             formulation.policy.see(accelerations.nearness)
         elif self._arrived:
             formulation.policy.keep(accelerations.multipliers)
             self._arrived = False
-        a, Λ = (each.reshape(-1, 7) for each in (accelerations.acceleration, formulation.parts(y)[0]))
+        a, Λ = (each.reshape(-1, 7) for each in (accelerations.acceleration, formulation.split(y)[0]))
         spin_up = 2.0 * (matrix_L(Λ[:, 3:]) @ a[:, 3:, None])[..., 0]
         system, first = formulation.system, formulation.system.bodies + self._compiled.whole.joints.size
         of_contacts = slice(first, system.bodies + system.joints.size)
@@ -138,7 +138,7 @@ class _Answers:
         at = Asked.of(*asked)
         with may_overflow():
             try:
-                formulation, y = self._formulation(at), self._own(at.y)
+                formulation, y = self._formulation(at), self._full_y(at.y)
                 done = formulation.project(step, at.t, y, y) if step else formulation.project_copy(at.t, y)[1]
             except SimulationError as failure:
                 self._fails(failure)
@@ -169,7 +169,7 @@ class _Answers:
 
     def arrive(self, y: Array) -> None:
         """Accept the step at its projected end y."""
-        self._full.arrive(self._full.parts(self._own(y))[0])
+        self._full.arrive(self._full.split(self._full_y(y))[0])
         self._arrived = True
 
     def take_back(self) -> None:
@@ -225,9 +225,9 @@ class _Answers:
             self._full.policy.restore(self._saved)
             self._saved = {}
         else:
-            self._full.arrive(self._full.parts(self._own(at.y))[0])
+            self._full.arrive(self._full.split(self._full_y(at.y))[0])
 
-    def _own(self, y: Array) -> Array:
+    def _full_y(self, y: Array) -> Array:
         """Return NumPy's y for the kernel's. Euler parameters are scaled to unit length, where both formulations agree
         to round-off."""
         layout, own = self._compiled.layout, self._full.layout
@@ -235,11 +235,11 @@ class _Answers:
         bodies[:, 3:7] /= np.linalg.norm(bodies[:, 3:7], axis=1, keepdims=True)
         q, v = self._compiled.coordinates(bodies)
         beside = {name: y[layout[name]] for name in ("states", "followed") if own.size_of(name)}
-        return own.joined({"positions": q, "velocities": v, **beside})
+        return own.vector_of({"positions": q, "velocities": v, **beside})
 
-    def _along(self, formulation: FullFormulation, y: Array, sliding: Array) -> Array:
+    def _generalized_force(self, formulation: FullFormulation, y: Array, sliding: Array) -> Array:
         """Return Q (7n,) of forces along the coordinates of stops and frictions."""
-        system, pose = formulation.system, pose_of(formulation.parts(y)[0])
+        system, pose = formulation.system, pose_of(formulation.split(y)[0])
         along_all, first = np.zeros(7 * system.bodies), 0
         for each in (system.stops, system.frictions):
             if each is not None:

@@ -20,10 +20,10 @@ from mbproj.scene.records import ProjectionSettings
 
 def momenta_of(system: System, state: State, fields: Fields = rigid_fields) -> Array:
     """Return the combinations (j, k) of rigid motions whose momenta are conserved."""
-    return kept_fields(system, state, partial(_closed, system, state), fields)
+    return kept_fields(system, state, partial(_closed_pose, system, state), fields)
 
 
-def _closed(system: System, state: State, q: Array) -> Array | None:
+def _closed_pose(system: System, state: State, q: Array) -> Array | None:
     """Return q moved to the constraints; None where that fails."""
     instant = state.instant(system)
     teeth = Teeth(sums_at_start(system, instant.pose, instant.expected), instant.expected)

@@ -32,7 +32,7 @@ def settings_along(system: System, settings: Settings) -> Settings:
     return closed
 
 
-def words(system: System, settings: Settings) -> str:
+def kinematic_description(system: System, settings: Settings) -> str:
     """Return, for the summary, the description of a kinematic run with these settings of the scene."""
     if not system.states.size:
         return UNUSED

@@ -165,7 +165,7 @@ class ErrorControl:
         extension = stepper.extend(Slopes(formulation), step)
         for t in times:
             y, projected = formulation.project_copy(t, formulation.lead(t, extension.at((t - step.t) / step.h)))
-            q, v, expected = formulation.parts(y)
+            q, v, expected = formulation.split(y)
             position, _ = formulation.violations(t, q, v, expected)
             if not is_closed(formulation, position, projected):
                 raise left_open_at(formulation, t, position, projected)

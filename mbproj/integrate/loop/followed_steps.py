@@ -24,7 +24,7 @@ class FollowedSteps:
     left: bool = False
 
     @property
-    def known(self) -> bool:
+    def are_recorded(self) -> bool:
         """Whether a run has recorded its steps."""
         return bool(self.ends)
 

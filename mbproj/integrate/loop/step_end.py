@@ -38,8 +38,8 @@ def accept(
     if not np.all(np.isfinite(y)):
         raise not_finite(t)
     with may_overflow():
-        y, coordinate, turning = _closed(inside, stepper, tally, before, t, step, y)
-        if inside.arrive(inside.parts(y)[0]) < THRESHOLDS.close_to_singular and step.stages is None:
+        y, coordinate, turning = _project(inside, stepper, tally, before, t, step, y)
+        if inside.arrive(inside.split(y)[0]) < THRESHOLDS.close_to_singular and step.stages is None:
             _check_by_halves(inside, stepper, before, t, y)
         point = point_at(at_end, y, coordinate, turning)
         inside.policy.keep(point.found.multipliers)
@@ -48,7 +48,7 @@ def accept(
     return point
 
 
-def _closed(
+def _project(
     formulation: FullFormulation,
     stepper: Stepper,
     tally: Tally,
@@ -66,7 +66,7 @@ def _closed(
         formulation.check_branch(t, t - before.t, y, projected)
     except SimulationError as error:  # a step too long to count turns may come to any branch, crossing or not
         raise _too_far(formulation, before, t) or error from None
-    expected = formulation.parts(y)[2]
+    expected = formulation.split(y)[2]
     position, velocity = formulation.violations(t, projected.q, projected.v, expected)
     if not is_closed(formulation, position, projected):
         raise _open(formulation, before, t, position, projected)
@@ -116,10 +116,10 @@ def _check_by_halves(formulation: FullFormulation, stepper: Stepper, before: Poi
     for time in (before.t + h, t):
         step = attempted(stepper, formulation, half, time - half.t)
         closed, _ = formulation.project_copy(time, formulation.lead(time, step.y_new))
-        turned = counted(formulation, stepper, half, time, step, *formulation.parts(closed)[:2])
+        turned = counted(formulation, stepper, half, time, step, *formulation.split(closed)[:2])
         half = point_at(formulation, closed, *turned)
-    v = formulation.parts(y)[1]
-    off = formulation.change(v, formulation.parts(half.y)[1])
+    v = formulation.split(y)[1]
+    off = formulation.change(v, formulation.split(half.y)[1])
     if not off <= THRESHOLDS.branch_change:
         raise unresolved(t, off)
 
@@ -136,7 +136,7 @@ def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Poi
     formulation.arrive(state.q)
     layout = formulation.layout
     followed = turning.coordinate[: layout.size_of("followed")]
-    y = layout.joined(state.layout.shared(state.y, layout) | {"followed": followed})
+    y = layout.vector_of(state.layout.common_blocks(state.y, layout) | {"followed": followed})
     if formulation.balance is not None:
         formulation.balance.begin(formulation, state.t, y)
     accelerations = formulation.accelerations(state.t, y, turning.coordinate)

@@ -48,7 +48,7 @@ class Stiffness:
         """Whether states of elements cause the mode."""
         return self.where.startswith("state")
 
-    def said(self, one: str, several: str) -> str:
+    def with_verb(self, one: str, several: str) -> str:
         """Return the cause with its verb, `one` or `several`."""
         return f"{self.where} {several if self.where.startswith(('forces', 'states')) else one}"
 
@@ -91,7 +91,7 @@ def too_stiff(stopped: SimulationError, stiffness: Stiffness) -> SimulationError
 def grows(stiffness: Stiffness) -> str:
     """Return the note on a run that has ended with errors that grew."""
     return (
-        f"{stiffness.said('is', 'are')} too stiff for steps of {stiffness.step:.3g} s: {stiffness.what}, so that "
+        f"{stiffness.with_verb('is', 'are')} too stiff for steps of {stiffness.step:.3g} s: {stiffness.what}, so that "
         f"{stiffness.grows} and the motion is not to be trusted; {stiffness.stable_step}, {stiffness.remedies}"
     )
 
@@ -99,7 +99,7 @@ def grows(stiffness: Stiffness) -> str:
 def holds(stiffness: Stiffness) -> str:
     """Return the note on a run with error control that made small steps for stability alone."""
     return (
-        f"{stiffness.said('is stiff and holds', 'are stiff and hold')} the step at "
+        f"{stiffness.with_verb('is stiff and holds', 'are stiff and hold')} the step at "
         f"{stiffness.step:.2g} s for stability alone ({stiffness.what}), "
         f"where accuracy would allow larger ones; quicker would be {stiffness.remedies}"
     )
@@ -114,7 +114,7 @@ def damps(stiffness: Stiffness) -> str:
         ". The energy that it loses so is in the energy drift, not in the dissipation" if stiffness.is_of_forces else ""
     )
     return (
-        f"{stiffness.said('vibrates', 'vibrate')} with {frequency:.3g} Hz{on}; {stiffness.integrator} damps that "
+        f"{stiffness.with_verb('vibrates', 'vibrate')} with {frequency:.3g} Hz{on}; {stiffness.integrator} damps that "
         f"by {lost:.2g} % in a step of {stiffness.step:.2g} s (ω h = {stiffness.omega_h:.3g}); "
         f"steps of {follows:.2g} s would follow it{where}"
     )

@@ -46,9 +46,9 @@ class KinematicSteps(ExplicitRungeKutta):
         with may_overflow():
             for s in range(1, tableau.stages):
                 span = tableau.c[s] * h
-                stages[s] = _closed(f, t, span, y, y + h * (tableau.a[s, :s] @ k[:s]))
+                stages[s] = _closed_stage(f, t, span, y, y + h * (tableau.a[s, :s] @ k[:s]))
                 k[s] = f(t + span, stages[s])
-            y_new = _closed(f, t, h, y, y + h * (tableau.b @ k))
+            y_new = _closed_stage(f, t, h, y, y + h * (tableau.b @ k))
             if _changes_sign(_formulation(f), y, y_new):
                 raise branch_untold(t + h)
         return Step(t, h, y, y_new, k, stages=stages)
@@ -84,7 +84,7 @@ class KinematicSteps(ExplicitRungeKutta):
         assert step.last is not None
         k = np.concatenate([step.k, step.last[None]])
         for row, c in zip(tableau.extra_a, tableau.extra_c, strict=True):
-            closed = _closed(f, step.t, c * step.h, step.y, step.y + step.h * (row[: len(k)] @ k))
+            closed = _closed_stage(f, step.t, c * step.h, step.y, step.y + step.h * (row[: len(k)] @ k))
             k = np.concatenate([k, f(step.t + c * step.h, closed)[None]])
         return Extension(step, tableau.dense.T @ k)
 
@@ -101,13 +101,13 @@ def _formulation(f: Any) -> Any:
     return f.formulation
 
 
-def _closed(f: RightHandSide, start: float, span: float, y: Array, predicted: Array) -> Array:
+def _closed_stage(f: RightHandSide, start: float, span: float, y: Array, predicted: Array) -> Array:
     """Return a stage on the constraints, `span` after the start of a step from y. Raises SimulationError where it is
     not certain to be on the branch of the motion on which the step began."""
     formulation, t = _formulation(f), start + span
     predicted = formulation.lead(t, predicted)
     stage, projected = formulation.project_copy(t, predicted)
-    open_by, _ = formulation.violations(t, *formulation.parts(stage))
+    open_by, _ = formulation.violations(t, *formulation.split(stage))
     closed = not projected.failures and bool(np.all(open_by <= THRESHOLDS.lost_limit * formulation.system.row_scale))
     if not (np.isfinite(stage).all() and closed and _is_told(formulation, projected, span, y, predicted, stage)):
         raise branch_untold(t)
@@ -132,7 +132,7 @@ def _changes_sign(formulation: Any, y: Array, y_new: Array) -> bool:
     if not _watches_sign(formulation) or _way(formulation, y, y_new) <= THRESHOLDS.crossed_way:
         return False
     system = formulation.system
-    both = [tangent_jacobian(system.rows, pose_of(formulation.parts(each)[0]))[:, :-1, :6] for each in (y, y_new)]
+    both = [tangent_jacobian(system.rows, pose_of(formulation.split(each)[0]))[:, :-1, :6] for each in (y, y_new)]
     G, G_new = (each.reshape(len(each), -1) for each in both)
     return any(
         np.linalg.slogdet(G[np.ix_(*block)])[0] * np.linalg.slogdet(G_new[np.ix_(*block)])[0] < 0.0
@@ -161,7 +161,7 @@ def _is_told(formulation: Any, projected: Any, span: float, y: Array, predicted:
     velocity, or so short that no other branch is in reach. Branches cross at an angle: where two are near, their
     velocities differ."""
     corrected, made = (_way(formulation, each, stage) for each in (predicted, y))
-    before, after = (formulation.parts(each)[1] for each in (predicted, stage))
+    before, after = (formulation.split(each)[1] for each in (predicted, stage))
     part, least = THRESHOLDS.told_part, THRESHOLDS.told_way
     if corrected <= part * made and formulation.change(before, after) <= part:
         return True
@@ -171,7 +171,7 @@ def _is_told(formulation: Any, projected: Any, span: float, y: Array, predicted:
 
 def _way(formulation: Any, x: Array, y: Array) -> float:
     """Return the distance of all bodies between two states, in the mechanism's length."""
-    return float(np.linalg.norm(_lengths(formulation, formulation.parts(x)[0] - formulation.parts(y)[0])))
+    return float(np.linalg.norm(_lengths(formulation, formulation.split(x)[0] - formulation.split(y)[0])))
 
 
 def _lengths(formulation: Any, change: Array) -> Array:
@@ -184,7 +184,7 @@ def _exchanged(formulation: Any, y: Array, slope: Array) -> float:
     """Return the power that the bodies' inertial forces and weights exchange with forces at a stage, in W, with all
     terms taken as positive."""
     system, layout = formulation.system, formulation.layout
-    q, v, _ = formulation.parts(y)
+    q, v, _ = formulation.split(y)
     L, rate = pose_of(q).L[: system.bodies], slope[layout["velocities"]].reshape(-1, 7)
     speed = v.reshape(-1, 7)
     omega, alpha = (2.0 * np.einsum("bij,bj->bi", L, each[:, 3:]) for each in (speed, rate))

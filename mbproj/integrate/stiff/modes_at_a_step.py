@@ -87,9 +87,9 @@ class FastModes:
     def fastest(self, state: State, step: float) -> tuple[str, complex] | None:
         """Return the cause of the fastest mode, and its eigenvalue; None where all are slow compared with the step."""
         mode = next(iter(self.at(state, step)), None)
-        return None if mode is None else (self.named(mode), mode.eigenvalue)
+        return None if mode is None else (self.causes(mode), mode.eigenvalue)
 
-    def named(self, mode: Mode) -> str:
+    def causes(self, mode: Mode) -> str:
         """Return the causes of a mode in words, the one with the largest part first."""
         return Owners.of(self.system, mode).words
 

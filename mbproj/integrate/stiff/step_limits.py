@@ -45,7 +45,7 @@ def step_limit(system: System, state: State, settings: Settings, step: float) ->
     full formulation is used for all runs."""
     full = replace(settings, formulation="full", duration=step, output_step=step)
     choice = choose(system, state, full)
-    held = _held(FastModes(choice, system), state, settings.integrator, step)
+    held = _stiff_cause(FastModes(choice, system), state, settings.integrator, step)
     try:
         with may_overflow():
             tried = (_explicit if is_explicit(settings.integrator) else _implicit)(choice, system, state, full)
@@ -76,7 +76,7 @@ def _explicit(choice: Choice, system: System, state: State, settings: Settings) 
     tried, estimates = stepper.error(Slopes(formulation), state.t + step, tried)
     layout, tolerance = formulation.layout, settings.tolerance or 0.0
     part = estimates[0] / (layout.scale + np.maximum(np.abs(tried.y), np.abs(tried.y_new)))
-    of_bodies = np.array(formulation.parts(part)[:2]).reshape(2, -1, 7)
+    of_bodies = np.array(formulation.split(part)[:2]).reshape(2, -1, 7)
     norm = error_norm(estimates, tried.y, tried.y_new, tolerance, layout.scale)
     return _TriedStep(norm, np.linalg.norm(of_bodies, axis=(0, 2)), part[layout["states"]])
 
@@ -96,7 +96,7 @@ def _implicit(choice: Choice, system: System, state: State, settings: Settings) 
     return _TriedStep(norm, np.linalg.norm(compiled.bodies_of(part), axis=-1), part[layout["states"]])
 
 
-def _held(modes: FastModes, state: State, integrator: str, step: float) -> str:
+def _stiff_cause(modes: FastModes, state: State, integrator: str, step: float) -> str:
     """Return the force or state that holds an explicit step at its limit of stability; "" for none."""
     fastest = modes.fastest(state, step) if is_explicit(integrator) else None
     if fastest is None:

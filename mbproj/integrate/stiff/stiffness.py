@@ -113,7 +113,7 @@ class StiffnessWatch:
         if self._settings.step is not None:
             stiffness = self._spoilt(end, gains=False)
             return "" if stiffness is None else grows(stiffness)
-        stiffness = self._held()
+        stiffness = self._limiting_mode()
         return "" if stiffness is None else holds(stiffness)
 
     def _damped(self) -> Stiffness | None:
@@ -134,7 +134,7 @@ class StiffnessWatch:
         if not modes:
             return None
         slowest = min(modes, key=lambda mode: abs(mode.eigenvalue))
-        return self._modes.named(slowest), slowest.eigenvalue
+        return self._modes.causes(slowest), slowest.eigenvalue
 
     def _spoilt(self, end: float, *, gains: bool) -> Stiffness | None:
         """Return the mode by which errors have grown beyond bounds, with a fixed step, until some time; None without
@@ -153,7 +153,7 @@ class StiffnessWatch:
             first = first or stiffness
         return first if logarithm > np.log(THRESHOLDS.spoilt) else None
 
-    def _held(self) -> Stiffness | None:
+    def _limiting_mode(self) -> Stiffness | None:
         """Return the mode that has limited the step of a run with error control; None without one."""
         inner = [self._at(kept, gains=True) for kept in self._kept[1:-1]]
         near = [

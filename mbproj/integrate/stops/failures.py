@@ -13,7 +13,7 @@ from mbproj.model.system import System
 from mbproj.registry import IMPACT_LAWS
 
 
-def named(system: System, which: Sequence[int] | Integers) -> str:
+def stop_names(system: System, which: Sequence[int] | Integers) -> str:
     """Return the names of stops: "stop 'A'", "stops 'A', 'B'"."""
     names = ", ".join(f"'{system.names.stops[int(k)]}'" for k in which)
     return f"stop{'s' * (len(which) > 1)} {names}"
@@ -43,7 +43,7 @@ def driven_into(t: float, system: System, which: Sequence[int] | Integers) -> Si
     """Return the error of rigid stops whose gaps no motion that the joints allow can open."""
     cause = "a rigid stop is driven into: no motion that the joints allow can turn back there"
     hint = "end the motion before the stop, drive with a force, or make the stop compliant with 'stiffness'"
-    return SimulationError(t, cause, where=named(system, which), hint=hint)
+    return SimulationError(t, cause, where=stop_names(system, which), hint=hint)
 
 
 def creates_energy(
@@ -58,14 +58,14 @@ def creates_energy(
     hint = "give them the same 'restitution'" if unequal else "use a smaller 'restitution' or 'friction' there"
     if helps:
         hint = f"use 'impact_law: {helps[0]}' in 'simulation', or {hint}"
-    return SimulationError(t, cause, where=named(system, which), hint=hint)
+    return SimulationError(t, cause, where=stop_names(system, which), hint=hint)
 
 
 def struck_together(t: float, system: System, which: Sequence[int] | Integers) -> SimulationError:
     """Return the error of the energetic law, which has no solution for several stops at once."""
     cause = "the energetic law is that of one stop, and several take part in this impact"
     hint = "use 'impact_law: poisson' in 'simulation', which has an answer for several"
-    return SimulationError(t, cause, where=named(system, which), hint=hint)
+    return SimulationError(t, cause, where=stop_names(system, which), hint=hint)
 
 
 def finds_no_balance(t: float, system: System, frictions: Integers) -> SimulationError:
@@ -82,7 +82,7 @@ def never_ends(t: float, system: System, which: Sequence[int]) -> SimulationErro
     """Return the error of contacts that close and open again and again at one time. `which`: their numbers, stops
     first, then frictions."""
     stops = len(system.names.stops)
-    own = [named(system, [k]) if k < stops else f"friction '{system.names.frictions[k - stops]}'" for k in which]
+    own = [stop_names(system, [k]) if k < stops else f"friction '{system.names.frictions[k - stops]}'" for k in which]
     cause = "it is met and released again and again at one time"
     hint = "make it compliant with 'stiffness', or use a smaller step or tolerance"
     return SimulationError(t, cause, where=", ".join(own) or None, hint=hint)

@@ -36,7 +36,7 @@ def _joints(system: System, compiled: Compiled) -> list[int]:
     return [*takewhile(lambda joint: joint < len(system.names.joints), map(compiled.joint, count()))]
 
 
-def _named(system: System, compiled: Compiled) -> list[str]:
+def _load_names(system: System, compiled: Compiled) -> list[str]:
     """Return the names of all stops, frictions and joints, which may share a load, in the kernel's order."""
     joints = [system.names.joints[joint] for joint in _joints(system, compiled)]
     parts = {"stop": system.names.stops, "friction": system.names.frictions, "joint": joints}
@@ -147,7 +147,7 @@ class Inside:
         if what != SHARED and frictions is not None and 0 <= k < frictions.size and frictions.stop[k] >= 0:
             name = frictions.owners[k].split("'")[1]
             return f"friction '{name}'"
-        return _named(self.system, self.compiled)[number]
+        return _load_names(self.system, self.compiled)[number]
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
         """Return a block of samples with the forces of stops and frictions. Energy stored in compliant stops is not

@@ -56,14 +56,14 @@ def refuse_penetration(system: System, state: State, start: str = "scene") -> No
     gap, slack = gaps(system.stops, pose, state.turns), THRESHOLDS.same_written * stop_sizes(system)
     beyond = np.flatnonzero((gap < -slack) & (system.stops.is_rigid | (start != EQUILIBRIUM)))
     if len(beyond):
-        raise InputError(_beyond(system, state, gap, beyond))
+        raise InputError(_limit_problems(system, state, gap, beyond))
     rate = gap_rates(system.stops, pose, twist_of(pose, state.v))
     struck = system.stops.is_rigid & (gap <= slack) & (rate < -slack)
     if struck.any():
         raise InputError([_into(system, int(k), float(-rate[k])) for k in np.flatnonzero(struck)])
 
 
-def _beyond(system: System, state: State, gap: Array, beyond: Integers) -> list[Problem]:
+def _limit_problems(system: System, state: State, gap: Array, beyond: Integers) -> list[Problem]:
     """Return the problems of stops that the start is beyond. They say how to begin inside, or that the stops exclude
     each other."""
     assert system.stops is not None

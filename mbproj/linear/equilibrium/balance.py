@@ -131,7 +131,7 @@ class EquilibriumProblem:
         scale = np.where(system.coordinates.is_length, system.length, 1.0)[self.held.index]
         return stacked(system.bodies, [rows, held]), np.concatenate([system.row_scale[system.bodies :], scale])
 
-    def closed(self, q: Array) -> Array | None:
+    def closed_pose(self, q: Array) -> Array | None:
         """Return the closed pose next to q; None where it cannot be closed."""
         pose, left = nearest(self.system.at_positions, q, self.held, self.drive, THRESHOLDS.closed_grains * EPSILON)
         return pose if np.abs(left).max(initial=0.0) <= THRESHOLDS.assembled else None
@@ -253,7 +253,7 @@ class EquilibriumBalance:
         """Return the forces after a step (f,) along the tangent space and back to the constraints, with states x of
         elements if given. Return None where the constraints do not close, or a function has no value."""
         problem = self.problem if x is None else replace(self.problem, x=x)
-        closed = problem.closed(problem.moved(self.motion.q, self.space.N @ step))
+        closed = problem.closed_pose(problem.moved(self.motion.q, self.space.N @ step))
         if closed is None:
             return None
         try:

@@ -163,7 +163,7 @@ def _solved(problem: EquilibriumProblem, q: Array, expected: Array, *, dense: bo
     return solve_large(problem, q, expected)
 
 
-def others(
+def other_equilibria(
     system: System, rest: Equilibrium, count: int, turning: SteadyTurn | None = None, held: Conditions = NO_CONDITIONS
 ) -> Iterator[Equilibrium]:
     """Yield other equilibria, found from `count` other poses that the joints reach; each is yielded once."""
@@ -243,7 +243,7 @@ def _moved_to_motions(system: System, start: State, t: float) -> tuple[Array, Ar
     for step in range(1, count + 1):
         value = first.value + (last.value - first.value) * step / count
         drive = Drive(value, np.zeros_like(value), np.zeros_like(value))
-        closed = EquilibriumProblem.of(system, t, q, drive, NO_CONDITIONS, start.x).closed(q)
+        closed = EquilibriumProblem.of(system, t, q, drive, NO_CONDITIONS, start.x).closed_pose(q)
         if closed is None:
             said = f"the mechanism cannot reach where its motions are at t = {t:.6g} s"
             raise InputError(Problem(said, hint="give an earlier time with --at"))

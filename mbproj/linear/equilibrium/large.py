@@ -90,7 +90,7 @@ class LargeBalance:
     def after(self, ξ: Array) -> LargeBalance | None:
         """Return the forces after a displacement and back to the constraints; None where these do not close, or a force
         has no value."""
-        closed = self._closed(moved(self.motion.q, ξ))
+        closed = self._closed_pose(moved(self.motion.q, ξ))
         if closed is None:
             return None
         try:
@@ -99,7 +99,7 @@ class LargeBalance:
             return None
         return there if np.all(np.isfinite(there.force)) else None
 
-    def _closed(self, q: Array) -> Array | None:
+    def _closed_pose(self, q: Array) -> Array | None:
         """Return the closed pose next to q by Newton's steps, three with one factor; None where it cannot be closed."""
         problem, system = self.problem, self.problem.system
         metric, scale = self.metric, system.row_scale[system.bodies :]

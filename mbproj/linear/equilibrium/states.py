@@ -123,7 +123,7 @@ def solve_with_states(problem: EquilibriumProblem, q: Array, expected: Array) ->
     there is none."""
     problem = replace(problem, x=at_rest(problem, q, expected))
     at, steps = problem.at(q, expected), 0
-    at_once = _at_once(at)
+    at_once = _solve_together(at)
     if at_once is not None:
         return at_once
     try:
@@ -138,7 +138,7 @@ def solve_with_states(problem: EquilibriumProblem, q: Array, expected: Array) ->
     return Solved(balanced.at, steps + more)
 
 
-def _at_once(at: EquilibriumBalance) -> Solved | None:
+def _solve_together(at: EquilibriumBalance) -> Solved | None:
     """Return the equilibrium by steps that move bodies and states together. Return None where it is not nearby, or
     where no state that pushes depends on the pose. Return None, too, where the bodies are unstable while the states
     follow them."""
@@ -171,12 +171,12 @@ def at_rest(problem: EquilibriumProblem, q: Array, expected: Array) -> Array:
     1998)."""
     scale, x, damping = problem.system.states.scale, problem.x, np.inf
 
-    def there() -> Instant:
+    def instant() -> Instant:
         return problem.turning.motion(problem.t, q, expected, x).instant(problem.system)
 
-    rates = scaled_rates(there())
+    rates = scaled_rates(instant())
     for _ in range(THRESHOLDS.most_passes):
-        size, J = float(np.linalg.norm(rates)), state_slopes(there()) * scale / scale[:, None]
+        size, J = float(np.linalg.norm(rates)), state_slopes(instant()) * scale / scale[:, None]
         J = J * problem.system.states.rests[:, None]
         fastest, growth = float(np.linalg.norm(J)), float(np.linalg.eigvals(J).real.max())
         if np.all(np.abs(rates) <= THRESHOLDS.no_digits * (np.abs(J) @ (1.0 + np.abs(x / scale)))):
@@ -184,7 +184,7 @@ def at_rest(problem: EquilibriumProblem, q: Array, expected: Array) -> Array:
         damping = min(damping, fastest)
         try:
             x = x + scale * np.linalg.solve(max(damping, 2.0 * growth) * np.eye(len(x)) - J, rates)
-            rates = scaled_rates(there())
+            rates = scaled_rates(instant())
         except (np.linalg.LinAlgError, SimulationError):
             break
         grown = float(np.linalg.norm(rates)) / size

@@ -26,15 +26,15 @@ def in_axes(equations: LinearEquations, motion: MotionAtTime, turning: Array) ->
         added(bodies, [_between(D, P, P), _between(M, P, P_dot).scaled(2.0)]),
         added(bodies, [_between(K, P, P), _between(D, P, P_dot), _between(M, P, P_ddot)]),
         RowMotion(
-            _on(rows.G, P),
-            summed([_on(rows.G_dot, P), _on(rows.G, P_dot)]),
-            summed([_on(rows.G_ddot, P), _on(rows.G_dot, 2.0 * P_dot), _on(rows.G, P_ddot)]),
+            _times(rows.G, P),
+            summed([_times(rows.G_dot, P), _times(rows.G, P_dot)]),
+            summed([_times(rows.G_ddot, P), _times(rows.G_dot, 2.0 * P_dot), _times(rows.G, P_ddot)]),
         ),
         StateEquations(
             states.by_states,
-            summed([_on(states.by_displacement, P), _on(states.by_rate, P_dot)]),
-            _on(states.by_rate, P),
-            _on(states.push, P),
+            summed([_times(states.by_displacement, P), _times(states.by_rate, P_dot)]),
+            _times(states.by_rate, P),
+            _times(states.push, P),
         ),
         None if equations.slip is None else _slip_in_axes(equations.slip, rows, (P, P_dot, P_ddot)),
     )
@@ -46,8 +46,8 @@ def _slip_in_axes(slip: SlipMotion, rows: RowMotion, axes: tuple[Array, Array, A
     A, A_dot = (part.chosen(slip.rows) for part in (rows.G, rows.G_dot))
     return SlipMotion(
         slip.rows,
-        summed([_on(slip.H, P), _on(A, P_dot)]),
-        summed([_on(slip.H_dot, P), _on(slip.H, P_dot), _on(A_dot, P_dot), _on(A, P_ddot)]),
+        summed([_times(slip.H, P), _times(A, P_dot)]),
+        summed([_times(slip.H_dot, P), _times(slip.H, P_dot), _times(A_dot, P_dot), _times(A, P_ddot)]),
     )
 
 
@@ -67,6 +67,6 @@ def _between(matrix: Blocks, left: Array, right: Array) -> Blocks:
     return Blocks(matrix.bodies, matrix.row, matrix.column, value)
 
 
-def _on(rows: Rows, right: Array) -> Rows:
+def _times(rows: Rows, right: Array) -> Rows:
     value = (rows.value[:, None, :] @ right[rows.body])[:, 0]
     return Rows(rows.count, rows.bodies, rows.row, rows.body, value)

@@ -104,7 +104,7 @@ def projected(reference: LinearReference) -> Projected:
         )
     G_dot, G_ddot = rows.G_dot.matrix(), rows.G_ddot.matrix()
     space = tangent_space_of(system, motion.pose, rows.G, scale)
-    N, (N_dot, N_ddot) = space.N, space.along(G_dot, G_ddot)
+    N, (N_dot, N_ddot) = space.N, space.rates(G_dot, G_ddot)
     M, D, K = (part.matrix() for part in (equations.M, equations.D, equations.K))
     D_size, K_size = (_sizes(part) for part in (equations.D, equations.K))
     acts = (np.abs(tangent_force(system, motion)) / tangent_lengths(system))[:, None]

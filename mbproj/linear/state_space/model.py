@@ -154,8 +154,8 @@ def _assembled(reference: LinearReference, here: Projected, u: Inputs, y: Output
     A[half : half + f], B[half : half + f] = of_x, of_u
     B[half + f : 2 * half] = w_ddot
     A[2 * half :], B[2 * half :] = s_x, s_u
-    borne_x = _borne(y, pseudoinverse, push @ s - M @ (N @ of_x) - D @ ξ_dot - K @ ξ)
-    borne_u = _borne(y, pseudoinverse, force - M @ (N @ of_u + B_w @ w_ddot) - K @ at_once)
+    borne_x = _reaction_outputs(y, pseudoinverse, push @ s - M @ (N @ of_x) - D @ ξ_dot - K @ ξ)
+    borne_u = _reaction_outputs(y, pseudoinverse, force - M @ (N @ of_u + B_w @ w_ddot) - K @ at_once)
     _refuse_rates_of_inputs(y, to_body, at_once)
     C = y.of_displacement @ to_body @ ξ + y.of_rate @ to_body @ ξ_dot + borne_x + y.of_state @ s
     names = [*(f"displacement_{i + 1}" for i in range(f)), *(system.names.motions[motion] for motion in driven)]
@@ -175,7 +175,7 @@ def _assembled(reference: LinearReference, here: Projected, u: Inputs, y: Output
     )
 
 
-def _borne(y: Outputs, pseudoinverse: Array | LinearOperator, left: Array) -> Array:
+def _reaction_outputs(y: Outputs, pseudoinverse: Array | LinearOperator, left: Array) -> Array:
     """Return the parts of outputs, (r, k), from the multipliers that balance forces (6n, k); these are costly."""
     if not y.of_multiplier.any():
         return np.zeros((len(y.names), left.shape[1]))

@@ -26,7 +26,7 @@ from mbproj.thresholds import THRESHOLDS
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
 
 
-def bound(where: str, coupled: Coupled, constant: float, parts: Sequence[Binding], owner: int) -> Binding:
+def row_binding(where: str, coupled: Coupled, constant: float, parts: Sequence[Binding], owner: int) -> Binding:
     """Return the row bound to the slots of the coordinates `parts`, with this constant. Its reaction is the one on the
     second body of the last coordinate. Raises InputError, which names `where`, where the row's function has edges or
     changes with a turn."""

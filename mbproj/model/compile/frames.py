@@ -39,7 +39,7 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
     z1, z2 = z[:, 0], z[:, 1]
     x = np.empty_like(z)
     x[:, 0] = _any_normal(z1)
-    x[:, 1] = _turned(x[:, 0], z1, z2)
+    x[:, 1] = _parallel_transport(x[:, 0], z1, z2)
     for at, joint in enumerate(joints):
         if joint.frames is not None:
             pair = (joint.frames.first, joint.frames.second)
@@ -102,7 +102,7 @@ def _any_normal(axis: Array) -> Array:
     return normal
 
 
-def _turned(vector: Array, start: Array, end: Array) -> Array:
+def _parallel_transport(vector: Array, start: Array, end: Array) -> Array:
     """Vectors (..., 3), normal to unit vectors `start`, by the shortest rotations that take `start` to `end`."""
     axis, cosine = cross(start, end), np.sum(start * end, axis=-1, keepdims=True)
     once = cross(axis, vector)

@@ -75,7 +75,7 @@ def compile_friction(
     of joints, by names such as "hinge.angle"; `slips` are those that friction resists in joints without a coordinate
     for them."""
     loads: list[_Load] = []
-    frictions = list(_found(scene, {joint.name: (at, joint) for at, joint in enumerate(joints)}, loads))
+    frictions = list(_dry_frictions(scene, {joint.name: (at, joint) for at, joint in enumerate(joints)}, loads))
     frictions += _on_ropes(scene, joints, loads)
     sticking = [each for each in frictions if each.dry.regularised is None]
     smooth = {
@@ -106,7 +106,7 @@ class _Load:
     has_axis: bool = True
 
 
-def _found(scene: Scene, joints: Mapping[str, tuple[int, Joint]], loads: list[_Load]) -> Iterator[_Dry]:
+def _dry_frictions(scene: Scene, joints: Mapping[str, tuple[int, Joint]], loads: list[_Load]) -> Iterator[_Dry]:
     """The dry frictions of a scene; the loads of their bearings are appended to `loads`."""
     for force in scene.forces:
         for coordinate, dry in force.coulomb.items() if isinstance(force, JointForce) else ():

@@ -56,11 +56,11 @@ def rows_of(
 ) -> Iterator[Binding]:
     """The rows of a joint; `coordinates` are those of all joints, by names such as "hinge.angle"."""
     if joint.couples is not None:
-        from mbproj.model.compile.coupled import bound
+        from mbproj.model.compile.coupled import row_binding
 
         parts = [coordinates[name] for name in joint.couples.of]
         with placed_at(place):
-            yield bound(
+            yield row_binding(
                 f"'{joint.name}'", joint.couples, _coupling_constant(joint.couples, parts, groups), parts, owner
             )
         return

@@ -29,7 +29,7 @@ from mbproj.model.couplings import compile_couplings
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.system import Names, System
-from mbproj.registry import named
+from mbproj.registry import load
 from mbproj.scene.fields.rotations import from_matrix
 from mbproj.scene.records import Joint, Marker, Scene
 
@@ -51,15 +51,15 @@ def compile_system(scene: Scene) -> System:
     if most is not None:
         system = import_module("mbproj.dynamics.assembly.adjust").adjusted(system, initial_guess(scene, system).q, most)
     if scene.forces:
-        own += named("mbproj.model.compile.loads:elements_of")(scene, poses_of(scene))
+        own += load("mbproj.model.compile.loads:elements_of")(scene, poses_of(scene))
     if scene.states:
-        own.append(named("mbproj.model.compile.elements.controllers:states_of")(scene.states))
+        own.append(load("mbproj.model.compile.elements.controllers:states_of")(scene.states))
     if scene.controllers:
-        own += named("mbproj.model.compile.elements.controllers:held_by_controllers")(scene.controllers)
+        own += load("mbproj.model.compile.elements.controllers:held_by_controllers")(scene.controllers)
     elements, reads = (*own, *scene.elements), any(system.forces.programs.reads)
     rubs = system.frictions is not None and system.frictions.varies
     if elements or scene.signals or reads or rubs:
-        with_elements = named("mbproj.model.compile.elements.arrays:with_elements")
+        with_elements = load("mbproj.model.compile.elements.arrays:with_elements")
         system = with_elements(system, elements, scene.signals, scene.controllers)
     return system
 
@@ -83,7 +83,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
             alignment.append(Binding(_PERPENDICULAR, owner, tuple(slots_of(("", *pair), symbols[joint.name]))))
         if kind.frame == "path":
             place = scene.place("joints", joint.name)
-            wound = named("mbproj.model.compile.ropes:wound")
+            wound = load("mbproj.model.compile.ropes:wound")
             own = ropes.setdefault(joint.name, wound(joint, owner, groups.seats, poses, place)).coordinates
         else:
             own = coordinates_of(owner, joint, symbols[joint.name])
@@ -104,8 +104,8 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
     forces, stops, frictions = acting.forces, acting.stops, acting.frictions
     teeth, touching, touching_names = (), None, ()
     if any(joint.couples or "curve" in joint.parameters or "curves" in joint.parameters for joint in groups.joints):
-        teeth = named("mbproj.model.compile.coupled:toothed")(scene, groups.joints, coordinate_names)
-        touching, touching_names = named("mbproj.model.compile.coupled:touching_of")(groups.joints, coordinate_names)
+        teeth = load("mbproj.model.compile.coupled:toothed")(scene, groups.joints, coordinate_names)
+        touching, touching_names = load("mbproj.model.compile.coupled:touching_of")(groups.joints, coordinate_names)
     bodies = [groups.seats[body.name] for body in scene.bodies]
     system = System(
         names=Names(
@@ -177,7 +177,7 @@ def _acting(
     from mbproj.model.compile.friction import compile_friction
     from mbproj.model.compile.loads import compile_forces
     from mbproj.model.compile.stops import compile_stops
-    from mbproj.model.compile.tangents import joined, tangential_friction
+    from mbproj.model.compile.tangents import all_frictions, tangential_friction
 
     slips = slips_of(groups.joints, symbols)
     axes = [_axis(symbols[joint.name]) for joint in groups.joints]
@@ -185,7 +185,7 @@ def _acting(
     forces, force_names = compile_forces(scene, groups.seats, poses, coordinates, dry.smooth, slips)
     stops, stop_names = compile_stops(scene, groups.seats, poses, coordinates)
     tangential, tangent_names = tangential_friction(scene, groups.seats, poses, stop_names)
-    frictions = joined(dry.frictions, tangential)
+    frictions = all_frictions(dry.frictions, tangential)
     return _Acting(forces, force_names, stops, stop_names, frictions, (*dry.names, *tangent_names), dry.bearings)
 
 

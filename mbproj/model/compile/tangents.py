@@ -45,7 +45,7 @@ def tangential_friction(
     return frictions, tuple(name for force in rubbing for name in force.frictions)
 
 
-def joined(first: Frictions | None, second: Frictions | None) -> Frictions | None:
+def all_frictions(first: Frictions | None, second: Frictions | None) -> Frictions | None:
     """Return the frictions of joints, and after them those of stops."""
     if first is None or second is None:
         return first or second

@@ -57,7 +57,7 @@ def certain_plane(joints: PrimitiveSet, position: Array, rotation: Array, length
     axes = np.roll(np.eye(3), 2 - axis, axis=1)
     seen = see(joints, position, rotation, axes[None], length)
     side = sides(joints, seen)[0]
-    seen = seen.along(0)
+    seen = seen.in_axes(0)
     level, along = level_and_upright(joints, seen.x)
     if not (along | level)[joints.is_point == 0.0].all():
         return None

@@ -69,7 +69,7 @@ def _friction_obstacle(system: System, plane: Plane) -> str | None:
         return None
     bound, side = (
         bindings(frictions.coordinates),
-        sides(frictions.coordinates, _seen(system, plane, frictions.coordinates)),
+        sides(frictions.coordinates, _in_plane(system, plane, frictions.coordinates)),
     )
     kept = np.flatnonzero((frictions.partner < 0) | ((side != OUTSIDE) & (side != BESIDE)))
     along = bind([replace(bound[k], owner=at) for at, k in enumerate(kept)])
@@ -85,7 +85,7 @@ def _leaves_plane(
     locked = np.flatnonzero(of_joints & (coordinates_in_plane(plane, joint_coordinate) < 0))
     if len(locked):
         return f"{owners[locked[0]]} along a coordinate out of the plane"
-    leaves = ~of_joints & (sides(along, _seen(system, plane, along)) != INSIDE)
+    leaves = ~of_joints & (sides(along, _in_plane(system, plane, along)) != INSIDE)
     for group in along.groups:
         has_axis = "vector" in group.primitive.slots
         for row in group.rows[leaves[group.rows[:, 0]], 0]:
@@ -114,7 +114,7 @@ def locals_in_plane(plane: Plane, bound: PrimitiveSet) -> Array:
     return _in_axes(plane, bound)[:, :2]
 
 
-def _seen(system: System, plane: Plane, bound: PrimitiveSet) -> Seen:
+def _in_plane(system: System, plane: Plane, bound: PrimitiveSet) -> Seen:
     """Return a set in plane axes at the plane's reference."""
     depth = np.append(plane.depth, 0.0)
     return seen_from(bound, _in_axes(plane, bound), depth[:, None] * [0.0, 0.0, 1.0], system.length)

@@ -44,7 +44,7 @@ class Plane:
         """
         rows, rates = q.reshape(*q.shape[:-1], -1, 7), v.reshape(*v.shape[:-1], -1, 7)
         orientation = rows[..., 3:]
-        cosine, sine = ((orientation * across).sum(axis=-1) for across in (self.reference, self._turned))
+        cosine, sine = ((orientation * across).sum(axis=-1) for across in (self.reference, self._opposite))
         angle = 2.0 * np.arctan2(sine, cosine)
         p, u = (np.empty((*each.shape[:-1], 3), like=each) for each in (rows, rates))
         p[..., :2], u[..., :2] = rows[..., :3] @ self.axes[:, :2], rates[..., :3] @ self.axes[:, :2]
@@ -67,8 +67,8 @@ class Plane:
             for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # round-off of `@` depends on lengths
                 whole[..., axis] = along_x * part[..., 0] + along_y * part[..., 1]
         q[..., :3] += self.depth[:, None] * self.axes[:, 2]
-        orientation = cosine * self.reference + sine * self._turned
-        quarter = cosine * self._turned - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times this
+        orientation = cosine * self.reference + sine * self._opposite
+        quarter = cosine * self._opposite - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times this
         q[..., 3:] = orientation
         with may_overflow():
             v[..., 3:] = spin * quarter
@@ -81,6 +81,6 @@ class Plane:
         return product(numbers([0.0, *self.axes[:, 2]]), np.eye(4)).T
 
     @cached_property
-    def _turned(self) -> Array:
+    def _opposite(self) -> Array:
         """The reference orientations, turned by 180 degrees about n."""
         return self.reference @ self._half_turn.T

@@ -90,10 +90,10 @@ def _candidates(system: System, pose: _Pose) -> list[tuple[Array, Seen, Integers
     if not len(normals):
         return []
     axes = numbers([plane_axes(normal) for normal in normals])
-    joints = _seen(system.joints, pose, axes, system.length)
+    joints = _attachments(system.joints, pose, axes, system.length)
     side = sides(system.joints, joints)
     ranked = np.lexsort([np.count_nonzero(side == INSIDE, axis=1), -np.count_nonzero(side == OUTSIDE, axis=1)])
-    return [(axes[number], joints.along(number), side[number]) for number in ranked.tolist()]
+    return [(axes[number], joints.in_axes(number), side[number]) for number in ranked.tolist()]
 
 
 def _reduction(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integers) -> Plane | NotPlanar:
@@ -111,7 +111,7 @@ def _plane(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integer
     """Return the plane with these axes, in which the joints hold the bodies, or the refusal for an angle that is tilted
     against it."""
     n, inside = system.bodies, side == INSIDE
-    coordinates = _seen(system.coordinates, pose, axes, system.length)
+    coordinates = _attachments(system.coordinates, pose, axes, system.length)
     changing = _changing(system.coordinates, coordinates)
     if not changing.all():
         rate = _in_plane_rate(system.coordinates, coordinates)
@@ -132,7 +132,7 @@ def _plane(system: System, pose: _Pose, axes: Array, joints: Seen, side: Integer
     )
 
 
-def _seen(bound: PrimitiveSet, pose: _Pose, axes: Array, length: float) -> Seen:
+def _attachments(bound: PrimitiveSet, pose: _Pose, axes: Array, length: float) -> Seen:
     return see(bound, pose.position, pose.rotation, axes, length)
 
 
@@ -149,7 +149,7 @@ def _changing(bound: PrimitiveSet, seen: Seen) -> npt.NDArray[np.bool_]:
 def _in_plane_rate(bound: PrimitiveSet, seen: Seen) -> Array:
     """Return the rates of the coordinates, (nc,), while body 2 of each joint turns about n at 1 rad/s."""
     turning = cross(np.array([0.0, 0.0, 1.0]), seen.arm) * (bound.side == 2)[:, None]
-    return bound.along(bound.gradient_entries(seen.x), turning)
+    return bound.derivative_along(bound.gradient_entries(seen.x), turning)
 
 
 def _not_planar(what: str, axes: Array) -> NotPlanar:

@@ -86,7 +86,7 @@ class Seen:
     x: Array
     extent: float
 
-    def along(self, number: int) -> Seen:
+    def in_axes(self, number: int) -> Seen:
         """Return the attachments in the axes with this number, where there are several."""
         return Seen(self.arm[number], self.x[number], self.extent)
 
@@ -131,15 +131,15 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
         if kind == "coincident":
             side[..., group.rows] = [INSIDE, INSIDE, OUTSIDE]
         elif kind == "perpendicular":
-            side[..., row] = _chosen(level.all(axis=-1), upright.any(axis=-1))
+            side[..., row] = _side(level.all(axis=-1), upright.any(axis=-1))
         elif kind == "along":
-            side[..., row] = _chosen(level[..., 0], upright[..., 0])
+            side[..., row] = _side(level[..., 0], upright[..., 0])
         elif kind == "distance":
             apart = depth[..., group.slots[:, 1]] - depth[..., group.slots[:, 0]]
             side[..., row] = np.where(np.abs(apart) <= THRESHOLDS.rounding * seen.extent, INSIDE, STRANGE)
         elif kind == "coupling":
             row_of: Any = group.primitive
-            parts = [_is_coordinate_inside(level[..., slots], each) for each, _, slots in row_of.parts()]
+            parts = [_is_coordinate_inside(level[..., slots], each) for each, _, slots in row_of.terms()]
             side[..., row] = np.where(np.all(parts, axis=0), INSIDE, STRANGE)
         elif kind == "rope":
             deep = np.ptp(depth[..., group.slots[:, 2:]], axis=-1) > THRESHOLDS.rounding * seen.extent
@@ -191,5 +191,5 @@ def _summed(terms: Array, place: Integers, size: int) -> Array:
     return np.moveaxis(total, 0, -1)
 
 
-def _chosen(inside: npt.NDArray[np.bool_], outside: npt.NDArray[np.bool_]) -> Integers:
+def _side(inside: npt.NDArray[np.bool_], outside: npt.NDArray[np.bool_]) -> Integers:
     return np.where(outside, OUTSIDE, np.where(inside, INSIDE, TILTED))

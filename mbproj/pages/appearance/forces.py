@@ -111,7 +111,7 @@ def _plates(scene: Scene, layout: PartNumbers) -> Iterator[DrawnPart]:
     for item, stop in enumerate(scene.forces):
         if not isinstance(stop, PlaneStop):
             continue
-        under, body = _under(scene, stop, item), stop.location.body
+        under, body = _stop_plane(scene, stop, item), stop.location.body
         for owner, faces in planes:
             if owner == body and under.is_in(faces[0], layout.size):
                 faces.append(under)
@@ -134,7 +134,7 @@ def _plate(under: list[_StopPlane], layout: PartNumbers) -> Solid:
     return Solid("box", (float(across_it), float(along_it), thick), middle, triad(normal, x))
 
 
-def _under(scene: Scene, stop: PlaneStop, item: int) -> _StopPlane:
+def _stop_plane(scene: Scene, stop: PlaneStop, item: int) -> _StopPlane:
     poses = poses_of(scene)
     place, turn = poses[stop.location.body]
 

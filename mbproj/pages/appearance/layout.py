@@ -64,7 +64,7 @@ class PartNumbers:
             cloud += [start.point(body, frame[f"p{side}"]) for side, body in enumerate(bodies[name], 1)]
         cloud += [start.point(number[marker.body], markers[marker.name]) for marker in scene.markers]
         cloud += [start.point(body, point) for joint in kept for body, point in _curves(joint, bodies, frames)]
-        held, axes = _held(scene, bodies, frames)
+        held, axes = _held_points(scene, bodies, frames)
         loose = frozenset(range(len(scene.bodies))) - held.keys()
         for owner, point in _soft_points(scene, number, poses, springs, held):
             held[owner], axes[owner] = (*held.get(owner, ()), point), (*axes.get(owner, ()), None)
@@ -93,7 +93,7 @@ def _curves(
         yield from ((bodies[joint.name][0], point) for point in points)
 
 
-def _held(
+def _held_points(
     scene: Scene, bodies: Mapping[str, tuple[int, int]], frames: Mapping[str, Mapping[str, Array]]
 ) -> tuple[dict[int, tuple[Array, ...]], dict[int, tuple[Array | None, ...]]]:
     held: dict[int, tuple[Array, ...]] = {}

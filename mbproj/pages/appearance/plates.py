@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.functions.curves.shapes import drawn
+from mbproj.functions.curves.shapes import points_along
 from mbproj.functions.curves.track import SpaceTrack, Track
 from mbproj.joints import JOINTS
 from mbproj.pages.appearance.parts import UPRIGHT, Mesh, Solid
@@ -120,7 +120,7 @@ def both_outlines(joint: Joint) -> tuple[Outline, ...]:
 
 def _outline(track: Track, left: float, side: str | None) -> Outline:
     """The outline at a distance `left` of a curve. `side` is the side from which it is touched."""
-    points = np.array(drawn(track.line, left))
+    points = np.array(points_along(track.line, left))
     apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.append(True, apart > DISTINCT * apart.max())]
     closed = track.line.closed

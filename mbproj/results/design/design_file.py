@@ -63,7 +63,7 @@ def read_drawn(folder: Path) -> Drawn:
         contents = json.loads(path.read_text(encoding="utf-8"))
         if contents.pop("format") != FORMAT:
             raise ValueError
-        return _drawn(contents)
+        return _read_record(contents)
     except OSError as error:
         raise InputError(Problem(f"cannot read it: {error.strerror}", Place(str(path)), AGAIN)) from error
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
@@ -71,7 +71,7 @@ def read_drawn(folder: Path) -> Drawn:
         raise InputError(Problem(message, Place(str(path)), AGAIN)) from error
 
 
-def _drawn(contents: dict[str, Any]) -> Drawn:
+def _read_record(contents: dict[str, Any]) -> Drawn:
     """The record, with every shape checked. Raises ValueError, TypeError or KeyError where the data are wrong."""
     matches = tuple(_matched(each) for each in contents["matches"])
     names, goals = tuple(map(str, contents["names"])), tuple(map(str, contents["goals"]))

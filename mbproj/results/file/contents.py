@@ -151,7 +151,7 @@ class Contents:
             raise self.damaged(name, "has the wrong shape")
         return shape[0]
 
-    def listed(self, attribute: str) -> tuple[str, ...]:
+    def names_in(self, attribute: str) -> tuple[str, ...]:
         """The names in an attribute of the file that is a list."""
         with self._reading(attribute):
             names = [plain(name) for name in np.atleast_1d(self._file.attrs[attribute])]

@@ -72,7 +72,7 @@ def write_records(file: h5py.File, group: str, fields: Fields, records: Sequence
     """Write the records into the group: each field from the attribute of that name."""
     for name, (dtype, _, _) in fields.items():
         values = [getattr(record, name) for record in records]
-        data = np.array([_cut(value) for value in values] if dtype is TEXT else values, dtype=dtype)
+        data = np.array([_cut_bytes(value) for value in values] if dtype is TEXT else values, dtype=dtype)
         dataset = file[group][name]
         dataset.resize(data.shape)
         if data.size:
@@ -80,6 +80,6 @@ def write_records(file: h5py.File, group: str, fields: Fields, records: Sequence
         stamp(dataset, crc32(data))
 
 
-def _cut(text: str) -> bytes:
+def _cut_bytes(text: str) -> bytes:
     """The text in UTF-8, cut to the characters that fit as a whole."""
     return text.encode()[:LONGEST].decode(errors="ignore").encode()

@@ -57,7 +57,7 @@ class StoredModel:
     title: str
 
 
-def _marked(magic: bytes) -> Callable[[Path], bool]:
+def _has_mark(magic: bytes) -> Callable[[Path], bool]:
     def wrote(path: Path) -> bool:
         with path.open("rb") as file:
             head = file.read(4096)
@@ -70,8 +70,8 @@ def _marked(magic: bytes) -> Callable[[Path], bool]:
 KINDS: Mapping[str, FileKind] = MappingProxyType(
     {
         ".h5": hdf5(LAYOUT.format),
-        ".npz": FileKind("an .npz file", _marked(b"PK")),
-        ".mat": FileKind("a .mat file", _marked(b"MATLAB 5.0")),
+        ".npz": FileKind("an .npz file", _has_mark(b"PK")),
+        ".mat": FileKind("a .mat file", _has_mark(b"MATLAB 5.0")),
     }
 )
 

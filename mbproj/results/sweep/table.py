@@ -97,7 +97,7 @@ def _read(contents: Contents, name: str) -> SweepCases:
         raise InputError(Problem(said, hint=AGAIN))
     for each in contents.datasets() if version == SCHEMA_VERSION else ():
         contents.check_whole(each)
-    varied, measured = (contents.listed(key) for key in ("varied", "measured"))
+    varied, measured = (contents.names_in(key) for key in ("varied", "measured"))
     combine = str(about.get("combine", ""))
     axes = varied if combine == GRID else (CASE,)
     shape = tuple(contents.length(axis) for axis in axes)

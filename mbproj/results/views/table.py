@@ -57,19 +57,19 @@ class Table:
         return needed("pandas").DataFrame(list(self.rows), columns=list(self.headings))
 
     def __repr__(self) -> str:
-        lines = [self.headings, *(tuple(map(_shown, row)) for row in self.rows[:SHOWN])]
+        lines = [self.headings, *(tuple(map(_cell_text, row)) for row in self.rows[:SHOWN])]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         text = ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in lines]
-        return "\n".join([*text, *([] if self._left == 0 else [f"... and {self._left} more"])])
+        return "\n".join([*text, *([] if self._rows_left == 0 else [f"... and {self._rows_left} more"])])
 
     def _repr_html_(self) -> str:
         head = "".join(f"<th>{escaped(name)}</th>" for name in self.headings)
         body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in self.rows[:SHOWN])
-        more = f"<caption>the first {SHOWN} of {len(self.rows)} rows</caption>" if self._left else ""
+        more = f"<caption>the first {SHOWN} of {len(self.rows)} rows</caption>" if self._rows_left else ""
         return f"<table>{more}<tr>{head}</tr>{body}</table>"
 
     @property
-    def _left(self) -> int:
+    def _rows_left(self) -> int:
         """The number of rows that are not shown."""
         return max(len(self.rows) - SHOWN, 0)
 
@@ -98,9 +98,9 @@ class Tabled(ABC):
         return f"<p>{escaped(self.line)}</p>{self.table._repr_html_()}"
 
 
-def _shown(value: object) -> str:
+def _cell_text(value: object) -> str:
     return "" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _cell(value: object) -> str:
-    return f"<td>{escaped(_shown(value))}</td>"
+    return f"<td>{escaped(_cell_text(value))}</td>"

@@ -7,7 +7,7 @@ from typing import Any
 
 from mbproj.errors import choose_from
 from mbproj.joints import JOINTS
-from mbproj.registry import named
+from mbproj.registry import load
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in, with_coordinates
 from mbproj.scene.blocks.expectations import Given, expectation, fits, subject
 from mbproj.scene.blocks.observables import (
@@ -183,7 +183,7 @@ def _of_items_on_coordinates(
 ) -> Iterator[Complaint]:
     """Complaints about expectations of the kind `of`, "stop" or "friction"."""
     able, asked = OBSERVABLES[of], [*_of(of, expected)]
-    units = named(UNITS[of])(joints, forces) if asked else {}
+    units = load(UNITS[of])(joints, forces) if asked else {}
     for name, given, item, quantity in asked:
         if item not in units:
             hint = choose_from(item, units, f"{what}s are") if units else f"the scene has {NO_ITEMS[of]}"
@@ -207,7 +207,7 @@ def expectations_of(blocks: Mapping[str, Any]) -> Iterator[Expectation]:
         elif of == "motion":
             coordinate = COORDINATES[blocks["motions"][item].coordinate]
         elif of in UNITS:
-            coordinate = named(UNITS[of])(joints, blocks.get("forces", {}))[item]
+            coordinate = load(UNITS[of])(joints, blocks.get("forces", {}))[item]
         elif of in ("state", "signal"):
             own = state_units(blocks) if of == "state" else _units(blocks["signals"])
             yield expectation(name, given, own[item])

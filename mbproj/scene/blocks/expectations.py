@@ -114,7 +114,7 @@ class Moment(Field["float | str | GivenPassage"]):
         }
 
 
-def _said(text: str) -> str:
+def _not_empty(text: str) -> str:
     if not text.strip():
         raise Unfit("is empty", "say who computed or measured the number, or from which formula it follows")
     return text
@@ -141,7 +141,7 @@ EXPECTATION: Record[Given] = Record(
         "relative": Number(above=0.0),
         "below": MEASURE,
         "above": MEASURE,
-        "source": Converted(Text(), _said),
+        "source": Converted(Text(), _not_empty),
     },
     dict,
     required=("at", "source"),

@@ -22,7 +22,7 @@ from mbproj.scene.expressions.syntax_tree import (
     QuantityNode,
 )
 from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, describe, similar_unit, unit_of
-from mbproj.several import are_several, at_once, each_case
+from mbproj.several import are_several, each_case, finite_value
 
 
 @dataclass(frozen=True)
@@ -260,7 +260,7 @@ def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
 def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:
     """compute(*numbers). Raises ExpressionError where that is not a finite number."""
     if any(map(are_several, numbers)):
-        outcome: float | None = at_once(compute, numbers) if compute in _EXACT else None
+        outcome: float | None = finite_value(compute, numbers) if compute in _EXACT else None
         return each_case(lambda *own: _finite(at, compute, *own))(*numbers) if outcome is None else outcome
     try:
         result = compute(*numbers)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mbproj.functions.program import CHANNELS, Program, number, replaced
-from mbproj.functions.standard import joined
+from mbproj.functions.standard import combine
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
 
@@ -13,4 +13,4 @@ def formula(text: str, **parts: float | Program) -> Program:
     tree = parse(text, frozenset(parts))
     code, _ = compiled(tree, {}, {name: CHANNELS + at for at, name in enumerate(parts)})
     programs = [part if isinstance(part, Program) else Program(number(part)) for part in parts.values()]
-    return joined(lambda *own: replaced(code, {CHANNELS + at: each for at, each in enumerate(own)}), *programs)
+    return combine(lambda *own: replaced(code, {CHANNELS + at: each for at, each in enumerate(own)}), *programs)

@@ -140,7 +140,7 @@ def parse(text: str, parameters: Set[str] = frozenset()) -> Expression:
     return tree
 
 
-def parts(tree: Expression) -> tuple[Expression, ...]:
+def children(tree: Expression) -> tuple[Expression, ...]:
     """The nodes right below this one."""
     match tree:
         case QuantityNode() | Negative():
@@ -159,7 +159,7 @@ def walk(tree: Expression) -> Iterator[tuple[Expression, int]]:
     while waiting:
         node, level = waiting.pop()
         yield node, level
-        waiting.extend((part, level + 1) for part in parts(node))
+        waiting.extend((part, level + 1) for part in children(node))
 
 
 def depth(tree: Expression) -> int:

@@ -110,7 +110,7 @@ def two_axes(axes: tuple[Vector, Vector]) -> Pair:
     return Pair(*axes)
 
 
-def shared(vector: Vector) -> Pair:
+def global_pair(vector: Vector) -> Pair:
     """The pair of one global vector for both bodies."""
     return Pair(vector, vector)
 

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from mbproj.dataclass import dataclass
-from mbproj.registry import named
+from mbproj.registry import load
 from mbproj.scene.fields.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode, describe
@@ -166,7 +166,7 @@ class Deferred(Field[T_co], Generic[T_co]):
     @cached_property
     def field(self) -> Field[T_co]:
         """The field itself."""
-        imported: Any = named(self.where)
+        imported: Any = load(self.where)
         whole: Field[T_co] = imported if isinstance(imported, Field) else imported(*self.given)
         return whole
 

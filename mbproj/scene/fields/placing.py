@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from mbproj.scene.fields.checks import Placed, different, of_these_bodies, pair_of, shared, two_axes, two_points
+from mbproj.scene.fields.checks import Placed, different, global_pair, of_these_bodies, pair_of, two_axes, two_points
 from mbproj.scene.fields.choices import Alternatives, NameReference
 from mbproj.scene.fields.containers import Complaint, Named, Record
 from mbproj.scene.fields.fields import Converted, Deferred, Field, List
@@ -14,8 +14,8 @@ from mbproj.scene.fields.quantities import DIRECTION, POINT
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import GROUND, Pair, Quaternion, Vector
 
-JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, shared), Named("body", POINT)))
-AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, shared), Named("body", DIRECTION)))
+JOINT_POINT: Field[Placed] = Alternatives((Converted(POINT, global_pair), Named("body", POINT)))
+AXIS: Field[Placed] = Alternatives((Converted(DIRECTION, global_pair), Named("body", DIRECTION)))
 AXES: Field[Placed] = Alternatives((Converted(List(DIRECTION, 2, "axes"), two_axes), Named("body", DIRECTION)))
 #: The origin of a curve, and the point that follows it.
 ORIGIN_AND_POINT: Field[Placed] = Alternatives(

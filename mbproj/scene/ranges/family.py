@@ -19,7 +19,7 @@ from mbproj.scene.text.nodes import MappingNode, ScalarNode, describe
 from mbproj.scene.text.source import read_text
 
 
-def opened(path: Path, what: str, begins: str) -> tuple[str, MappingNode, Reading]:
+def read_mapping(path: Path, what: str, begins: str) -> tuple[str, MappingNode, Reading]:
     """The text of the file, its mapping, and a new reading for it. Raises InputError where it is no mapping: `what` is
     the kind of file, as "a sweep", and `begins` its usual first line."""
     text = read_text(path)

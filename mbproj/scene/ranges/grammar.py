@@ -62,9 +62,9 @@ class RangeField(Field[Range]):
             case ScalarNode() if ":" in node.text:
                 return _spaced_text(node, path, reading)
             case ScalarNode() if node.text:
-                return _listed([node], path, reading)
+                return _read_list([node], path, reading)
             case SequenceNode() if node.items:
-                return _listed(node.items, path, reading)
+                return _read_list(node.items, path, reading)
             case MappingNode() if len(node.values) == 1:
                 ((form, inside),) = node.values.items()
                 if form in FORMS:
@@ -120,7 +120,7 @@ def given_range(text: str, option: str) -> Range:
     return spread
 
 
-def _listed(nodes: Sequence[Node], path: KeyPath, reading: Reading) -> Listed:
+def _read_list(nodes: Sequence[Node], path: KeyPath, reading: Reading) -> Listed:
     if any(isinstance(node, ScalarNode) and not node.text for node in nodes):
         reading.report(f"{label(path)} has an empty value", nodes[0].place, "leave the comma out, or give a value")
         raise _Wrong
@@ -180,7 +180,7 @@ def _spaced(parts: Sequence[Node], node: Node, path: KeyPath, reading: Reading, 
         reading.report(f"{label(path)} needs numbers above 0 for their logarithms", node.place)
         raise _Wrong
     return Spaced(
-        tuple(parts[:2]), _shared(first, last, parts[1], reading), first.number, last.number, count, logarithmic
+        tuple(parts[:2]), _one_dimension(first, last, parts[1], reading), first.number, last.number, count, logarithmic
     )
 
 
@@ -191,7 +191,7 @@ def _uniform(node: Node, path: KeyPath, reading: Reading) -> Uniform:
     if not low.number < high.number:
         reading.report(f"{label(path)} has nothing between {low.number:g} and {high.number:g}", node.place)
         raise _Wrong
-    return Uniform(node.items, _shared(low, high, node.items[1], reading), low.number, high.number)
+    return Uniform(node.items, _one_dimension(low, high, node.items[1], reading), low.number, high.number)
 
 
 def _normal(node: Node, path: KeyPath, reading: Reading) -> Normal:
@@ -203,7 +203,7 @@ def _normal(node: Node, path: KeyPath, reading: Reading) -> Normal:
             f"'deviation' must be greater than 0, found {deviation.number:g}", node.values["deviation"].place
         )
         raise _Wrong
-    dimension = _shared(mean, deviation, node.values["deviation"], reading)
+    dimension = _one_dimension(mean, deviation, node.values["deviation"], reading)
     return Normal((node.values["mean"],), dimension, mean.number, deviation.number)
 
 
@@ -212,7 +212,7 @@ def _refuse(expected: str, node: Node, path: KeyPath, reading: Reading) -> NoRet
     raise _Wrong
 
 
-def _shared(first: Value, second: Value, node: Node, reading: Reading) -> Dimension | None:
+def _one_dimension(first: Value, second: Value, node: Node, reading: Reading) -> Dimension | None:
     """The common dimension of both values; a number without unit takes that of the other. Raises _Wrong where they
     differ, which is reported."""
     one, two = first.dimension, second.dimension

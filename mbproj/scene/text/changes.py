@@ -36,7 +36,7 @@ def changed(root: MappingNode, changes: Mapping[str, object]) -> tuple[MappingNo
         change = value
         try:
             if not isinstance(change, Change):
-                change = _given(name, value)
+                change = _change_of(name, value)
             root = _with(root, name, change)
         except _NotThere as error:
             message, hint = error.args
@@ -47,7 +47,7 @@ def changed(root: MappingNode, changes: Mapping[str, object]) -> tuple[MappingNo
     return root, problems
 
 
-def _given(name: str, value: object) -> Change:
+def _change_of(name: str, value: object) -> Change:
     """The change that --set gives, where a list or a mapping is in YAML's flow style."""
     place = Place(f"--set {name}")
     if isinstance(value, str) and value.lstrip()[:1] in ("[", "{"):
@@ -76,7 +76,7 @@ def _with_parameter(root: MappingNode, name: str, change: Change) -> MappingNode
         raise _NotThere(f"unknown parameter '{name}'", did_you_mean(name, known) or listed)
     block = root.values[PARAMETERS]
     assert isinstance(block, MappingNode)
-    return _put(root, PARAMETERS, _put(block, name, change.node, change.place), change.place)
+    return _with_value(root, PARAMETERS, _with_value(block, name, change.node, change.place), change.place)
 
 
 def _parameters(root: MappingNode) -> Mapping[str, Node]:
@@ -102,7 +102,7 @@ def _inside(node: Node, keys: tuple[str, ...], depth: int, change: Change) -> No
     there = mapping.values.get(key)
     if there is None:
         there = _new(mapping, keys, depth, change)
-    return _put(mapping, key, _inside(there, keys, depth + 1, change), change.place)
+    return _with_value(mapping, key, _inside(there, keys, depth + 1, change), change.place)
 
 
 def _with_dots(mapping: MappingNode, keys: tuple[str, ...], depth: int) -> tuple[str, ...]:
@@ -136,7 +136,7 @@ def _new(mapping: MappingNode, keys: tuple[str, ...], depth: int, change: Change
     return ScalarNode("", change.place)
 
 
-def _put(mapping: MappingNode, key: str, node: Node, place: Place) -> MappingNode:
+def _with_value(mapping: MappingNode, key: str, node: Node, place: Place) -> MappingNode:
     """The mapping with this value; a key that it excludes is dropped. A new key has the place `place`."""
     other = EITHER.get(key, "")
     values = {name: value for name, value in mapping.values.items() if name != other}

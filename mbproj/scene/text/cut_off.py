@@ -37,7 +37,7 @@ def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
         pieces = items[at : at + MOST] if _opens(items[at]) else []
         count = _in_parentheses(pieces)
         if count:
-            node = _joined(pieces[:count])
+            node = _as_one_text(pieces[:count])
             items_read.append(node)
             problems.append(_problem("[ ]", node, f'put it in quotes: "{node.text}"'))
         else:
@@ -60,10 +60,10 @@ def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list
         following = _keys_alone(entries[at + 1 : at + MOST])
         count = _in_parentheses([value, *following]) if _opens(value) else 0
         if count:
-            node = _joined([value, *following][:count])
+            node = _as_one_text([value, *following][:count])
             problems.append(_problem("{ }", node, f'put it in quotes: {_name(key)}: "{node.text}"'))
         elif following and _decimal_comma(value, following[0]):
-            count, node = 2, replace(_joined([value, following[0]]), text=f"{_text(value)}.{_text(following[0])}")
+            count, node = 2, replace(_as_one_text([value, following[0]]), text=f"{_text(value)}.{_text(following[0])}")
             problems.append(_problem("{ }", node, f"decimals take a point: {_name(key)}: {node.text}"))
         kept.append(WrittenKey(key, place, node if count else value))
         at += count or 1
@@ -124,7 +124,7 @@ def _decimal_comma(value: Node, following: Node) -> bool:
     return _WHOLE_NUMBER.fullmatch(before) is not None and after[:1].isdecimal()
 
 
-def _joined(pieces: Sequence[Node]) -> ScalarNode:
+def _as_one_text(pieces: Sequence[Node]) -> ScalarNode:
     """The pieces as one text, with the characters of the line where all stand in one line."""
     texts = [piece for piece in pieces if isinstance(piece, ScalarNode)]
     first, last = texts[0], texts[-1]

@@ -54,7 +54,7 @@ def _edits(text: str, block: yaml.Node, changes: Changes) -> Iterator[Edit]:
     kept = {name: new for name, new in names.items() if changes.get(new, "") is not None}
     if block.flow_style and len(kept) < len(there):
         items = [f"{new}: {_value(text, there[name][1], changes, new)}" for name, new in kept.items()]
-        items += [f"{name}: {_written(new)}" for name, new in _added(changes, names).items()]
+        items += [f"{name}: {_as_text(new)}" for name, new in _added(changes, names).items()]
         yield block.start_mark.index, block.end_mark.index, "{" + ", ".join(items) + "}"
         return
     for name, (key, value) in there.items():
@@ -83,7 +83,7 @@ def _value(text: str, value: yaml.Node, changes: Changes, name: str) -> str:
         return _changed(text[:end], _edits(text[:end], value, new))[start:]
     if isinstance(new, Mapping) and isinstance(value, yaml.SequenceNode):
         return _changed(text[:end], _items(text[:end], value, new))[start:]
-    return text[start:end] if new is None else _written(new)
+    return text[start:end] if new is None else _as_text(new)
 
 
 def _changed(text: str, edits: Iterator[Edit]) -> str:
@@ -122,7 +122,7 @@ def _addition(text: str, block: yaml.MappingNode, added: Changes) -> Edit:
     newline, line_end = text.find("\n", _end(block.value[-1][1])), "\r\n" if "\r\n" in text else "\n"
     end, before = (len(text), line_end) if newline < 0 else (newline + 1, "")
     indent = " " * block.value[0][0].start_mark.column
-    return end, end, before + "".join(f"{indent}{name}: {_written(new)}{line_end}" for name, new in added.items())
+    return end, end, before + "".join(f"{indent}{name}: {_as_text(new)}{line_end}" for name, new in added.items())
 
 
 def _lead(text: str, block: yaml.Node) -> str:
@@ -130,12 +130,12 @@ def _lead(text: str, block: yaml.Node) -> str:
     return " " if text[block.start_mark.index - 1 : block.start_mark.index] == ":" else ""
 
 
-def _written(new: str | Changes | None) -> str:
+def _as_text(new: str | Changes | None) -> str:
     return _flow(new) if isinstance(new, Mapping) else str(new)
 
 
 def _flow(changes: Changes) -> str:
     kept = {name: new for name, new in changes.items() if new is not None}
     if set(kept) == {"method"}:
-        return _written(kept["method"])
-    return "{" + ", ".join(f"{name}: {_written(new)}" for name, new in kept.items()) + "}"
+        return _as_text(kept["method"])
+    return "{" + ", ".join(f"{name}: {_as_text(new)}" for name, new in kept.items()) + "}"

@@ -14,7 +14,7 @@ from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.scene.read import SceneText, read_scene_text
 from mbproj.scene.text.rewrite import Changes, with_changes
-from mbproj.studies.design.figure_data import drawn
+from mbproj.studies.design.figure_data import data_to_draw
 from mbproj.studies.design.run import FoundDesign
 from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.measure.setting import shortest
@@ -43,7 +43,7 @@ class DesignFolder:
         return [
             write_text(self._scene, best_scene(design), DESIGNED, force=self._force, hint=OTHER),
             write_csv(self._table, table.headings, table.rows, force=self._force, hint=OTHER),
-            write_text(self._drawn, drawn(design).text(), DESIGN_DRAWN, force=self._force, hint=OTHER),
+            write_text(self._drawn, data_to_draw(design).text(), DESIGN_DRAWN, force=self._force, hint=OTHER),
         ]
 
 

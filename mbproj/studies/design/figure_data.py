@@ -14,17 +14,17 @@ from mbproj.studies.design.spec import Goal
 from mbproj.studies.design.target import PATH, TIME
 
 
-def drawn(design: FoundDesign) -> Drawn:
+def data_to_draw(design: FoundDesign) -> Drawn:
     """The data to draw: for matches the run beside the data, for several goals their front; and the traces of the
     searches."""
     names = tuple(column_of(path) for path in design.spec.paths)
     if design.searches[0].goals.size:
         front = np.stack([signs(design) * each.goals for each in design.searches])
-        goals = tuple(_named(goal) for goal in design.spec.goals)
+        goals = tuple(_axis_label(goal) for goal in design.spec.goals)
         return Drawn(f"{design.engine}, {design.runs} runs", goals[0], names, goals=goals, front=front)
     return Drawn(
         remark=f"{design.engine}, {len(design.searches)} starts, {design.runs} runs",
-        value="rms of the residuals" if design.spec.targets else _named(design.spec.goals[0]),
+        value="rms of the residuals" if design.spec.targets else _axis_label(design.spec.goals[0]),
         names=names,
         matches=tuple(_matched(design)),
         traces=tuple(_trace(design, each.trace) for each in design.searches),
@@ -37,7 +37,7 @@ def signs(design: FoundDesign) -> Array:
     return np.array([goal.sign for goal in design.spec.goals])
 
 
-def _named(goal: Goal) -> str:
+def _axis_label(goal: Goal) -> str:
     """The label of an axis."""
     return with_unit(goal.measure.name, goal.measure.unit)
 
@@ -51,7 +51,7 @@ def _trace(design: FoundDesign, trace: Array) -> Array:
 
 
 def _matched(design: FoundDesign) -> Iterator[Matched]:
-    for target, off in design.off:
+    for target, off in design.deviations:
         yield Matched(
             name=target.name,
             abscissa=None if target.over == PATH else target.abscissa,

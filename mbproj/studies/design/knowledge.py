@@ -90,7 +90,7 @@ def _in_words(paths: Sequence[str], x: Array, width: Array, unseen: Array) -> li
             continue
         exponents = _whole(direction[own] * width[own] / x[own]) if np.all(x[own] != 0.0) else None
         if exponents is not None:
-            sentences.append(f"only {_seen([names[k] for k in own], exponents)} is seen, not its factors")
+            sentences.append(f"only {_constant_products([names[k] for k in own], exponents)} is seen, not its factors")
             continue
         shares = direction[own] * width[own]
         moved = ", ".join(
@@ -123,7 +123,7 @@ def _whole(powers: Array) -> list[int] | None:
     return None
 
 
-def _seen(names: Sequence[str], exponents: Sequence[int]) -> str:
+def _constant_products(names: Sequence[str], exponents: Sequence[int]) -> str:
     """Return, in words, the products a^q / b^p of neighbouring names that relative changes in the ratio of the
     exponents p, q leave constant."""
     products = []

@@ -49,7 +49,7 @@ class Match:
             return None
         numbers = self._value_columns(quantity, columns)
         if not numbers:
-            wanted = self._names(quantity, AXES[0] if self._parts(quantity) == AXES else "")[0]
+            wanted = self._names(quantity, AXES[0] if self._components(quantity) == AXES else "")[0]
             hint = f"name one '{wanted}', or say which it is: columns: {{{wanted}: HEADING}}"
             self._reading.report(f"no column is of '{quantity}' of '{self._item}'", place, hint)
             return None
@@ -120,7 +120,7 @@ class Match:
             return None
         return table
 
-    def _parts(self, quantity: str) -> tuple[str, ...]:
+    def _components(self, quantity: str) -> tuple[str, ...]:
         """The components of a quantity that columns may contain."""
         return AXES if self._able[quantity].components == len(AXES) else ("",)
 
@@ -136,7 +136,7 @@ class Match:
         before = len(self._reading.problems)
         known = [name for name, _ in columns.headings]
         lower = [name.lower() for name in known]
-        own = [name for part in self._parts(quantity) for name in self._names(quantity, part)]
+        own = [name for part in self._components(quantity) for name in self._names(quantity, part)]
         for what, heading in self._headings.items():
             if what not in (*own, self._over):
                 message = f"'{what}' is no column of this match"
@@ -150,7 +150,7 @@ class Match:
         """The numbers of the columns of values, by component."""
         known = [name for name, _ in columns.headings]
         by_part = {}
-        for part in self._parts(quantity):
+        for part in self._components(quantity):
             names = self._names(quantity, part)
             asked = [self._headings[name] for name in names if name in self._headings]
             number = next((known.index(name) for name in (*asked, *names) if name in known), None)

@@ -88,7 +88,7 @@ class FoundDesign:
     differences: str | None
 
     @property
-    def apart(self) -> dict[str, str]:
+    def why_differences(self) -> dict[str, str]:
         """The reasons, by measure, why their slopes came from differences, where dual numbers gave slopes of other
         measures."""
         if self.differences != "" or self.trial.followed is None:
@@ -96,7 +96,7 @@ class FoundDesign:
         return {each.name: why for each, why in self.trial.followed.missing.items()}
 
     @property
-    def off(self) -> Iterator[tuple[Target, Array]]:
+    def deviations(self) -> Iterator[tuple[Target, Array]]:
         """Yield the targets, each with the run's deviation from its values, (N, k), in its unit."""
         at = 0
         for target in self.spec.targets:
@@ -173,7 +173,7 @@ def find_design(
         causes = [each.cause for each in searches]
         message = f"no design runs; most often: {max(causes, key=causes.count)}"
         raise InputError(Problem(message, spec.place("vary"), "widen the bounds, or mend the scene"))
-    return _known(spec, wish, tuple(searches), (chosen, why), reused, runs)
+    return _found_design(spec, wish, tuple(searches), (chosen, why), reused, runs)
 
 
 def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> None:
@@ -240,7 +240,7 @@ def _identity(spec: DesignSpec) -> list[Any]:
     return [spec.text, spec.scene.whole, data]
 
 
-def _known(
+def _found_design(
     spec: DesignSpec,
     wish: Wish,
     searches: tuple[Search, ...],

@@ -119,8 +119,8 @@ def _measures(scene: Scene, of: Sequence[str]) -> tuple[Expectation, ...]:
             raise InputError(Problem(f"no expectation is called '{name}'", Place("--of"), choose_from(name, known)))
     physical = [each for each in known.values() if not _is_error(each)]
     chosen = [known[name] for name in of] if of else physical or list(known.values())
-    scalar = [part for each in chosen for part in _parts(each)]
-    if not scalar or (of and any(not _parts(each) for each in chosen)):
+    scalar = [part for each in chosen for part in _scalars(each)]
+    if not scalar or (of and any(not _scalars(each) for each in chosen)):
         hint = "give it a component: x, y, z or norm"
         raise InputError(Problem("an expectation of several components is no measure", Place("--of"), hint))
     return tuple(scalar)
@@ -131,7 +131,7 @@ def _is_error(each: Expectation) -> bool:
     return each.of == "diagnostic" or each.quantity.startswith("violation")
 
 
-def _parts(each: Expectation) -> list[Expectation]:
+def _scalars(each: Expectation) -> list[Expectation]:
     """Split an expectation into scalars: itself, or its three components. An orientation has none, because its four
     numbers are not independent."""
     count = 1 if each.value is None else len(each.value)

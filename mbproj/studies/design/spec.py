@@ -24,7 +24,7 @@ from mbproj.scene.fields.fields import Text
 from mbproj.scene.fields.quantities import Integer, Number, agrees, dimension_of, unit_text
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.ranges import BOUNDS, Uniform
-from mbproj.scene.ranges.family import column_of, opened, scene_named, units_of
+from mbproj.scene.ranges.family import column_of, read_mapping, scene_named, units_of
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, KeyPath, Scene
 from mbproj.scene.settings import settings_to_run
@@ -134,7 +134,7 @@ class DesignSpec:
 def read_spec(path: Path) -> DesignSpec:
     """The design in the file at `path`. Raises InputError with every problem, at its place in the file, the scene or
     the measurements."""
-    text, root, reading = opened(path, DESIGN.what, f"it begins with 'design: {FORMAT}'")
+    text, root, reading = read_mapping(path, DESIGN.what, f"it begins with 'design: {FORMAT}'")
     scene, base = scene_named(path, root, reading, DESIGN)
     reading.items = items_of(base)
     blocks = DESIGN.read(root, (), reading)

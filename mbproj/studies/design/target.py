@@ -38,7 +38,7 @@ class Target:
     source: str
 
     @property
-    def watched(self) -> tuple[Expectation, ...]:
+    def needed(self) -> tuple[Expectation, ...]:
         """The measures that a run must record for this target."""
         if self.over in (TIME, PATH):
             return self.measures
@@ -54,7 +54,7 @@ class Target:
             return between(time, curve, events, np.minimum(self.abscissa, time[-1]))
         if self.over == PATH:
             return _nearest(time, curve, events, self.values)
-        when = _passages(time, series(self.watched[-1], samples)[:, 0], events, self.abscissa, self.watched[-1].unit)
+        when = _passages(time, series(self.needed[-1], samples)[:, 0], events, self.abscissa, self.needed[-1].unit)
         return None if when is None else between(time, curve, events, when)
 
     def residuals(self, samples: SampleSource) -> Array | None:

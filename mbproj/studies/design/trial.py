@@ -32,7 +32,7 @@ from mbproj.studies.design.spec import DesignLimit, DesignSpec, Goal
 from mbproj.studies.design.target import Target
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.together.block import samples_of_block
-from mbproj.studies.together.groups import by_arrays, shared
+from mbproj.studies.together.groups import by_arrays, common_values
 from mbproj.studies.together.signature import signature_of, values_of
 
 #: The number of parsed scenes in the cache of a process.
@@ -69,9 +69,9 @@ class Wish:
         return (*(goal.measure for goal in self.goals), *of_limits)
 
     @property
-    def watched(self) -> tuple[Expectation, ...]:
+    def needed(self) -> tuple[Expectation, ...]:
         """All measures that a run must record."""
-        return (*self.measures, *(each for target in self.targets for each in target.watched))
+        return (*self.measures, *(each for target in self.targets for each in target.needed))
 
     def values(self, u: Array) -> Array:
         """The numbers (d,) at the shares u (d,) of the ranges: 0 at the lower bound, 1 at the upper one."""
@@ -140,7 +140,7 @@ def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
     except InputError as error:
         return _failed(wish, error.problems[0].message, _left_open(scene), reached=0.0)
     settings = wish.settings(scene)
-    followed = Followed(mechanism, settings, wish.watched)
+    followed = Followed(mechanism, settings, wish.needed)
     try:
         samples = followed.run(beside)
     except SimulationError as error:
@@ -155,7 +155,7 @@ def tried_together(wish: Wish, points: Sequence[Array]) -> list[Trial]:
     """Return the trials of the designs at some shares, with the bits of `tried`. Designs are run together in arrays
     where this is supported. These trials have no run to follow."""
     cases = [tuple(wish.values(u).tolist()) for u in points]
-    trials = by_arrays(cases, partial(_of_a_group, wish), apart=lambda case: shared(wish.paths, case))
+    trials = by_arrays(cases, partial(_of_a_group, wish), apart=lambda case: common_values(wish.paths, case))
     return [trials.get(at) or replace(tried(wish, u), followed=None) for at, u in enumerate(points)]
 
 
@@ -164,7 +164,7 @@ def _of_a_group(wish: Wish, cases: Sequence[tuple[float, ...]]) -> list[Trial | 
     settings, parameters = wish.settings(scene), {**scene.parameters}
     return [
         None if samples is None else trial_of(wish, lane(parameters, at), samples, settings.duration)
-        for at, samples in enumerate(samples_of_block(signature_of(scene, settings), wish.watched, len(cases)))
+        for at, samples in enumerate(samples_of_block(signature_of(scene, settings), wish.needed, len(cases)))
     ]
 
 
@@ -186,9 +186,7 @@ def trial_of(
             return _failed(wish, f"'{each.name}' has no value: the run never gets there")
         values[each.name] = float(value.values[0])
     residuals = [
-        np.full(target.values.size, nan)
-        if any(each in unseen for each in target.watched)
-        else target.residuals(samples)
+        np.full(target.values.size, nan) if any(each in unseen for each in target.needed) else target.residuals(samples)
         for target in wish.targets
     ]
     for target, off in zip(wish.targets, residuals, strict=True):

@@ -32,9 +32,9 @@ class Actuators:
         already applies through each."""
         known = forces_known(self.system, motion)
         B = np.stack([known[entry][1]() for entry in self.entries], axis=1)
-        return B, self._own(motion)
+        return B, self._own_forces(motion)
 
-    def _own(self, motion: MotionAtTime) -> Array:
+    def _own_forces(self, motion: MotionAtTime) -> Array:
         forces, instant = self.system.forces, motion.instant(self.system)
         given, by_name = forces.on_bodies, dict[str, float]()
         if forces.laws.size:

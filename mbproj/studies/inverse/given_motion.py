@@ -49,7 +49,7 @@ def from_csv(system: System, path: Path) -> GivenMotion:
         if names.count(name) > 1:
             raise InputError(Problem(f"two columns are of '{name}'", place, "leave one of them out"))
     if "time" not in names or len(names) < 2:
-        raise InputError(Problem("it needs a column 'time (s)' and one of the motion", place, _listed(system)))
+        raise InputError(Problem("it needs a column 'time (s)' and one of the motion", place, _columns_hint(system)))
     rows = table.rows * [factor for _, _, factor in columns]
     at = names.index("time")
     given = GivenMotion(
@@ -89,7 +89,7 @@ def _column(system: System, name: str, unit: str, place: Place) -> tuple[str, st
     return name, known[name], factor_of(name, unit, known[name], place)
 
 
-def _listed(system: System) -> str:
+def _columns_hint(system: System) -> str:
     return choose_from("", known_columns(system), "columns may be")
 
 

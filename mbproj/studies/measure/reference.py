@@ -148,8 +148,8 @@ def _checked(
         position=fine.solution.position,
         velocity=fine.solution.velocity,
         uncertainty=running_largest(apart),
-        method=_words(fine.solution),
-        check=_words(check.solution),
+        method=_method_words(fine.solution),
+        check=_method_words(check.solution),
         limit=_limit((fine, check), seconds),
     )
 
@@ -232,7 +232,7 @@ def running_largest(values: Array) -> Array:
     return largest
 
 
-def _words(solution: Solution) -> str:
+def _method_words(solution: Solution) -> str:
     formulation = solution.report.formulation if solution.report else solution.setting.formulation
     tolerance, step = solution.setting.tolerance, solution.setting.step
     how = f"tolerance {tolerance:g}" if step is None else f"fixed steps of {step:.3g} s"

@@ -146,15 +146,15 @@ class _Out:
 
     def _answered(self, task: _Task) -> Iterator[tuple[_Task, Any, str | None]]:
         """Yield the result of a task, or the reason why it was lost. A task that Dask gave up is sent again."""
-        done, result, fault = self._taken(task.future)
+        done, result, fault = self._outcome(task.future)
         if done:
             yield task, result, None if fault is None else self._why(fault)
         elif self._client.status == "running" and task.given_up < GIVEN_UP:
             self.send(task.index, task.item, task.limit, task.alone, task.given_up + 1)
         else:
-            raise self._gone()
+            raise self._lost()
 
-    def _taken(self, future: Future) -> tuple[bool, Any, BaseException | None]:
+    def _outcome(self, future: Future) -> tuple[bool, Any, BaseException | None]:
         """Return whether the task has ended, its result, and its exception."""
         with self._reaching(), suppress(CancelledError, asyncio.CancelledError):
             if future.status == "finished":
@@ -184,7 +184,7 @@ class _Out:
             lost = isinstance(error, (OSError, CancelledError, asyncio.CancelledError))
             if self._client.status == "running" and not lost:
                 raise
-            raise self._gone() from error
+            raise self._lost() from error
 
     def _overdue(self) -> Iterator[tuple[_Task, Any, str | None]]:
         """Restart the workers of overdue tasks, and yield these tasks as lost."""
@@ -211,7 +211,7 @@ class _Out:
         threads = self._counted()
         if threads is None:
             if now - self._looked > GONE:
-                raise self._gone()
+                raise self._lost()
             return
         self._threads, self._looked = threads, now
         if self._threads:
@@ -229,7 +229,7 @@ class _Out:
         except UNREACHABLE:
             return None
 
-    def _gone(self) -> ClusterLost:
+    def _lost(self) -> ClusterLost:
         kept = "what was computed is kept: start it again, and go on with the same command"
         return ClusterLost(f"the scheduler at '{self._cluster}' is gone; {kept}")
 

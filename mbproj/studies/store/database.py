@@ -48,7 +48,7 @@ def read(study: str) -> dict[str, bytes]:
             database.execute("UPDATE kept SET used = ? WHERE study = ?", [time(), study])
         return items
 
-    return _done(work, {})
+    return _with_store(work, {})
 
 
 def write(study: str, item: str, value: bytes) -> None:
@@ -60,15 +60,15 @@ def write(study: str, item: str, value: bytes) -> None:
         database.execute("INSERT OR REPLACE INTO kept (study, item, used, value) VALUES (?, ?, ?, ?)", row)
 
     if len(value) <= LARGEST:
-        _done(work, None)
+        _with_store(work, None)
 
 
 def forget(study: str) -> None:
     """Drops all values of a study."""
-    _done(lambda database: database.execute("DELETE FROM kept WHERE study = ?", [study]) and None, None)
+    _with_store(lambda database: database.execute("DELETE FROM kept WHERE study = ?", [study]) and None, None)
 
 
-def _done(work: Callable[[sqlite3.Connection], Result], otherwise: Result) -> Result:
+def _with_store(work: Callable[[sqlite3.Connection], Result], otherwise: Result) -> Result:
     """The result of `work` in a transaction; `otherwise` where no store can be opened."""
     try:
         path = _private_folder() / "store.sqlite3"

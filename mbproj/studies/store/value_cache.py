@@ -110,7 +110,7 @@ CHECKSUM, LENGTH = 4, 8
 def encoded(value: Any) -> bytes:
     """The bytes of a value. Raises TypeError for other types of data."""
     arrays: list[bytes] = []
-    text = json.dumps(_written(value, arrays)).encode()
+    text = json.dumps(_as_json(value, arrays)).encode()
     rest = b"".join([len(text).to_bytes(LENGTH, "little"), text, *arrays])
     return crc32(rest).to_bytes(CHECKSUM, "little") + rest
 
@@ -129,12 +129,12 @@ def decoded(data: bytes, records: Sequence[type] = ()) -> Any:
         raise ValueError(f"it is not as mbproj writes it: {error!r}") from error
 
 
-def _written(value: Any, arrays: list[bytes]) -> Any:
+def _as_json(value: Any, arrays: list[bytes]) -> Any:
     """The value as JSON; the numbers of its arrays are added to `arrays`."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.generic):
-        return _written(value.item(), arrays)
+        return _as_json(value.item(), arrays)
     if isinstance(value, np.ndarray):
         array = np.ascontiguousarray(value)
         if array.dtype.str not in NUMBERS:
@@ -143,16 +143,16 @@ def _written(value: Any, arrays: list[bytes]) -> Any:
         arrays.append(array.tobytes())
         return {"array": [array.dtype.str, list(value.shape), start]}
     if is_dataclass(value) and not isinstance(value, type):
-        members = {each.name: _written(getattr(value, each.name), arrays) for each in fields(value)}
+        members = {each.name: _as_json(getattr(value, each.name), arrays) for each in fields(value)}
         return {"record": [type(value).__name__, members]}
     if isinstance(value, Mapping):
         if not all(isinstance(key, str) for key in value):
             raise TypeError("keys that are not text are not kept")
-        return {"mapping": {key: _written(each, arrays) for key, each in value.items()}}
+        return {"mapping": {key: _as_json(each, arrays) for key, each in value.items()}}
     if isinstance(value, tuple):
-        return {"tuple": [_written(each, arrays) for each in value]}
+        return {"tuple": [_as_json(each, arrays) for each in value]}
     if isinstance(value, list):
-        return [_written(each, arrays) for each in value]
+        return [_as_json(each, arrays) for each in value]
     raise TypeError(f"a {type(value).__name__} is not kept")
 
 

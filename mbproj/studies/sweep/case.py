@@ -30,7 +30,7 @@ from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.together.block import run_block
-from mbproj.studies.together.groups import FEWEST, by_arrays, shared
+from mbproj.studies.together.groups import FEWEST, by_arrays, common_values
 from mbproj.studies.together.signature import signature_of, values_of
 
 #: After this many blocks in a row without a case that runs in arrays, arrays are not tried any more.
@@ -111,7 +111,7 @@ def _by_arrays(work: CaseWork, tasks: Sequence[CaseTask]) -> dict[int, CaseRow]:
     def holds(task: CaseTask, row: CaseRow) -> bool:
         return np.array_equal(run_case(work, task).values, row.values, equal_nan=True)
 
-    return by_arrays(tasks, partial(_run_together, work), holds, lambda task: shared(work.paths, task.values))
+    return by_arrays(tasks, partial(_run_together, work), holds, lambda task: common_values(work.paths, task.values))
 
 
 def _run_together(work: CaseWork, tasks: Sequence[CaseTask]) -> list[CaseRow | None]:

@@ -38,7 +38,7 @@ def check_sweep(folder: Path) -> SweepSoundness:
         raise InputError(Problem(f"'{folder}' is not the folder of a sweep: it has no '{STORE}'", hint=hint))
     faults, unguarded, rows, checksum = [], [], 0, None
     try:
-        looked, checksum = _looked(store)
+        looked, checksum = _look_at(store)
         rows = looked.cases
         faults += [f"{STORE}: {fault}" for fault in looked.faults]
         faults += [f"{STORE}: {looked.damaged} of {rows} rows are damaged"] if looked.damaged else []
@@ -65,7 +65,7 @@ def check_sweep(folder: Path) -> SweepSoundness:
     return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
 
 
-def _looked(store: Path) -> tuple[database.Looked, str | None]:
+def _look_at(store: Path) -> tuple[database.Looked, str | None]:
     """The check of the store, and the table's checksum, if any. A log of SQLite beside the store means that a sweep is
     running, or was killed: then the store is opened with a lock."""
     database.check_no_links(store)

@@ -179,14 +179,14 @@ def open_whole(path: Path) -> sqlite3.Connection:
     it is of another program, or another sweep has it open."""
     check_no_links(path)
     try:
-        return _opened(path)
+        return _open_or_replace(path)
     except sqlite3.Error as error:
         raise refused(path, error) from error
     except OSError as error:
         raise InputError(Problem(f"cannot write '{path}': {error.strerror or error}", hint=OTHER)) from error
 
 
-def _opened(path: Path) -> sqlite3.Connection:
+def _open_or_replace(path: Path) -> sqlite3.Connection:
     database, looked = None, None
     try:
         database = locked(path)

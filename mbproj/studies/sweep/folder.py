@@ -67,7 +67,7 @@ class Folder:
         if fresh:
             self.store.forget()
         self._remove(CASE_FILE if fresh else PRIVATE)
-        self.store.describe(_facts(spec) | ({} if "begun" in about and not fresh else {"begun": _now()}))
+        self.store.describe(_facts(spec) | ({} if "begun" in about and not fresh else {"begun": _time_stamp()}))
         if spec.keep != "none":
             make_folder(self.cases, OTHER)
 
@@ -103,11 +103,11 @@ def _facts(spec: SweepSpec) -> dict[str, str]:
         "spec_text": spec.text,
         "mbproj_version": __version__,
         "kernel": str(build_info()),
-        "updated": _now(),
+        "updated": _time_stamp(),
     }
 
 
-def _now() -> str:
+def _time_stamp() -> str:
     return strftime("%Y-%m-%dT%H:%M:%S%z")
 
 

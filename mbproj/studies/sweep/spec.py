@@ -17,7 +17,7 @@ from mbproj.scene.fields.fields import Text
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.ranges import RANGE, Listed, Points
-from mbproj.scene.ranges.family import column_of, opened, scene_named, units_of
+from mbproj.scene.ranges.family import column_of, read_mapping, scene_named, units_of
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, KeyPath
 from mbproj.scene.settings import settings_to_run
@@ -73,7 +73,7 @@ class SweepSpec:
 
 def read_spec(path: Path) -> SweepSpec:
     """The sweep in the file at `path`. Raises InputError with every problem, at its place in the file or the scene."""
-    text, root, reading = opened(path, SPEC.what, f"it begins with 'sweep: {FORMAT}'")
+    text, root, reading = read_mapping(path, SPEC.what, f"it begins with 'sweep: {FORMAT}'")
     scene, base = scene_named(path, root, reading, SPEC)
     reading.items = items_of(base)
     blocks = SPEC.read(root, (), reading)

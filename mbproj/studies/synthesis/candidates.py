@@ -99,7 +99,7 @@ def _of_one_assembly(
         }
 
     def residuals(x: Array) -> Array:
-        return _off(wanted, mechanism, numbers(x))
+        return _residuals(wanted, mechanism, numbers(x))
 
     many = int(np.ceil(np.log2(LOOKED_AT * wanted.starts)))
     x = low + (high - low) * qmc.Sobol(len(free), rng=np.random.default_rng(seed)).random_base2(many)
@@ -190,11 +190,11 @@ def bounds_of(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> dict[str, 
     return box
 
 
-def _off(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Array:
+def _residuals(wanted: Wanted, mechanism: Linkage | SpatialFourBar, p: Numbers) -> Array:
     """Return the residuals of designs with numbers (B, 1), (B, m), in m or rad."""
     if wanted.kind == FUNCTION:
         angle = output_of(mechanism, p, p["start"] + wanted.values[:, 0] - wanted.values[0, 0])
-        return _turned(angle - angle[:, :1] - (wanted.values[:, 1] - wanted.values[0, 1]))
+        return _wrap(angle - angle[:, :1] - (wanted.values[:, 1] - wanted.values[0, 1]))
     assert isinstance(mechanism, Linkage)
     points = wanted.values[:, 0] + 1j * wanted.values[:, 1]
     if wanted.kind == POSITIONS:
@@ -256,7 +256,7 @@ def output_of(mechanism: Linkage | SpatialFourBar, p: Numbers, crank: Array) -> 
     return np.angle(known[link.toward] - known[link.origin])
 
 
-def _turned(angle: Array) -> Array:
+def _wrap(angle: Array) -> Array:
     """Angles within [-π, π]."""
     return np.asarray(angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi)))
 

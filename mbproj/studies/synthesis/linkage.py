@@ -91,7 +91,7 @@ class Linkage:
                 links = [self.link(step.first), self.link(step.second)]
                 one, two = links
                 ends = known[one.origin], known[two.origin]
-                known[one.toward] = met(*ends, p[one.length], p[two.length], p[step.side])
+                known[one.toward] = meeting_point(*ends, p[one.length], p[two.length], p[step.side])
             for link in links:
                 along = (known[link.toward] - known[link.origin]) / p[link.length]
                 for name, (x, z) in link.carries.items():
@@ -100,7 +100,7 @@ class Linkage:
         yield from ((name, np.broadcast_to(each, shape)) for name, each in known.items())
 
 
-def met(a: Points, b: Points, from_a: Array, from_b: Array, side: Array) -> Points:
+def meeting_point(a: Points, b: Points, from_a: Array, from_b: Array, side: Array) -> Points:
     """Return the point at given distances from a and from b, to the left of the line from a to b where `side` is 1. NaN
     where a and b are too far apart or too near."""
     apart = np.abs(b - a)

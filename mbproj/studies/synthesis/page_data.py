@@ -17,7 +17,7 @@ from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
 FRAMES = 121
 
 
-def shown(synthesis: Synthesis) -> dict[str, Any]:
+def page_data(synthesis: Synthesis) -> dict[str, Any]:
     """Return plain data: the wanted points, and for each design lines (frames, points, 2) in x and z, in m, and its
     `trace`. Wanted positions of a body are `marks`, lines of two points; `carried` (frames, 2, 2) is the design's
     body."""

@@ -115,7 +115,7 @@ def _planar(linkage: Linkage) -> tuple[Sequence[tuple[str, str]], Sequence[str],
         links = (
             [linkage.link(step.link)] if isinstance(step, Slide) else [*map(linkage.link, (step.first, step.second))]
         )
-        follows += _slid(linkage, step, at) if isinstance(step, Slide) else _met(linkage, step, at)
+        follows += _slid(linkage, step, at) if isinstance(step, Slide) else _meeting_point(linkage, step, at)
         at[links[0].toward] = (f"{links[0].toward}_x", f"{links[0].toward}_z")
         for link in links:
             (x, z), (far_x, far_z), turn = at[link.origin], at[link.toward], f"{link.name}_turn"
@@ -140,7 +140,7 @@ def _body(name: str, place: tuple[str, str], turn: str) -> str:
     return f"{name}: {{{_BODY}, {pose}}}"
 
 
-def _met(linkage: Linkage, step: Dyad, at: Mapping[str, tuple[str, str]]) -> Iterator[tuple[str, str]]:
+def _meeting_point(linkage: Linkage, step: Dyad, at: Mapping[str, tuple[str, str]]) -> Iterator[tuple[str, str]]:
     one, two = linkage.link(step.first), linkage.link(step.second)
     (x, z), (far_x, far_z), name = at[one.origin], at[two.origin], one.toward
     yield f"{name}_apart", f"hypot({far_x} - {x}, {far_z} - {z})"

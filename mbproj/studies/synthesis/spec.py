@@ -16,7 +16,7 @@ from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Text
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
-from mbproj.scene.ranges.family import opened
+from mbproj.scene.ranges.family import read_mapping
 from mbproj.studies.inverse.columns import CsvTable, factor_of, read_columns
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
 
@@ -83,13 +83,13 @@ class Wanted:
 
 def is_synthesis(path: Path) -> bool:
     """Whether the file asks for a synthesis."""
-    return "synthesis" in opened(path, SYNTHESIS.what, "it begins with 'design: 1'")[1].values
+    return "synthesis" in read_mapping(path, SYNTHESIS.what, "it begins with 'design: 1'")[1].values
 
 
 def read_wanted(path: Path) -> Wanted:
     """The task in the file at `path`. Raises InputError with all problems, each at its place in the file or in its
     table."""
-    text, root, reading = opened(path, SYNTHESIS.what, "it begins with 'design: 1'")
+    text, root, reading = read_mapping(path, SYNTHESIS.what, "it begins with 'design: 1'")
     if "synthesis" not in root.values:
         hint = "add synthesis: {path: FILE.csv}, or leave out --topologies"
         raise InputError(Problem("the file has no 'synthesis', which --topologies is for", root.place, hint))

@@ -79,7 +79,7 @@ def synthesise(
             message = f"no topology for {wanted.kind} is called '{name}'"
             raise InputError(Problem(message, Place("--topologies"), choose_from(name, able)))
     chosen = tuple(dict.fromkeys(names)) or able
-    kept = ValueCache(["synthesis", wanted.text, wanted.values.tolist(), _listed(wanted.times)], fresh)
+    kept = ValueCache(["synthesis", wanted.text, wanted.values.tolist(), _as_list(wanted.times)], fresh)
     looked = resumable(candidates, wanted, {name: name for name in chosen}, kept, where, "topologies", tell)
     results = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
     if not any(each.design for each in results):
@@ -89,7 +89,7 @@ def synthesise(
     return Synthesis(wanted, tuple(in_order(results, wanted.size)))
 
 
-def _listed(times: Array | None) -> list[float] | None:
+def _as_list(times: Array | None) -> list[float] | None:
     return None if times is None else times.tolist()
 
 
@@ -125,7 +125,7 @@ def _brought_to_an_end(
     for candidate in looked:
         numbers = {key: value for key, value in candidate.items() if key != "rms"}
         try:
-            design = find_design(read_spec(written(wanted, name, numbers, folder, force)), where, fresh=fresh)
+            design = find_design(read_spec(write_search(wanted, name, numbers, folder, force)), where, fresh=fresh)
         except InputError as error:
             cause = error.problems[0].message
             continue
@@ -143,7 +143,7 @@ def doubt(wanted: Wanted, name: str, rms: float) -> str:
     return "may be missed: searches of six-bars that carry a body are not reliable; more 'starts' look further"
 
 
-def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Path, force: bool) -> Path:
+def write_search(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Path, force: bool) -> Path:
     """Write the scene, its search file, and the tables to match into the folder. Return the path of the search file."""
     mechanism = mechanism_of(wanted, name)
     make_folder(folder, OTHER)
@@ -154,7 +154,7 @@ def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Pat
     write(f"{name}.yaml", scene_of(wanted, mechanism, numbers))
     lines = [f"design: 1\nscene: {name}.yaml\nvary:\n"]
     box = bounds_of(wanted, mechanism)
-    stay = _chosen(wanted, mechanism, sum(low < high for low, high in box.values()))
+    stay = _fixed_numbers(wanted, mechanism, sum(low < high for low, high in box.values()))
     for key, (low, high) in box.items():
         if low < high and key not in stay:
             room = 0.01 * (high - low)
@@ -168,7 +168,7 @@ def written(wanted: Wanted, name: str, numbers: Mapping[str, float], folder: Pat
     return write(f"{name}-search.yaml", "".join(lines) + "starts: 1\n")
 
 
-def _chosen(wanted: Wanted, mechanism: Linkage | SpatialFourBar, free: int) -> set[str]:
+def _fixed_numbers(wanted: Wanted, mechanism: Linkage | SpatialFourBar, free: int) -> set[str]:
     """Return the names of the numbers that stay as found, because the positions do not determine them. Three positions
     leave the pivots in the ground free. Where there are more `free` numbers than positions determine, 4 each, the
     pivots stay, and then points that links carry."""

@@ -32,10 +32,10 @@ def observed(signature: Signature, count: int, timeout: float | None = None) -> 
     mechanism, compiled = signature.mechanism, signature.choice.compiled
     assert compiled is not None
     runs = _integrated(compiled, compiled.run(mechanism.state, signature.settings), count, timeout)
-    return _parts(signature, runs), [each is not None for each in runs]
+    return _blocks(signature, runs), [each is not None for each in runs]
 
 
-def _parts(signature: Signature, runs: Sequence[Mapping[str, Any] | None]) -> Iterator[Block]:
+def _blocks(signature: Signature, runs: Sequence[Mapping[str, Any] | None]) -> Iterator[Block]:
     mechanism, compiled = signature.mechanism, signature.choice.compiled
     instead = next((each for each in runs if each), None)
     if instead is None or compiled is None:

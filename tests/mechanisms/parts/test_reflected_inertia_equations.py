@@ -76,7 +76,7 @@ def test_the_formulations_agree_on_inertias_far_from_the_bodies(size):
     still = np.zeros(case.system.coordinates.size)
     state = State.of(case.system, 0.0, positions=case.q, velocities=case.v)
     equations = FullFormulation.of(case.system, state, Settings(duration=1.0, step=1.0, formulation="full"))
-    y = equations.layout.joined({"positions": case.q, "velocities": case.v})
+    y = equations.layout.vector_of({"positions": case.q, "velocities": case.v})
     full = equations.accelerations(0.0, y, still)
     acceleration, multipliers = case.reduced.equations().accelerations(case.y)
     assert case.reduced.equations().topology["core_bodies"] == 0

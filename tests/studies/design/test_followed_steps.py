@@ -82,7 +82,7 @@ def test_other_breaks_are_not_followed():
 def test_fixed_steps_and_implicit_ones_are_not_recorded(setting):
     steps = FollowedSteps()
     ran(steps, SCENE.replace("integrator: dopri5, tolerance: 1.0e-6", setting))
-    assert not steps.known
+    assert not steps.are_recorded
 
 
 def test_a_step_that_cannot_be_followed_stops_the_run():

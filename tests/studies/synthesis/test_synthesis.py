@@ -12,8 +12,8 @@ import mbproj
 from mbproj.errors import InputError
 from mbproj.studies.design.design_folder import best_scene
 from mbproj.studies.synthesis.candidates import brought_down, candidates, names_for
-from mbproj.studies.synthesis.linkage import met
-from mbproj.studies.synthesis.page_data import FRAMES, shown
+from mbproj.studies.synthesis.linkage import meeting_point
+from mbproj.studies.synthesis.page_data import FRAMES, page_data
 from mbproj.studies.synthesis.spatial import SpatialFourBar
 from mbproj.studies.synthesis.spec import read_wanted
 from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, doubt, in_order, synthesise
@@ -134,7 +134,7 @@ def test_dyads_and_the_spatial_rod_keep_their_lengths():
     rng = np.random.default_rng(2)
     one = rng.normal(size=5) + 1j * rng.normal(size=5)
     two = one + 1.0 + 0.3j
-    end = met(one, two, np.array(0.9), np.array(0.8), np.array(1.0))
+    end = meeting_point(one, two, np.array(0.9), np.array(0.8), np.array(1.0))
     np.testing.assert_allclose([np.abs(end - one), np.abs(end - two)], [[0.9] * 5, [0.8] * 5], rtol=1e-13)
     lengths = {"crank_length": 0.3, "rod_length": 1.3, "lever_length": 0.9}
     p = arrays({**lengths, "dy": 0.4, "dz": 0.1, "twist": 0.7, "side": 1.0})
@@ -203,7 +203,7 @@ def test_the_page_shows_the_body_at_its_positions(tmp_path):
     columns = np.array([[0.0, 0.5, 1.0, 1.3], [0.0, 0.2, 0.1, -0.2], [0.0, 17.0, 46.0, 60.0]])
     wanted = read_wanted(written(tmp_path, "positions", "x (m),z (m),angle (deg)", columns))
     best = candidates(wanted, "four_bar")[0]
-    page = shown(Synthesis(wanted, (Synthesised("four_bar", 3, object(), 0.0, best),)))
+    page = page_data(Synthesis(wanted, (Synthesised("four_bar", 3, object(), 0.0, best),)))
     np.testing.assert_allclose(page["marks"], page["designs"][0]["carried"][:: (FRAMES - 1) // 3], atol=3e-6)
     turned = np.diff(page["marks"], axis=1)[:, 0]
     np.testing.assert_allclose(np.degrees(np.arctan2(turned[:, 1], turned[:, 0])), columns[2], atol=1e-3)

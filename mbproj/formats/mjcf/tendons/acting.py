@@ -109,7 +109,7 @@ def _elastic(tendons: ModelTendons, number: int, left: set[str]) -> set[str]:
     model, branches = tendons.compiled.model, tendons.branches(number)
     low, high = (float(each) for each in model.tendon_lengthspring[number])
     alone = len(branches) == 1 and branches[0].weight == 1.0 and not tendons.wrong(number)
-    if not alone or tendons.ends(branches[0]) or tendons.held(number) or tendons.length(number) > high:
+    if not alone or tendons.ends(branches[0]) or tendons.is_held(number) or tendons.length(number) > high:
         return set()
     if "spring" not in left or left & {"damping", "limit", *BENT} or not low <= 0.0 < high - tendons.constant(number):
         return set()
@@ -192,7 +192,7 @@ def _limited(tendons: ModelTendons, number: int, left: set[str]) -> set[str] | s
     added, or the reason why there is none."""
     if "limit" not in left:
         return set()
-    if tendons.held(number):
+    if tendons.is_held(number):
         return {"limit"}
     measured = tendons.measured(number, dry="dry friction" in left)
     if isinstance(measured, str):

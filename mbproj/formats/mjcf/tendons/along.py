@@ -102,10 +102,10 @@ def length_of(along: list[ActuatedCoordinate], names: list[str]) -> tuple[str, s
         )
         seen.append(of.replace("-", "_"))
     start = (sum(each.factor * each.start for each in along), "1")
-    return summed([start, *_weighed(along, seen, "")]), summed(_weighed(along, seen, "_dot"))
+    return summed([start, *_terms(along, seen, "")]), summed(_terms(along, seen, "_dot"))
 
 
-def _weighed(along: list[ActuatedCoordinate], seen: list[str], ending: str) -> list[tuple[float, str]]:
+def _terms(along: list[ActuatedCoordinate], seen: list[str], ending: str) -> list[tuple[float, str]]:
     return [(each.factor, name + ending) for each, name in zip(along, seen, strict=True)]
 
 

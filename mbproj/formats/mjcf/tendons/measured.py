@@ -137,8 +137,8 @@ class ModelTendons:
         if ("rope", number, at) in self.made:
             return self.made["rope", number, at]
         branch = self.branches(number)[at]
-        name = self.made["rope", number, at] = self._own(number, at, "rope")
-        normal = _across(branch, self._turns(branch)) if branch.normal is None else branch.normal
+        name = self.made["rope", number, at] = self._free_name(number, at, "rope")
+        normal = _path_normal(branch, self._turns(branch)) if branch.normal is None else branch.normal
         keys: dict[str, Any] = {"path": [self._spot(spot) for spot in branch.spots], "normal": normal}
         if self.called[branch.carrier] != GROUND:
             keys["frame"] = self.called[branch.carrier]
@@ -157,7 +157,7 @@ class ModelTendons:
         old = self.mechanism.joints[joint]
         self.mechanism.joints[joint] = replace(old, keys={**old.keys, key: value})
 
-    def held(self, number: int) -> bool:
+    def is_held(self, number: int) -> bool:
         """Whether an equality fixes the length of the tendon's rope."""
         name = self.made.get(("rope", number, 0), "")
         return "length" in self.mechanism.joints[name].keys if name else False
@@ -234,7 +234,7 @@ class ModelTendons:
                 continue
             key = (f"line_{part}", number, at)
             if key not in self.made:
-                name = self._own(number, at, key[0])
+                name = self._free_name(number, at, key[0])
                 self.made[key] = name
                 ends = [self.mechanism.part(body) for body in bodies]
                 points = np.array([end.local(spot.point) for end, spot in zip(ends, (start, end), strict=True)])
@@ -271,7 +271,7 @@ class ModelTendons:
     def _moves(self, branch: TendonBranch) -> bool:
         return len({self.called[spot.number] for spot in branch.spots}) > 1
 
-    def _own(self, number: int, at: int, what: str) -> str:
+    def _free_name(self, number: int, at: int, what: str) -> str:
         """A free name for a joint of a tendon's branch; the only rope of a tendon has the tendon's name."""
         name = self.name(number)
         if len(self.branches(number)) > 1:
@@ -279,7 +279,7 @@ class ModelTendons:
         return self.names.unused(name if what == "rope" else f"{name}_{what}")
 
 
-def _across(branch: TendonBranch, turns: Sequence[Array]) -> Array:
+def _path_normal(branch: TendonBranch, turns: Sequence[Array]) -> Array:
     """A normal for a path without circles: any direction that is not along a part of it. An axis of a hinge comes
     first, since the mechanism may be planar about it."""
     ways = np.array([end.point - start.point for start, end in pairwise(branch.spots)])

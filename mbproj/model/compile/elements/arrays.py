@@ -16,7 +16,7 @@ from mbproj.functions.program import CHANNELS, TIME, Code, Op, Program, apply, n
 from mbproj.functions.program_set import flatten, joined
 from mbproj.model.added_laws import AddedLaw, with_laws
 from mbproj.model.channels import ElementStates, Energies, Motions
-from mbproj.model.compile.coupled import bound
+from mbproj.model.compile.coupled import row_binding
 from mbproj.model.compile.elements.channel_names import VARIABLES, NamesOfSystem, expression_of, named_within
 from mbproj.model.compile.elements.controllers import actions_of, read_by
 from mbproj.model.compile.elements.measured import coordinate_of, measurable, with_measured
@@ -213,7 +213,7 @@ def _with_couplings(system: System, rows: Sequence[tuple[Element, Row]]) -> Syst
         parts = [coordinates[coordinate_of(system, element, name)] for name in row.of]
         assert not isinstance(row.function, str)
         coupled = Coupled(dict(row.of), row.function, row.constant, row.period)
-        own.append(bound(f"row '{element.name}.{row.name}'", coupled, row.constant, parts, len(body)))
+        own.append(row_binding(f"row '{element.name}.{row.name}'", coupled, row.constant, parts, len(body)))
         body.append(next(body for body, side, _ in reversed(own[-1].slots) if side == 2))
         local.append([0.0] * 3)
     return replace(

@@ -29,7 +29,7 @@ def with_measured(system: System, elements: Sequence[Element], read: Iterable[st
     points. Raises InputError where a length names a marker that does not exist, or two points of one body."""
     able, known = measurable(system, elements), system.names.coordinates
     by_expressions = {name.replace("-", "_"): name for name in able}
-    written = (*(name for element in elements for name in _named(element)), *_measured(read))
+    written = (*(name for element in elements for name in _coordinate_names(element)), *_measured(read))
     asked = (by_expressions.get(name, name) for name in written)
     added = {name: able[name] for name in dict.fromkeys(asked) if name in able and name not in known}
     if not added:
@@ -42,7 +42,7 @@ def with_measured(system: System, elements: Sequence[Element], read: Iterable[st
     return replace(system, names=names, coordinates=bind([*bindings(system.coordinates), *added.values()]))
 
 
-def _named(element: Element) -> Iterator[str]:
+def _coordinate_names(element: Element) -> Iterator[str]:
     """The names of all coordinates that an element names, and the coordinate of each force that it reads."""
     yield from _measured(element.reads)
     yield from (force.along for force in element.forces)

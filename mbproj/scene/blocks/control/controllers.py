@@ -30,7 +30,7 @@ from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node, as_mapping
 
 
-def _held(
+def _hold(
     name: str,
     value: tuple[Program, Dimension | None] | None = None,
     initial: Value | None = None,
@@ -57,17 +57,17 @@ class _PlainHeldValue(Field[Held]):
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> Held | None:
         value = VALUE.read(node, path, reading)
-        return None if value is None else _held(str(path[-1]), value)
+        return None if value is None else _hold(str(path[-1]), value)
 
     def schema(self) -> Schema:
         return VALUE.schema()
 
 
 HELD: Field[Held] = Alternatives(
-    (_PlainHeldValue(), Record("a held value", {"value": VALUE, "initial": MEASURE}, _held, ("value",), named=True))
+    (_PlainHeldValue(), Record("a held value", {"value": VALUE, "initial": MEASURE}, _hold, ("value",), named=True))
 )
 NEXT: Record[Held] = Record(
-    "a state of a controller", {"next": VALUE, "initial": MEASURE}, _held, ("next",), named=True
+    "a state of a controller", {"next": VALUE, "initial": MEASURE}, _hold, ("next",), named=True
 )
 
 

@@ -43,10 +43,10 @@ def _changes(voltage: Program, rate: str, current: str, R: float, L: float, k: f
     """The program of i', which reads the channels of the voltage, the rate s' and the current i."""
     reads = (*voltage.reads, rate, current)
 
-    def named(at: int, factor: float) -> Code:
+    def scaled(at: int, factor: float) -> Code:
         return apply(Op.MULTIPLY, number(factor), variable(CHANNELS + len(voltage.reads) + at))
 
-    left = apply(Op.SUBTRACT, apply(Op.SUBTRACT, voltage.code, named(0, k)), named(1, R))
+    left = apply(Op.SUBTRACT, apply(Op.SUBTRACT, voltage.code, scaled(0, k)), scaled(1, R))
     return Program(apply(Op.DIVIDE, left, number(L)), voltage.text, reads)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from mbproj.elements import Element, Force, State
 from mbproj.functions.program import RATE, TIME, Program, replaced
-from mbproj.functions.standard import joined, reading
+from mbproj.functions.standard import combine, reading
 from mbproj.scene.blocks.elements.element_type import ElementType
 from mbproj.scene.expressions.formula import formula
 from mbproj.scene.fields.functions import Function
@@ -44,7 +44,7 @@ def _speed_torque(
 
 def _at_speed(curve: Program, shaft: Program) -> Program:
     """The program of the curve's torque at the speed that the program `shaft` gives."""
-    return joined(lambda own, turning: replaced(own, {RATE: turning}), curve, shaft)
+    return combine(lambda own, turning: replaced(own, {RATE: turning}), curve, shaft)
 
 
 TYPES = {

@@ -86,14 +86,14 @@ def register_element(
     """
     keys = _keys(name, along, parameters, defaults or {}, positive)
 
-    def made(called: str, s: str, **values: float) -> Element:
+    def checked_make(called: str, s: str, **values: float) -> Element:
         with blamed(f"force type '{name}'"):
             element = make(called, s, **{**(defaults or {}), **values})
             if not isinstance(element, Element):
                 raise TypeError(f"it makes {element!r}, which is no mbproj.elements.Element")
             return element
 
-    _add(name, ElementType(along, keys, made, _required(keys, defaults)), make)
+    _add(name, ElementType(along, keys, checked_make, _required(keys, defaults)), make)
 
 
 def _add(name: str, kind: ElementType, made_of: Callable[..., object] | str) -> None:

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from mbproj.scene.blocks.ropes.path import KINDS, Node, Path, along
+from mbproj.scene.blocks.ropes.path import KINDS, Node, Path, dot
 from mbproj.scene.fields.choices import NameChoice, NameReference
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List
@@ -193,5 +193,5 @@ def _global(at: OfBody, bodies: Mapping[str, Body]) -> OfBody:
         return replace(at, local=False)
     body = bodies[at.body]
     rows = zip(body.position, to_matrix(body.orientation), strict=True)
-    x, y, z = (start + along(row, at.vector) for start, row in rows)
+    x, y, z = (start + dot(row, at.vector) for start, row in rows)
     return OfBody(at.body, (x, y, z))

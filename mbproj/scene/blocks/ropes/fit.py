@@ -8,7 +8,7 @@ from itertools import pairwise
 
 from mbproj.scene.blocks.observables import MOST_WHEELS
 from mbproj.scene.blocks.ropes.block import connected
-from mbproj.scene.blocks.ropes.path import Path, along, axes
+from mbproj.scene.blocks.ropes.path import Path, axes, dot
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.records import GROUND, Body, Joint, KeyPath, Motion
 from mbproj.thresholds import THRESHOLDS
@@ -94,7 +94,7 @@ def _in_plane(joint: Joint) -> Iterator[Complaint]:
     path: Path = joint.parameters["path"]
     at: KeyPath = ("joints", joint.name, "path")
     x, y, n = axes(path.normal)
-    seen = [[along(axis, node.at.vector) for axis in (x, y, n)] for node in path.nodes]
+    seen = [[dot(axis, node.at.vector) for axis in (x, y, n)] for node in path.nodes]
     radii = [node.signed_radius for node in path.nodes]
     before = None
     for k, (start, end) in enumerate(pairwise(seen)):

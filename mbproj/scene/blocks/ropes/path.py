@@ -72,7 +72,7 @@ class Path:
         return replace(self, nodes=tuple(nodes), normal=normal(self.normal))
 
 
-def along(axis: Vector, vector: Vector) -> float:
+def dot(axis: Vector, vector: Vector) -> float:
     return sum(a * b for a, b in zip(axis, vector, strict=True))
 
 
@@ -91,7 +91,7 @@ def straight(path: Path) -> tuple[list[float], list[float]]:
     """Directions at the scene's pose in rad, from x of `axes`: β of the lines between the centres of a path, and θ of
     the straight parts of the rope. Each circle between the ends is wrapped by less than a turn, plus its `turns`."""
     x, y, _ = axes(path.normal)
-    seen = [[along(axis, node.at.vector) for axis in (x, y)] for node in path.nodes]
+    seen = [[dot(axis, node.at.vector) for axis in (x, y)] for node in path.nodes]
     lines: list[float] = []
     ropes: list[float] = []
     for k, (start, end) in enumerate(pairwise(seen)):

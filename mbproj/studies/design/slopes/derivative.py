@@ -143,7 +143,7 @@ class Counted:
         """Return slopes by differences of trials that follow the steps of the trial at u. Where they cannot,
         differences are central, with a step according to the tolerance."""
         settings = settings_to_run(self._wish.scene(u), by_options=False)
-        at, is_smooth = part(base), base.steps.known or is_exact(settings)
+        at, is_smooth = part(base), base.steps.are_recorded or is_exact(settings)
         grain = GRAIN if is_smooth else grain_of(settings)
         has_left = False
 
@@ -156,7 +156,7 @@ class Counted:
 
         central, chosen = central or not is_smooth, [*columns]
         h = grain ** (CENTRAL if central else ONE_SIDED)
-        if base.steps.known:
+        if base.steps.are_recorded:
             slopes = derivative(beside, u, at, h, central, chosen)
             if not has_left:
                 return slopes

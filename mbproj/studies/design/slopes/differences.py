@@ -67,7 +67,7 @@ def differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> D
     first = tight(work, FOLLOWED)
     steps = FollowedSteps()
     own = _values(first, -1, _run(first, (-1, 0.0), steps)[0])
-    if steps.known or is_exact(work.settings):
+    if steps.are_recorded or is_exact(work.settings):
         slopes = _beside(replace(first, steps=steps), x, scale, own, where)
         fails = np.array([bool(each) for each in slopes.failed], dtype=bool)
         left = np.flatnonzero(np.isnan(slopes.slopes).all(axis=0) & ~fails)
@@ -137,7 +137,7 @@ def _noise(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Wher
 
 def _grain(work: DifferenceWork) -> float:
     """The relative error of runs as functions of their numbers."""
-    return GRAIN if work.steps.known else grain_of(work.settings)
+    return GRAIN if work.steps.are_recorded else grain_of(work.settings)
 
 
 class _Runs:
@@ -221,7 +221,7 @@ def _run(
     """The measures of a run with another value of one number, or the reason of its failure; and whether it could not
     follow the steps."""
     j, value = item
-    own = steps or (work.steps.of_another() if work.steps.known else None)
+    own = steps or (work.steps.of_another() if work.steps.are_recorded else None)
     try:
         scene = work.scene if j < 0 else work.scene.with_({work.paths[j]: value})
         mechanism = Mechanism.of(scene)

@@ -42,7 +42,7 @@ class Model:
         """Return the kernel's states (T, S) at samples."""
         layout = self.compiled.layout
         bodies = self.compiled.state(samples.q, samples.v).reshape(len(samples.t), -1)
-        return layout.joined({"bodies": bodies} | samples.layout.shared(samples.y, layout))
+        return layout.vector_of({"bodies": bodies} | samples.layout.common_blocks(samples.y, layout))
 
     def samples(self, beside: Samples, counted: Array, y: Array, paths: Iterable[str]) -> Samples:
         """Return T samples at the kernel's states y (T, S), near other samples with the joint coordinates `counted`."""
@@ -55,10 +55,10 @@ class Model:
             acceleration, carried = self._solved(beside, bodies, counted)
         q, v, a = compiled.motion(bodies, acceleration)
         turns = turns_of(system, q, counted)
-        states = {"positions": q, "velocities": v, "turns": turns} | compiled.layout.shared(y, system.layout)
+        states = {"positions": q, "velocities": v, "turns": turns} | compiled.layout.common_blocks(y, system.layout)
         return replace(
             beside,
-            y=system.layout.joined(states),
+            y=system.layout.vector_of(states),
             layout=system.layout,
             acceleration=a,
             carried=carried,

@@ -214,10 +214,10 @@ class Followed:
                 for away, near in zip(formula[0], models, strict=True):
                     there = y + away * number.step * along[:, place]
                     if near is not own or at_own is None:
-                        value = measure(near.mechanism.scene, self._seen(near, samples, counted, there))
+                        value = measure(near.mechanism.scene, self._measured_samples(near, samples, counted, there))
                         at_own = value if near is own else at_own
                     values.append(at_own if near is own else value)
-                slopes[known[place]] = Slope(np.array(values), formula, number.step, _cut(formula, models, own))
+                slopes[known[place]] = Slope(np.array(values), formula, number.step, _truncation(formula, models, own))
         except InputError as error:
             return [Slope.unknown(error.problems[0].message)] * len(numbers)
         except SimulationError as error:
@@ -263,7 +263,7 @@ class Followed:
             raise InputError("it changes the structure of the model")
         return model
 
-    def _seen(self, near: Model, samples: Samples, counted: Array, y: Array) -> MeasuredSamples:
+    def _measured_samples(self, near: Model, samples: Samples, counted: Array, y: Array) -> MeasuredSamples:
         """Return the measured samples of a neighbour at its states y (T, S)."""
         measured, mechanism = MeasuredSamples(near.mechanism, self._seen_ones), near.mechanism
         with may_overflow():
@@ -277,7 +277,7 @@ def _is_seen(path: str) -> bool:
     return path.startswith(SEEN) or path in SEEN_ENERGIES
 
 
-def _cut(formula: Formula, models: Sequence[Model], own: Model) -> float:
+def _truncation(formula: Formula, models: Sequence[Model], own: Model) -> float:
     """The relative error of a formula for the numbers of models and their initial states: about the square of the
     difference to a formula of lower order."""
     worst = 0.0

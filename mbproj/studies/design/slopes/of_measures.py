@@ -133,7 +133,7 @@ def _by_duals(
         return followed.slopes([number(j) for j in numbers], measure, formulas)
 
     slopes = by([*range(len(x))], FORMULAS)
-    off = [_off(each, own) if not each.why else np.zeros(0) for each in slopes]
+    off = [_uncertainty(each, own) if not each.why else np.zeros(0) for each in slopes]
 
     def uncertain(j: int) -> bool:
         slope = slopes[j]
@@ -142,13 +142,13 @@ def _by_duals(
     rough = [j for j in range(len(x)) if not rough_ones and uncertain(j)]
     for j, better in zip(rough, by(rough, (WIDE,)), strict=True):
         if not better.why:
-            slopes[j], off[j] = better, _off(better, own)
+            slopes[j], off[j] = better, _uncertainty(better, own)
     rough = [j for j in rough if uncertain(j)]
     # the effect of errors in the slopes of the model's numbers
     for j, side in zip(rough, by(rough, SIDES), strict=True):
         if not side.why:
             less = off_by(slopes[j].slopes, side.slopes)
-            off[j] = np.minimum(off[j], _off(replace(slopes[j], cut=0.0), own) + less)
+            off[j] = np.minimum(off[j], _uncertainty(replace(slopes[j], cut=0.0), own) + less)
     return list(zip(slopes, off, strict=True))
 
 
@@ -157,7 +157,7 @@ def _grain(slope: Slope, own: Array) -> Array:
     return np.asarray(GRAIN * np.abs(own) / slope.step)
 
 
-def _off(slope: Slope, own: Array) -> Array:
+def _uncertainty(slope: Slope, own: Array) -> Array:
     """The uncertainty of a slope, (k,), without the error of steps."""
     return off_by(slope.slopes, slope.rough(own)) + slope.cut * np.abs(slope.slopes) + _grain(slope, own)
 
