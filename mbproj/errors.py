@@ -142,3 +142,9 @@ def choose_from(word: str, names: Iterable[str], what: str = "choose from") -> s
     few = list(islice(names, MAX_NAMES + 1))  # a scene may have thousands of wrong words, and of names for each
     shown = ", ".join(few[:20]) + (", ..." if len(few) > 20 else "")
     return did_you_mean(word, few) or (f"{what}: {shown}" if few else "there is none")
+
+
+def shortened(words: Sequence[str], most: int) -> str:
+    """The first `most` words, and the number of the others."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from mbproj.errors import shortened
 from mbproj.results import Results
 
 Marks = npt.NDArray[np.bool_]
@@ -54,9 +55,3 @@ def in_words(components: Mapping[str, str]) -> str:
     for joint, open_ in components.items():
         joints.setdefault(open_, []).append(joint)
     return "; ".join(f"{open_} of {shortened(names, SHOWN)}" for open_, names in joints.items())
-
-
-def shortened(words: Sequence[str], most: int) -> str:
-    """The first `most` words, and the number of the others."""
-    more = f" and {len(words) - most} more" if len(words) > most else ""
-    return ", ".join(words[:most]) + more

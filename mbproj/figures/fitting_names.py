@@ -18,7 +18,7 @@ def all_names(results: Sequence[Results], kind: str) -> list[str]:
 
 
 def note(kind: str, drawn: int, all_of_them: int, others: str) -> str:
-    """A remark where only the first names of a kind are drawn. `others` tells how to see the others."""
+    """A note where only the first names of a kind are drawn. `others` tells how to see the others."""
     return "" if drawn == all_of_them else f"the first {drawn} of {all_of_them} {kind}: {others}"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import Place
+from mbproj.errors import Place, shortened
 from mbproj.scene.records import GROUND
 
 
@@ -225,8 +225,8 @@ def said_of(mechanism: ImportedMechanism, kind: str, names: ImportedNames) -> It
     """Yield the rows of the table on names that were changed."""
     changed = [f"'{_shorten(old)}' is '{new}'" for old, new in names.renamed.items() if old]
     if changed:
-        shown = ", ".join(changed[:4]) + (f", and {len(changed) - 4} more" if len(changed) > 4 else "")
-        yield Said(f"names of {kind}", None, f"changed to what a scene can have, each once: {shown}", Same.YES)
+        what = f"changed to what a scene can have, each once: {shortened(changed, 4)}"
+        yield Said(f"names of {kind}", None, what, Same.YES)
 
 
 def _shorten(name: str) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from mbproj.dynamics.derivatives.law_derivatives import channel_slopes, state_slopes
 from mbproj.dynamics.equations.forces import state_rates
+from mbproj.errors import shortened
 from mbproj.linear.modes import Modes, leading
 from mbproj.linear.reference import LinearReference
 from mbproj.thresholds import THRESHOLDS
@@ -40,15 +41,10 @@ def _notes(modes: Modes) -> Iterator[str]:
     if unsteady := unsteady_states(reference):
         yield unsteady
     if reference.held:
-        yield f"dry friction holds its coordinates as they are: {_listed(reference.held)}"
+        names = shortened([f"'{name}'" for name in reference.held], MOST_HELD)
+        yield f"dry friction holds its coordinates as they are: {names}"
     if modes.turns:
         yield "the mechanism moves: these are the modes of this instant, and hold for as long as it hardly moves"
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Return the first names, and the number of further ones."""
-    more = f" and {len(names) - MOST_HELD} more" if len(names) > MOST_HELD else ""
-    return ", ".join(f"'{name}'" for name in names[:MOST_HELD]) + more
 
 
 def unsteady_states(reference: LinearReference) -> str:

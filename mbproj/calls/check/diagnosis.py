@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
-from mbproj.analysis.reactions import in_words, open_components, shortened
+from mbproj.analysis.reactions import in_words, open_components
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -16,7 +16,7 @@ from mbproj.dynamics.rank.diagnosis import problems_of
 from mbproj.dynamics.rank.massless import MasslessMotion, massless_motions, massless_problem
 from mbproj.dynamics.rank.redundancy import DependentSet, Redundancy, redundancy
 from mbproj.dynamics.rank.uniqueness import unique_components
-from mbproj.errors import Problem
+from mbproj.errors import Problem, shortened
 from mbproj.model import System
 
 #: The most loops that are listed, and the most joints and rows of each; --json has all.

@@ -36,13 +36,13 @@ def lines(modes: Sequence[FastMode], steps: Mapping[str, float]) -> list[str]:
         return []
     width = max(map(len, steps), default=0)
     largest = [f"    {name:{width}}  {_short(step)}" for name, step in steps.items()]
-    rows = [f"    {_listed(mode.forces or mode.states)}{_on_bodies(mode)} {_motion(mode)}" for mode in modes]
+    rows = [f"    {_quoted(mode.forces or mode.states)}{_on_bodies(mode)} {_motion(mode)}" for mode in modes]
     by = "forces and states" if any(mode.states for mode in modes) else "forces"
     return [f"  fastest by their {by}, at the start", *rows, "  stable up to steps of", *largest]
 
 
 def _on_bodies(mode: FastMode) -> str:
-    return f" on {_listed(mode.bodies)}" if mode.bodies else ""
+    return f" on {_quoted(mode.bodies)}" if mode.bodies else ""
 
 
 def _motion(mode: FastMode) -> str:
@@ -61,5 +61,5 @@ def _short(seconds: float) -> str:
     return f"{seconds / 1e-6:.3g} µs"
 
 
-def _listed(names: Sequence[str]) -> str:
+def _quoted(names: Sequence[str]) -> str:
     return ", ".join(f"'{name}'" for name in names)

@@ -14,7 +14,7 @@ from mbproj.cli.report.text import json_text, table
 from mbproj.cli.report.trust import as_numbers, lines_on
 from mbproj.cli.report.verification import lines as verification_lines
 from mbproj.cli.study_options import write_table as write_table_option
-from mbproj.errors import ExitCode
+from mbproj.errors import ExitCode, shortened
 from mbproj.facts import report_of
 from mbproj.facts.info import ATTRIBUTES, INFO
 
@@ -252,7 +252,7 @@ def _numbers(has: Mapping[str, Any]) -> dict[str, str]:
 
 def _reactions(has: Mapping[str, Any]) -> dict[str, str]:
     """The reaction components that are not unique, and the forces that contacts share, as far as there are any."""
-    from mbproj.analysis.reactions import SHOWN, in_words, shortened
+    from mbproj.analysis.reactions import SHOWN, in_words
 
     components, shared = has["reactions_not_unique"], has["shared_at_contacts"]
     rows = {"reactions not unique": in_words(components)} if components else {}

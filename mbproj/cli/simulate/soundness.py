@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from mbproj.analysis.reactions import shortened
+from mbproj.errors import shortened
 from mbproj.results import Results, Soundness
 
 

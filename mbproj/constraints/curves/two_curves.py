@@ -173,7 +173,7 @@ class PlaceOfTwo(TwoCurves):
 
     @abstractmethod
     def _sum(self, first: Numbers, second: Numbers) -> Numbers:
-        """Return the function, which is linear, of σ1 and σ2 or of their derivatives."""
+        """Return the weighted sum of σ1 and σ2, or of their derivatives."""
 
     def value(self, x: Numbers) -> Numbers:
         at, curves = self.feet(x), (self.curve, self.other)

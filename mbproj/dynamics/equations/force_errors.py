@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.equations.instant import Instant
-from mbproj.errors import SimulationError
+from mbproj.errors import SimulationError, shortened
 from mbproj.functions.program import CHANNELS, Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import failure, run
@@ -102,5 +102,4 @@ def _inputs(instant: Instant, programs: ProgramSet, index: int) -> str:
         name = names.states[at] if kind is ChannelKind.STATE else names.coordinates[at]
         value = float(instant.channels[..., channel])
         said.append(f"{name}{'_dot' if kind is ChannelKind.RATE else ''} = {value:.6g}")
-    more = f" and {len(said) - MOST_INPUTS} more" if len(said) > MOST_INPUTS else ""
-    return f", with {', '.join(said[:MOST_INPUTS])}{more}" if said else ""
+    return f", with {shortened(said, MOST_INPUTS)}" if said else ""

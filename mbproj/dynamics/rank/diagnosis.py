@@ -12,7 +12,7 @@ from mbproj.dynamics.rank.components import Component, component_rows
 from mbproj.dynamics.rank.redundancy import DependentSet, Redundancy
 from mbproj.dynamics.rank.row_space import unit_rows
 from mbproj.dynamics.rank.row_words import rows_in_words
-from mbproj.errors import Place, Problem
+from mbproj.errors import Place, Problem, shortened
 from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -88,9 +88,8 @@ def jammed_wheels(system: System, pose: Pose) -> list[Problem]:
     stuck = rolling[(moved[0] > THRESHOLDS.no_motion) & (moved[1] <= THRESHOLDS.no_motion)]
     if not len(stuck):
         return []
-    names = [f"'{system.names.joints[joint]}'" for joint in stuck]
-    more = f" and {len(names) - MOST_JOINTS} more" if len(names) > MOST_JOINTS else ""
-    said = f"joints {', '.join(names[:MOST_JOINTS])}{more} jam: no motion without slip moves their bodies"
+    names = shortened([f"'{system.names.joints[joint]}'" for joint in stuck], MOST_JOINTS)
+    said = f"joints {names} jam: no motion without slip moves their bodies"
     hint = "wheels roll together where their axles meet in one point, or are parallel"
     return [Problem(said, system.joint_places[stuck[0]], hint)]
 

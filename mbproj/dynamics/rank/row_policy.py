@@ -2,8 +2,8 @@
 a singular one.
 
 The loop owns one policy. Within a step its `rows` do not change; it only records how near the poses of the step are to
-singular ones (`see`). Between steps `advance` sets the rows of the next step. `save` and `restore` carry the policy from
-one run to the next.
+singular ones (`see`). Between steps `advance` sets the rows of the next step. `save` and `restore` carry the policy
+from one run to the next.
 
 This is the reference. The kernel's policy of the same name decides by pivots of S: squares of distances in the metric
 of the masses. It leaves out single rows; this one leaves out combinations. Near a singular pose both err by the

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from mbproj.analysis.reactions import shortened
 from mbproj.arrays import Array
+from mbproj.errors import shortened
 from mbproj.figures import fitting_names, rows
 from mbproj.figures.differences import SIGN, coinciding
 from mbproj.figures.rows import PanelGroup, PanelQuantity

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.errors import shortened
 from mbproj.formats.geometry import from_quaternion
 from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
@@ -49,8 +50,7 @@ def add_parts(compiled: CompiledMjcf, mechanism: ImportedMechanism, names: Impor
         )
         _say_compensated(compiled, mechanism, number, called[number])
     if still:
-        shown = ", ".join(still[:5]) + (f", and {len(still) - 5} more" if len(still) > 5 else "")
-        mechanism.say("bodies that cannot move", None, f"are part of the ground: {shown}", Same.YES)
+        mechanism.say("bodies that cannot move", None, f"are part of the ground: {shortened(still, 5)}", Same.YES)
     return called
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.recorded import Block
+from mbproj.errors import shortened
 from mbproj.facts import report_of
 from mbproj.facts.run import RECORDED, ROWS
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
@@ -173,8 +174,7 @@ def words_on_sharing(events: Sequence[Event]) -> str:
     """Return words on contacts that share forces arbitrarily, and since when; "" for none."""
     shared = [event for event in events if event.kind == SHARED]
     names = list(dict.fromkeys(event.name for event in shared))
-    more = f" and {len(names) - MOST_SHARING} more" if len(names) > MOST_SHARING else ""
-    return f"{', '.join(names[:MOST_SHARING])}{more}, first at t = {shared[0].time:.6g} s" if names else ""
+    return f"{shortened(names, MOST_SHARING)}, first at t = {shared[0].time:.6g} s" if names else ""
 
 
 def words_on_shares(met: Sequence[Event]) -> str:

@@ -10,6 +10,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.derivatives.law_derivatives import state_slopes
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.fast_modes import Mode, fast_modes, leading, slopes, speeds_of_free_bodies
+from mbproj.errors import shortened
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.reporting.stiff_words import Stiffness
 from mbproj.integrate.steppers.stability_region import amplification, reach
@@ -69,8 +70,7 @@ class Owners:
     def words(self) -> str:
         """The causes in words: "forces 'a', 'b'"."""
         kind, names = ("state", self.states) if self.states else ("force", self.forces)
-        more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-        return f"{kind}{'s' * (len(names) > 1)} " + ", ".join(f"'{name}'" for name in names[:MOST_NAMED]) + more
+        return f"{kind}{'s' * (len(names) > 1)} " + shortened([f"'{name}'" for name in names], MOST_NAMED)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from mbproj.arrays import Array
+from mbproj.errors import shortened
 from mbproj.facts.run import RECORDED
 
 KINDS = ("bodies", "joints", "markers", "forces", "motions", "stops", "frictions", "states", "signals")
@@ -21,7 +22,7 @@ def rows(
     """The lines of the summary, as (word, text)."""
     span = f"{len(time)} from {time[0]:g} to {time[-1]:g} s" if len(time) else "none"
     lines = [("status", status), ("samples", span)]
-    lines += [(kind, _listed(names(kind))) for kind in KINDS if names(kind)]
+    lines += [(kind, shortened(names(kind), SHOWN)) for kind in KINDS if names(kind)]
     for fact in RECORDED:
         if fact.key in NUMBERS and fact.key in attributes:
             word = fact.key.removesuffix("_max").replace("_", " ")
@@ -38,11 +39,6 @@ def as_html(title: str, lines: Sequence[tuple[str, str]]) -> str:
     """The summary as an HTML table; titles and names are escaped, since a file may come from anybody."""
     cells = (f"<tr><th>{escaped(word)}</th><td>{escaped(what)}</td></tr>" for word, what in lines)
     return f"<table><caption>{escaped(title)}</caption>{''.join(cells)}</table>"
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    more = f", and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
-    return ", ".join(names[:SHOWN]) + more
 
 
 def escaped(text: str) -> str:

@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from mbproj.errors import Place, Problem
+from mbproj.errors import Place, Problem, shortened
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.inertia import principal_moments
 from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce, Scene
@@ -87,13 +87,10 @@ def _loose(scene: Scene) -> Iterator[Problem]:
         if len(group) == 1:
             message = f"no joint holds body '{group[0]}': it moves freely"
         else:
-            message = f"no joint connects the bodies {_listed(group)} with the ground: they move freely"
+            message = (
+                f"no joint connects the bodies {shortened([*map(repr, group)], MOST)} with the ground: they move freely"
+            )
         yield Problem(message, _line_of(scene, "bodies", group[0]))
-
-
-def _listed(names: list[str]) -> str:
-    shown = ", ".join(repr(name) for name in names[:MOST])
-    return shown if len(names) <= MOST else f"{shown} and {len(names) - MOST} more"
 
 
 def _connected(scene: Scene) -> list[list[str]]:

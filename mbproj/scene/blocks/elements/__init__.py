@@ -6,23 +6,14 @@ the animation read these tables; nothing else knows a type.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from importlib import import_module
-from pkgutil import iter_modules
-
 from mbproj.plugins import Registry
+from mbproj.registry import types_of
 from mbproj.scene.blocks.elements.element_type import ElementType
 from mbproj.scene.blocks.elements.varying_spring import SPRINGS
 
 __all__ = ["ELEMENTS", "SPRINGS", "ElementType", "element_type"]
 
-
-def _found() -> Iterator[tuple[str, ElementType]]:
-    for module in sorted(iter_modules(__path__), key=lambda module: module.name):
-        yield from getattr(import_module(f"{__name__}.{module.name}"), "TYPES", {}).items()
-
-
-ELEMENTS: Registry[ElementType] = Registry("force type", dict(_found()))
+ELEMENTS: Registry[ElementType] = Registry("force type", types_of(__name__, __path__))
 
 
 def element_type(name: str) -> ElementType:
