@@ -55,7 +55,7 @@ ACTUATORS = (
     Fact("source", "string", "", "the results file or the scene"),
     Fact("degrees_of_freedom", "integer", "1", "number of degrees of freedom", at="freedom"),
     Fact("reached", "integer", "1", "degrees of freedom that the actuators reach", at="rank"),
-    Fact("least_norm", "boolean", "", "whether forces of the least weighted sum of squares were taken", at="shared"),
+    Fact("least_norm", "boolean", "", "whether forces of the least weighted sum of squares were taken", at="is_shared"),
     Fact("power_balance", "number", "1", "largest error of the power balance over the largest power", at="balance"),
     Fact("dead_centres", "array of number", "s", "times at which the actuators cannot move the mechanism", at="dead"),
     _PLACE_OF,

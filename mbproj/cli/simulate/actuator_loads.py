@@ -52,7 +52,7 @@ def lines(actuators: ActuatorLoads, source: str, over: str | None) -> Iterator[s
         [(load.name, f"{load.put_in:.6g}", f"{load.taken_out:.6g}") for load in works],
     )
     yield "± is the uncertainty between samples"
-    if actuators.are_redundant:
+    if actuators.is_shared:
         yield _sharing(actuators)
     if actuators.rank < actuators.freedom:
         reached = f"{actuators.rank} of {actuators.freedom} degrees of freedom"

@@ -158,7 +158,7 @@ def _draw(actuators: ActuatorLoads, over: str | None, path: Path, title: str, *,
     from mbproj.figures.save import save
 
     cycle = None if over is None else actuators.cycle(over)
-    shared = f"{title}: least sum of squares of more actuators than freedoms" if actuators.are_redundant else title
+    shared = f"{title}: least sum of squares of more actuators than freedoms" if actuators.is_shared else title
     save(
         draw_actuators(
             actuators.time, actuators.names, actuators.units, actuators.force, actuators.power, cycle, shared

@@ -81,7 +81,7 @@ class ActuatorLoads:
         return self.force * self.rate
 
     @property
-    def are_redundant(self) -> bool:
+    def is_shared(self) -> bool:
         """Whether the actuators are more than the freedoms that they reach, so that they share the forces."""
         return len(self.names) > self.rank
 

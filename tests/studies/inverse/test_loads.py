@@ -109,7 +109,7 @@ def test_of_more_actuators_than_freedoms_the_least_weighted_squares_are_taken(du
     torques, cylinders = loads(dug, actuators=PINS).force, loads(dug, actuators=CYLINDERS).force
     weights = {"boom_cylinder": 4.0}
     both = loads(dug, actuators=(*PINS, *CYLINDERS), weights=weights)
-    assert both.are_redundant
+    assert both.is_shared
     lever = torques / cylinders
     w = np.array([4.0, 1.0, 1.0])
     share = torques / (1.0 + lever**2 / w)
