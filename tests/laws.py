@@ -18,7 +18,7 @@ def _numbers(values):
 
 
 def _thresholds():
-    return core().Thresholds(of_the_kernel())
+    return core().Thresholds(**of_the_kernel())
 
 
 class Cone(NamedTuple):
