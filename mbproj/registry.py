@@ -12,7 +12,6 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from pkgutil import iter_modules
 from typing import Any, final
 
 from mbproj.dataclass import dataclass
@@ -45,6 +44,8 @@ def lazily(package: str, names_in: Mapping[str, str]) -> Callable[[str], Any]:
 
 def types_of(package: str, path: Iterable[str]) -> dict[str, Any]:
     """The `TYPES` of all modules of a package at `path`, by name."""
+    from pkgutil import iter_modules
+
     modules = sorted(module.name for module in iter_modules(path))
     tables = (getattr(import_module(f"{package}.{module}"), "TYPES", {}) for module in modules)
     return {name: entry for table in tables for name, entry in table.items()}
