@@ -11,6 +11,7 @@ from mbproj.formats.chains import free_name
 from mbproj.formats.mechanism import Bare, ImportedMechanism, ImportOptions, Quantity, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.drives import ActuatorDrive, add_states, drive_of, free_symbol, inputs_of
+from mbproj.formats.mjcf.flags import is_off
 from mbproj.formats.mjcf.joints import FREE
 from mbproj.formats.mjcf.laws import ActuatorLaw, Muscle, law_of, summed, within
 from mbproj.formats.mjcf.parts import Called
@@ -36,8 +37,8 @@ def add_actuators(tendons: ModelTendons, options: ImportOptions) -> None:
         drive: ActuatorDrive | str = ""
         if not isinstance(law, str):
             drive = drive_of(compiled, mechanism, number, name, law, options.controls or {})
-        if compiled.disables("ACTUATION"):
-            mechanism.say(shown_name, place, "left out: the model turns actuators off", Same.YES)
+        if off := is_off(compiled.model, number):
+            mechanism.say(shown_name, place, f"left out: the model turns {off} off", Same.YES)
         elif options.controls is None:
             still = (
                 isinstance(law, ActuatorLaw)
@@ -63,7 +64,8 @@ def _say_unused(
 ) -> None:
     for word in ("armature", "damping", "dampingpoly", "delay"):
         values = getattr(compiled.model, f"actuator_{word}", None)
-        if values is not None and np.any(values[number]):
+        acts = word != "delay" or not is_off(compiled.model, number)
+        if values is not None and acts and np.any(values[number]):
             mechanism.say(f"{word} of {name}", place, "left out: a scene has none of an actuator", Same.NO)
 
 
@@ -151,7 +153,7 @@ def _on_body(
 
     model, data, of = compiled.model, compiled.data, mujoco.mjtTrn
     kind, (what, reference) = int(model.actuator_trntype[number]), model.actuator_trnid[number]
-    gear = np.array(model.actuator_gear[number])
+    gear = np.array(model.actuator_gear[compiled.output(number)])
     if kind == int(of.mjTRN_SITE) and reference < 0:
         body = called[int(model.site_bodyid[what])]
         if body == GROUND:

@@ -7,9 +7,12 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 from typing import Any
 
+import numpy as np
+
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from, warn_once
 from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.mjcf.flags import without_disabled
 from mbproj.formats.mjcf.source import MjcfSource
 from mbproj.formats.xml import XmlElement
 
@@ -24,10 +27,11 @@ PID_KEYS = ("kp", "ki", "kd", "imax", "slewmax")
 
 @dataclass(frozen=True, eq=False)
 class CompiledMjcf:
-    """MuJoCo's model and data at the pose of the start, with the source. `places` are those of elements by kind and
-    number."""
+    """MuJoCo's model and data at the pose of the start, with the source. `model` is without what the flags of the
+    model as it was `given` switch off. `places` are those of elements by kind and number."""
 
     model: Any
+    given: Any
     data: Any
     source: MjcfSource
     places: Mapping[tuple[str, int], Place]
@@ -40,11 +44,15 @@ class CompiledMjcf:
         """The place of an element; None where it is not known."""
         return self.places.get((kind, number))
 
-    def disables(self, what: str) -> bool:
-        """Whether the model turns a part of the physics off: "GRAVITY", "CONTACT", .."""
-        import mujoco
+    def output(self, number: int) -> int:
+        """The number of an actuator's first force, by which MuJoCo orders gears and ranges of lengths."""
+        return int(getattr(self.model, "actuator_outadr", np.arange(self.model.nu))[number])
 
-        return bool(self.model.opt.disableflags & getattr(mujoco.mjtDisableBit, f"mjDSBL_{what}"))
+    def bent(self, word: str, number: int) -> bool:
+        """Whether a spring or a damper has a part that is not linear, as "jnt_stiffness" says; older versions of MuJoCo
+        have none."""
+        powers = getattr(self.model, f"{word}poly", None)
+        return powers is not None and bool(np.any(powers[number]))
 
     def plugin_of(self, number: int) -> Mapping[str, float] | str | None:
         """The numbers of an actuator of the plugin `mujoco.pid`; for another plugin the reason to leave it out; None
@@ -67,14 +75,25 @@ class CompiledMjcf:
 def compile_mjcf(source: MjcfSource, options: ImportOptions) -> CompiledMjcf:
     """Compile the source, and set the pose of the start. Raises InputError where MuJoCo is not installed or refuses the
     model, or a missing mesh would give a body its mass."""
-    if find_spec("mujoco") is None:
-        place = Place(source.root.place.file)
-        raise InputError(Problem("MuJoCo compiles MJCF, and is not installed", place, "pip install 'mbproj[import]'"))
+    _refuse_without_mujoco(Place(source.root.place.file))
     if source.stand_ins:
         _refuse_mass_of_missing(source)
-    model = _model(source)
+    given = _model(source)
+    model = without_disabled(given)
     data = _posed(model, source, options)
-    return CompiledMjcf(model, data, source, _places(model, source.root))
+    return CompiledMjcf(model, given, data, source, _places(model, source.root))
+
+
+def _refuse_without_mujoco(place: Place) -> None:
+    """Raises InputError where MuJoCo is not installed, or its library cannot be loaded."""
+    hint = "pip install 'mbproj[import]'"
+    if find_spec("mujoco") is None:
+        raise InputError(Problem("MuJoCo compiles MJCF, and is not installed", place, hint))
+    try:
+        from mujoco import MjModel  # noqa: F401
+    except (ImportError, OSError, AttributeError) as error:
+        why = " ".join(str(error).split())
+        raise InputError(Problem(f"MuJoCo compiles MJCF, and cannot be loaded: {why}", place, hint)) from None
 
 
 def _model(source: MjcfSource) -> Any:

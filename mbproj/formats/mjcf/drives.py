@@ -90,7 +90,7 @@ def _command(compiled: CompiledMjcf, number: int, name: str, signals: Signals, w
     signal = signals.get(inputs_of(compiled, number, name)[which]) or GivenSignal(repr(float(compiled.data.ctrl[at])))
     constant = signal.constant
     text = f"({signal.text})" if constant is None else shown(constant)
-    if model.actuator_ctrllimited[at] and not compiled.disables("CLAMPCTRL"):
+    if model.actuator_ctrllimited[at]:
         low, high = (float(each) for each in model.actuator_ctrlrange[at])
         constant = None if constant is None else min(max(constant, low), high)
         text = within(text, (low, high)) if constant is None else shown(constant)

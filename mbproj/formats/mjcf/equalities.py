@@ -113,6 +113,9 @@ def _coupled(tendons: ModelTendons, at: int, place: Place | None, shown: str) ->
     model = compiled.model
     of_tendons = int(model.eq_type[at]) == TENDON
     numbers = [int(each) for each in (model.eq_obj1id[at], model.eq_obj2id[at]) if each >= 0]
+    if of_tendons and all(tendons.is_constant(each) for each in numbers):
+        mechanism.say(shown, place, "left out: nothing changes the length of its tendons", Same.YES)
+        return
     if of_tendons and len(numbers) == 1 and _fix_length(tendons, at, numbers[0], place, shown):
         return
     curve = Polynomial(model.eq_data[at][: 5 if len(numbers) == 2 else 1])

@@ -56,10 +56,11 @@ def single(compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, ch
         if limits is not None:
             what = "a stiff spring in MuJoCo, a rigid stop in the scene"
             mechanism.say(f"limit of joint '{name}'", place, what, Same.UNTIL)
-    for poly, called in ((model.jnt_stiffnesspoly[number], "stiffness"), (model.dof_dampingpoly[dof], "damping")):
-        if np.any(poly):
+    for word, at_word, called in (("jnt_stiffness", number, "stiffness"), ("dof_damping", dof, "damping")):
+        if compiled.bent(word, at_word):
             what = f"its {called} that is not linear is left out"
             mechanism.say(f"joint '{name}'", place, what, Same.NO)
+    _say_yield(compiled, mechanism, number, f"joint '{name}'", place)
     spring = float(model.qpos_spring[model.jnt_qposadr[number]]) - at
     stiffness = float(model.jnt_stiffness[number])
     return Single(
@@ -76,6 +77,16 @@ def single(compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, ch
         float(data.qvel[dof]),
         place,
     )
+
+
+def _say_yield(
+    compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, element: str, place: Place | None
+) -> None:
+    """Add a row on a spring that yields, as those of older versions of MuJoCo do not."""
+    yields = getattr(compiled.model, "jnt_springyield", None)
+    if yields is not None and yields[number] and compiled.model.jnt_stiffness[number]:
+        what = "left out: the scene's spring stays elastic where MuJoCo's yields"
+        mechanism.say(f"springyield of {element}", place, what, Same.UNTIL)
 
 
 def joint_name(compiled: CompiledMjcf, number: int, child: str) -> str:
@@ -104,12 +115,14 @@ def _say_free(compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int,
     out."""
     model, dof = compiled.model, int(compiled.model.jnt_dofadr[number])
     place = compiled.place("jnt", number) or compiled.place("body", int(model.jnt_bodyid[number]))
+    if model.jnt_stiffness[number] or compiled.bent("jnt_stiffness", number):
+        mechanism.say(f"spring of the free body '{child}'", place, "left out: it acts on no joint", Same.NO)
     for values, what in (
         (model.dof_damping, "damping"),
         (model.dof_frictionloss, "dry friction"),
         (model.dof_armature, "armature"),
     ):
-        if np.any(values[dof : dof + 6]):
+        if np.any(values[dof : dof + 6]) or (what == "damping" and compiled.bent("dof_damping", dof)):
             mechanism.say(f"{what} of the free body '{child}'", place, "left out: it acts on no joint", Same.NO)
 
 
@@ -180,10 +193,11 @@ def _on_ball(
             if size:
                 entry[key] = {"rotation": [size] * 3}
         mechanism.forces[f"{name}_spring" if stiffness else f"{name}_damper"] = entry
-    for poly, called in ((model.jnt_stiffnesspoly[ball], "stiffness"), (model.dof_dampingpoly[dof], "damping")):
-        if np.any(poly):
+    for word, at_word, called in (("jnt_stiffness", ball, "stiffness"), ("dof_damping", dof, "damping")):
+        if compiled.bent(word, at_word):
             what = f"its {called} that is not linear is left out"
             mechanism.say(f"ball '{name}'", place, what, Same.NO)
+    _say_yield(compiled, mechanism, ball, f"ball '{name}'", place)
     if model.jnt_limited[ball]:
         mechanism.say(f"limit of the ball '{name}'", place, "left out: a spherical joint has none", Same.NO)
     for values, what in ((model.dof_frictionloss, "dry friction"), (model.dof_armature, "armature")):

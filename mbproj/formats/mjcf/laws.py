@@ -95,8 +95,9 @@ def law_of(compiled: CompiledMjcf, number: int) -> ActuatorLaw | Muscle | str:
             return config
         return ActuatorLaw(np.array([1.0, 0.0, 0.0]), np.array([0.0, -config["kp"], -config["kd"]]), limits)
     if kind == int(of_gain.mjGAIN_MUSCLE) == int(of_bias.mjBIAS_MUSCLE) and push == kind:
-        low, high = (float(each) for each in model.actuator_lengthrange[number])
-        prm, speed = np.array(model.actuator_gainprm[number][:9]), float(model.actuator_acc0[number])
+        output = compiled.output(number)
+        low, high = (float(each) for each in model.actuator_lengthrange[output])
+        prm, speed = np.array(model.actuator_gainprm[number][:9]), float(model.actuator_acc0[output])
         if np.any(model.actuator_biasprm[number][:9] != prm):
             return "its passive force is that of another muscle"
         return Muscle(prm, (low, high), speed, limits)
@@ -122,9 +123,8 @@ def law_of(compiled: CompiledMjcf, number: int) -> ActuatorLaw | Muscle | str:
 
 def _limits(compiled: CompiledMjcf, number: int) -> Range | None:
     model = compiled.model
-    output = int(getattr(model, "actuator_outadr", np.arange(model.nu))[number])
-    low, high = (float(each) for each in model.actuator_forcerange[output])
-    return (low, high) if model.actuator_forcelimited[output] else None
+    low, high = (float(each) for each in model.actuator_forcerange[number])
+    return (low, high) if model.actuator_forcelimited[number] else None
 
 
 def within(text: str, limits: Range | None) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
 from mbproj.errors import shortened
 from mbproj.formats.geometry import from_quaternion
 from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, Same
@@ -36,7 +35,7 @@ def add_parts(compiled: CompiledMjcf, mechanism: ImportedMechanism, names: Impor
         rotation = data.xmat[number].reshape(3, 3)
         inner = from_quaternion(model.body_iquat[number])
         inertia = inner @ np.diag(model.body_inertia[number]) @ inner.T
-        velocity = np.zeros(6)
+        velocity = np.zeros(6)  # angular, then that of the centre of mass, where mjOBJ_BODY has its origin
         mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_BODY, number, velocity, 0)
         mechanism.parts[called[number]] = ImportedBody(
             called[number],
@@ -45,18 +44,13 @@ def add_parts(compiled: CompiledMjcf, mechanism: ImportedMechanism, names: Impor
             np.array(data.xipos[number]),
             np.array(rotation),
             compiled.place("body", number),
-            _at_centre(velocity, data.xipos[number] - data.xpos[number]),
+            velocity[3:].copy(),
             rotation.T @ velocity[:3],
         )
         _say_compensated(compiled, mechanism, number, called[number])
     if still:
         mechanism.say("bodies that cannot move", None, f"are part of the ground: {shortened(still, 5)}", Same.YES)
     return called
-
-
-def _at_centre(velocity: Array, arm: Array) -> Array:
-    """The velocity (3,) of the centre of mass, from (ω, v) at the origin of the body, both global."""
-    return np.asarray(velocity[3:] + np.cross(velocity[:3], arm))
 
 
 def _say_compensated(compiled: CompiledMjcf, mechanism: ImportedMechanism, number: int, name: str) -> None:

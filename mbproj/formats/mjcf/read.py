@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 from pathlib import Path
 
 import numpy as np
 
+from mbproj.errors import shortened
 from mbproj.formats.chains import Coordinates, free_name
 from mbproj.formats.mechanism import ImportedMechanism, ImportedNames, ImportOptions, Quantity, Same, said_of
 from mbproj.formats.merged import with_hinges
@@ -13,7 +15,9 @@ from mbproj.formats.mjcf.actuators import add_actuators
 from mbproj.formats.mjcf.appearance import CAPSULE, PLANE, SPHERE, add_markers, visuals
 from mbproj.formats.mjcf.compiled import CompiledMjcf, compile_mjcf
 from mbproj.formats.mjcf.equalities import add_equalities
+from mbproj.formats.mjcf.flags import disabled
 from mbproj.formats.mjcf.joints import FREE, add_joints, start_of
+from mbproj.formats.mjcf.options import say_options
 from mbproj.formats.mjcf.parts import Called, add_parts
 from mbproj.formats.mjcf.source import source_of
 from mbproj.formats.mjcf.tendons.acting import add_tendons
@@ -29,8 +33,6 @@ def read_mjcf(root: XmlElement, path: Path, options: ImportOptions) -> ImportedM
     line."""
     compiled = compile_mjcf(source_of(root, path), options)
     gravity = np.array(compiled.model.opt.gravity)
-    if compiled.disables("GRAVITY"):
-        gravity = np.zeros(3)
     mechanism = ImportedMechanism(root.get("model") or path.stem, "MJCF", str(path), gravity)
     bodies, joints, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
     called = add_parts(compiled, mechanism, bodies)
@@ -58,6 +60,7 @@ def say_rest(tendons: ModelTendons, options: ImportOptions) -> None:
     _contacts(compiled, mechanism, tendons.called, options)
     add_tendons(tendons)
     _keyframes(compiled, mechanism, options)
+    say_options(compiled, mechanism)
     _surroundings(compiled, mechanism)
 
 
@@ -65,14 +68,21 @@ def _contacts(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Call
     """Add a row on shapes that may touch. On request, add a stop for each sphere, and each end of a capsule, above a
     plane of the ground."""
     model = compiled.model
-    touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    able = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    if "CONTACT" not in disabled(model) and "CONSTRAINT" not in disabled(model):
+        able[[*model.pair_geom1, *model.pair_geom2]] = True
+    touching = np.flatnonzero(able)
     moving = [geom for geom in touching if called[int(model.geom_bodyid[geom])] != GROUND]
-    if not moving or compiled.disables("CONTACT"):
+    if not moving:
         return
     stops = 0
     planes = [geom for geom in touching if int(model.geom_type[geom]) == PLANE and geom not in moving]
+    stopped = set[tuple[int, int]]()
     for plane in planes if options.contacts else []:
-        stops += sum(_stops(compiled, mechanism, called, int(geom), int(plane)) for geom in moving)
+        for geom in moving:
+            made = _stops(compiled, mechanism, called, int(geom), int(plane))
+            stops += made
+            stopped |= {(int(plane), int(geom))} if made else set()
     what = "left out: shapes pass through each other"
     if planes and not options.contacts:
         what += "; --contacts makes stops of spheres and capsules above planes"
@@ -81,6 +91,25 @@ def _contacts(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Call
             f"{stops} spheres above planes are rigid stops without friction; all other shapes pass through each other"
         )
     mechanism.say(f"contacts of {len(moving)} shapes", None, what, Same.UNTIL)
+    if touched := _touching_pairs(compiled) - stopped:
+        shown = shortened([" and ".join(_geom_name(compiled, geom) for geom in pair) for pair in sorted(touched)], 3)
+        what = f"left out, although they touch at the start: {shown}"
+        mechanism.say(f"contacts of {len(touched)} pairs of shapes", None, what, Same.NO)
+
+
+def _touching_pairs(compiled: CompiledMjcf) -> set[tuple[int, int]]:
+    """The pairs of shapes that exert forces on each other from the start on, with a plane first."""
+    import mujoco
+
+    data = copy.copy(compiled.data)
+    mujoco.mj_fwdPosition(compiled.model, data)
+    found = (data.contact[at] for at in range(data.ncon))
+    return {(int(each.geom1), int(each.geom2)) for each in found if each.dist <= 0.0 and each.efc_address >= 0}
+
+
+def _geom_name(compiled: CompiledMjcf, number: int) -> str:
+    body = compiled.name("body", int(compiled.model.geom_bodyid[number])) or "the ground"
+    return f"'{compiled.name('geom', number)}'" if compiled.name("geom", number) else f"one of {body}"
 
 
 def _stops(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Called, geom: int, plane: int) -> int:
@@ -113,13 +142,10 @@ def _keyframes(compiled: CompiledMjcf, mechanism: ImportedMechanism, options: Im
 
 
 def _surroundings(compiled: CompiledMjcf, mechanism: ImportedMechanism) -> None:
-    """Add rows on a medium around the bodies, and on parts that are only drawn or measured."""
+    """Add rows on what limits actuators, on what a scene has no bodies for, and on parts that only measure."""
     model = compiled.model
-    option = next((e for e in compiled.source.root.all("option")), None)
-    place = option.place if option else None
-    if model.opt.density or model.opt.viscosity:
-        mechanism.say("medium with density or viscosity", place, "left out: a scene has none", Same.NO)
-    if model.nu and np.any(model.jnt_actfrclimited[model.jnt_type != FREE]):
+    limited = np.any(model.jnt_actfrclimited[model.jnt_type != FREE]) or np.any(model.tendon_actfrclimited)
+    if model.nu and limited:
         mechanism.say("limits of actuators' forces", None, "left out", Same.UNTIL)
     for count, what in ((model.nsensor, "sensors"), (model.ncam, "cameras")):
         if count:

@@ -124,6 +124,7 @@ def source_of(
     _refuse_infinite(source.root)
     _refuse_negative(source.root)
     _without_pictures(source.root)
+    _without_passive(source.root)
     _without_flexible(source)
     source.files, source.missing, source.stand_ins = take_meshes(source.root, source.meshes, folder)
     _attach(source, folder, above)
@@ -204,6 +205,15 @@ def _without_pictures(root: XmlElement) -> None:
         if element.tag == "material":
             element.attributes.pop("texture", None)
             element.children = []
+
+
+def _without_passive(root: XmlElement) -> None:
+    """Write the flag `passive` of older versions of MuJoCo as those of its two parts, which have taken its place."""
+    for option in root.all("option"):
+        for flag in option.all("flag"):
+            value = flag.attributes.pop("passive", None)
+            if value is not None:
+                flag.attributes = {"spring": value, "damper": value} | flag.attributes
 
 
 def _without_flexible(source: MjcfSource) -> None:

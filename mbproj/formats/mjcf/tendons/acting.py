@@ -28,6 +28,9 @@ def add_tendons(tendons: ModelTendons) -> None:
     mechanism = tendons.mechanism
     for number in range(tendons.compiled.model.ntendon):
         name, place = tendons.name(number), tendons.place(number)
+        if tendons.is_constant(number):
+            mechanism.say(f"tendon '{name}'", place, "left out: nothing changes its length", Same.YES)
+            continue
         left = {word for word, values in _acting(tendons.compiled.model).items() if np.any(values[number])}
         why = "a scene's springs do not yield"
         for step in (_between, _elastic, _pulled, _limited, _loaded):

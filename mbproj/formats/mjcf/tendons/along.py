@@ -38,7 +38,7 @@ def along_of(tendons: ModelTendons, number: int) -> list[ActuatedCoordinate] | s
 
     model, of = tendons.compiled.model, mujoco.mjtTrn
     kind, what = int(model.actuator_trntype[number]), int(model.actuator_trnid[number][0])
-    gear = float(model.actuator_gear[number][0])
+    gear = float(model.actuator_gear[tendons.compiled.output(number)][0])
     if kind in (int(of.mjTRN_JOINT), int(of.mjTRN_JOINTINPARENT)):
         return _of_joints(tendons, {what: 1.0}, gear)
     if kind == int(of.mjTRN_TENDON):

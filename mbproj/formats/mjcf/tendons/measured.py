@@ -101,6 +101,10 @@ class ModelTendons:
                 return f"it runs over {len(branch.spots)} places, and a rope over {MOST_NODES} at most"
         return ""
 
+    def is_constant(self, number: int) -> bool:
+        """Whether no motion changes a tendon's length: all its sites are on one body, or on bodies that stay."""
+        return is_path(self.compiled, number) and not self.branches(number)
+
     def joints(self, number: int) -> dict[int, float]:
         """The weights of joints, by number, in a tendon that is their sum; {} for a tendon over sites."""
         model = self.compiled.model
