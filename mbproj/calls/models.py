@@ -16,7 +16,7 @@ from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.couplers import without_refused
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
-from mbproj.formats.mechanism import ImportedMechanism, Said, Same
+from mbproj.formats.mechanism import Agreement, ImportedMechanism, Said, Same
 from mbproj.formats.signals import read_pose, signals_of
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.read import read_scene_text
@@ -33,10 +33,13 @@ FORMATS = {"mjcf": as_mjcf, "urdf": as_urdf}
 
 @dataclass(frozen=True, eq=False)
 class Imported(Tabled):
-    """The `text` of a scene made from a model, with notes on each element of the model that has no counterpart."""
+    """The `text` of a scene made from a model, with notes on each element of the model that has no counterpart.
+
+    `agreement` has the differences of its start and its accelerations from MuJoCo's; None for other formats."""
 
     text: str
     mechanism: ImportedMechanism
+    agreement: Agreement | None = None
 
     @property
     def scene(self) -> Scene:
@@ -104,7 +107,8 @@ def imported(model: Path, options: ImportOptions) -> Imported:
         at = problem.place.line if problem.place else None
         line = "it" if at is None else f"its line {at}"
         mechanism.say("the scene itself", None, f"check refuses {line}: {problem.message}", Same.NO)
-    return Imported(text, mechanism)
+    agreement = None if refused or mechanism.compare is None else mechanism.compare(mechanism, __version__)
+    return Imported(text, mechanism, agreement)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,27 @@ SAID = Fact(
         ),
     ),
 )
+#: How far a scene is from its model in the program that reads that.
+AGREEMENT = Fact(
+    "agreement",
+    "object | null",
+    "",
+    "how far the scene is from MuJoCo's model, the largest of a body; null for URDF and SDF, and where it has no start",
+    fields=(
+        Fact("position", "number", "m", "at the start: distance of centres of mass"),
+        Fact("angle", "number", "rad", "at the start: angle between orientations"),
+        Fact("velocity", "number", "m/s", "at the start: difference of velocities of centres of mass"),
+        Fact("angular_velocity", "number", "rad/s", "at the start: difference of angular velocities"),
+        Fact("velocity_relative", "number", "1", "these as a part of the largest"),
+        Fact("acceleration", "number", "m/s^2", "at all states: difference of accelerations"),
+        Fact("angular_acceleration", "number", "rad/s^2", "at all states: difference of angular accelerations"),
+        Fact("acceleration_relative", "number", "1", "these as a part of the largest"),
+        Fact("states", "integer", "1", "states: the start, and random velocities at its pose"),
+        Fact("without", "array of string", "", "what is left out on both sides"),
+    ),
+)
 #: What `import` says.
-IMPORT = (Fact("scene", "string | null", "", "the scene that was written; null on stdout"), SAID)
+IMPORT = (Fact("scene", "string | null", "", "the scene that was written; null on stdout"), AGREEMENT, SAID)
 #: What `export` says of a scene as a model.
 EXPORT = (Fact("files", "array of string", "", "files that were written"), SAID)
 #: What `branches` says.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from enum import Enum
 from itertools import takewhile
@@ -72,6 +72,27 @@ class Said:
     same: Same
 
 
+@dataclass(frozen=True)
+class Agreement:
+    """How far a scene is from the model in the program that reads it. Each number is the largest of a body.
+
+    At the start: the distance of centres of mass (m) and the angle (rad) between orientations; the differences of
+    velocities (m/s, rad/s), and these as a part of the largest. At `states` states with the start's pose: the
+    differences of accelerations (m/s², rad/s²), and these as a part of the largest. `without` names what is left out
+    on both sides."""
+
+    position: float
+    angle: float
+    velocity: float
+    angular_velocity: float
+    velocity_relative: float
+    acceleration: float
+    angular_acceleration: float
+    acceleration_relative: float
+    states: int
+    without: tuple[str, ...]
+
+
 class Quantity(NamedTuple):
     """A number with its SI unit, which the scene shows."""
 
@@ -128,7 +149,8 @@ class ImportedMechanism:
     """A model in the form of a scene. `parts` are its bodies in order from the ground. `tree` has the names of the
     joints in its tree, and of those that only measure; other joints close loops. `between` are massless bodies that the
     model does not have. `followers` has, by coupler, the massless body that it moves and the joint of that. `adjust` is
-    how far joints may move because numbers are rounded."""
+    how far joints may move because numbers are rounded. `compare` compares the scene, which a version of mbproj writes,
+    with the model in the program that reads it, and adds rows on that; None where there is no such program."""
 
     title: str
     kind: str
@@ -146,6 +168,7 @@ class ImportedMechanism:
     between: set[str] = field(default_factory=set)
     followers: dict[str, tuple[str, str]] = field(default_factory=dict)
     adjust: str = ""
+    compare: Callable[[ImportedMechanism, str], Agreement | None] | None = None
 
     def part(self, name: str) -> ImportedBody:
         """The body with this name, or the ground."""

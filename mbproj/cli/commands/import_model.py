@@ -82,6 +82,8 @@ def command(
     """
     from mbproj.calls.models import imported
     from mbproj.cli.conversion_table import table_json, table_lines
+    from mbproj.facts import report_of
+    from mbproj.facts.models import AGREEMENT
     from mbproj.formats import ImportOptions
     from mbproj.formats.signals import read_pose, read_signals
     from mbproj.outputs import SCENE, write_text
@@ -98,7 +100,9 @@ def command(
         written = write_text(output, text, SCENE, force=force)
     to_stderr = output is None
     if as_json:
-        click.echo(table_json(mechanism.said, scene=str(output) if output else None), err=to_stderr)
+        agreement = model_read.agreement and report_of(AGREEMENT.fields, model_read.agreement)
+        facts = {"scene": str(output) if output else None, AGREEMENT.key: agreement}
+        click.echo(table_json(mechanism.said, **facts), err=to_stderr)
     elif not quiet:
         for line in table_lines(mechanism.said, EVERYTHING):
             click.echo(line, err=to_stderr)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any
 
@@ -100,10 +101,9 @@ def _model(source: MjcfSource) -> Any:
     import mujoco
 
     text, places = source.text()
-    # By default MuJoCo writes its warnings to a file MUJOCO_LOG.TXT in the user's folder.
-    mujoco.set_mju_user_warning(lambda message: warn_once(f"MuJoCo: {message}"))
     try:
-        return mujoco.MjModel.from_xml_string(text, assets=dict(source.meshes))
+        with warnings_as_notes():
+            return mujoco.MjModel.from_xml_string(text, assets=dict(source.meshes))
     except ValueError as error:
         words = " ".join(str(error).split())
         line = _LINE.search(words)
@@ -112,6 +112,16 @@ def _model(source: MjcfSource) -> Any:
             place = places[int(line[1]) - 1]
         said = _LINE.sub("", words.removeprefix("XML Error: ").removeprefix("Error: ")).strip(" ,")
         raise InputError(Problem(f"MuJoCo refuses the model: {said}", place, "repair it there")) from None
+
+
+@contextmanager
+def warnings_as_notes() -> Iterator[None]:
+    """Turn MuJoCo's warnings into notes. By default it writes them to a file MUJOCO_LOG.TXT in the user's folder."""
+    import mujoco
+
+    mujoco.set_mju_user_warning(lambda message: warn_once(f"MuJoCo: {message}"))
+    try:
+        yield
     finally:
         mujoco.set_mju_user_warning(None)
 

@@ -16,7 +16,6 @@ from mbproj.formats.mechanism import ImportedMechanism, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.flags import SWITCHES, disabled, enabled, is_unlifted
 
-
 SOLVER, CONTACTS, SENSORS = "of MuJoCo's numerical method", "of contacts", "of sensors and reports"
 #: What the other flags and options belong to. Flags are in capitals: those that are disabled, and that are enabled.
 OTHERS: Mapping[str, str] = MappingProxyType(
@@ -85,7 +84,11 @@ def _say_others(compiled: CompiledMjcf, mechanism: ImportedMechanism, kind: str,
 def _say_medium(compiled: CompiledMjcf, mechanism: ImportedMechanism) -> None:
     option, place = compiled.model.opt, _place(compiled, "option")
     if option.density or option.viscosity:
-        what = "medium with density or viscosity, and its wind" if option.wind.any() else "medium with density or viscosity"
+        what = (
+            "medium with density or viscosity, and its wind"
+            if option.wind.any()
+            else "medium with density or viscosity"
+        )
         mechanism.say(what, place, "left out: a scene has none", Same.NO)
     elif option.wind.any():
         mechanism.say("option wind", place, "left out: it has no force without density and viscosity", Same.YES)

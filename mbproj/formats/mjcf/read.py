@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import copy
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from mbproj.errors import shortened
 from mbproj.formats.chains import Coordinates, free_name
-from mbproj.formats.mechanism import ImportedMechanism, ImportedNames, ImportOptions, Quantity, Same, said_of
+from mbproj.formats.mechanism import Agreement, ImportedMechanism, ImportedNames, ImportOptions, Quantity, Same, said_of
 from mbproj.formats.merged import with_hinges
 from mbproj.formats.mjcf.actuators import add_actuators
 from mbproj.formats.mjcf.appearance import CAPSULE, PLANE, SPHERE, add_markers, visuals
-from mbproj.formats.mjcf.compiled import CompiledMjcf, compile_mjcf
+from mbproj.formats.mjcf.compiled import CompiledMjcf, compile_mjcf, warnings_as_notes
 from mbproj.formats.mjcf.equalities import add_equalities
 from mbproj.formats.mjcf.flags import disabled
 from mbproj.formats.mjcf.joints import FREE, add_joints, start_of
@@ -50,7 +51,16 @@ def read_mjcf(root: XmlElement, path: Path, options: ImportOptions) -> ImportedM
         mechanism.say(what, place, f"left out: {why}", Same.NO)
     for what, place, why in compiled.source.missing:
         mechanism.say(what, place, f"{why}: it is not drawn", Same.YES)
+    mechanism.compare = partial(_compare, compiled, called, options)
     return mechanism
+
+
+def _compare(
+    compiled: CompiledMjcf, called: Called, options: ImportOptions, mechanism: ImportedMechanism, version: str
+) -> Agreement | None:
+    from mbproj.formats.mjcf.comparison import compare
+
+    return compare(compiled, called, options, mechanism, version)
 
 
 def say_rest(tendons: ModelTendons, options: ImportOptions) -> None:
@@ -102,7 +112,8 @@ def _touching_pairs(compiled: CompiledMjcf) -> set[tuple[int, int]]:
     import mujoco
 
     data = copy.copy(compiled.data)
-    mujoco.mj_fwdPosition(compiled.model, data)
+    with warnings_as_notes():
+        mujoco.mj_fwdPosition(compiled.model, data)
     found = (data.contact[at] for at in range(data.ncon))
     return {(int(each.geom1), int(each.geom2)) for each in found if each.dist <= 0.0 and each.efc_address >= 0}
 

@@ -1,0 +1,218 @@
+"""Compares an imported scene with MuJoCo's model of the same file: the start, and accelerations there.
+
+The scene is compiled from its text, as a run does it, and MuJoCo's model is that of the file with all its flags. So an
+option that the import drops, or a velocity that it takes wrongly, makes a difference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mbproj.arrays import Array, Integers
+from mbproj.dataclass import dataclass
+from mbproj.dynamics import (
+    State,
+    applied,
+    drive_at,
+    gamma,
+    generalised,
+    generalised_force,
+    jacobian,
+    mass_matrix,
+    pose_of,
+    set_jacobian,
+    set_velocity,
+    tangent_jacobian,
+    tangent_velocities,
+    twist_of,
+)
+from mbproj.dynamics.derivatives.tangent import velocities as rates_of
+from mbproj.dynamics.equations.equations_of_motion import solve_bordered
+from mbproj.dynamics.rank.row_space import scaled_jacobian, split
+from mbproj.errors import InputError, SimulationError
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.couplers import ROUNDED
+from mbproj.formats.mechanism import Agreement, ImportedMechanism, ImportOptions, Same
+from mbproj.formats.mjcf.compiled import CompiledMjcf, warnings_as_notes
+from mbproj.formats.mjcf.parts import Called
+from mbproj.formats.mjcf.rigid import CarriedFrame, RigidMujoco
+from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.model import System, compile_system
+from mbproj.scene import read_scene_text, to_matrix
+from mbproj.thresholds import THRESHOLDS
+
+#: The row of the table on accelerations.
+ACCELERATIONS = "accelerations beside MuJoCo's"
+#: States with random velocities at the pose of the start: these show dampers and dry friction.
+MOVING = 3
+
+
+def compare(
+    compiled: CompiledMjcf, called: Called, options: ImportOptions, mechanism: ImportedMechanism, version: str
+) -> Agreement | None:
+    """Add rows on how far the start and the accelerations of the scene are from MuJoCo's, and return the numbers; None
+    where it is too large, has no start, or no accelerations of its own, which the row says."""
+    if len(mechanism.parts) > THRESHOLDS.large:  # with dense matrices
+        what = f"not compared: it has {len(mechanism.parts)} bodies, and {THRESHOLDS.large} are the most"
+        mechanism.say(ACCELERATIONS, None, what, Same.YES)
+        return None
+    try:
+        scene = _Moving.of(_bare(mechanism), _numbers(called), version)
+        with warnings_as_notes():
+            model = RigidMujoco.of(compiled, options, scene.frames)
+            open_by = model.open()
+            agreement, unreached = _agreement(scene, model, mechanism, options)
+    except (InputError, SimulationError) as error:
+        what = f"not compared: {error.problems[0].message if isinstance(error, InputError) else error}"
+        mechanism.say(ACCELERATIONS, None, what, Same.NO)
+        return None
+    except np.linalg.LinAlgError:
+        mechanism.say(ACCELERATIONS, None, "not compared: those of the scene are not unique", Same.NO)
+        return None
+    _say_start(mechanism, agreement, open_by, unreached)
+    alike = agreement.acceleration_relative <= THRESHOLDS.imported_alike
+    by = _shown(agreement.acceleration, agreement.angular_acceleration, "s^2")
+    what = f"{'agree to' if alike else 'differ by up to'} {by}, {agreement.acceleration_relative:.1g} of the largest,"
+    what += f" at the start and {MOVING} random velocities; equalities rigid; without {', '.join(agreement.without)}"
+    mechanism.say(ACCELERATIONS, None, what, Same.YES if alike else Same.NO)
+    return agreement
+
+
+def _say_start(mechanism: ImportedMechanism, agreement: Agreement, open_by: float, unreached: float) -> None:
+    """Add rows where the scene begins at another pose than MuJoCo, although no equality is open there, or with other
+    velocities, and where MuJoCo's joints cannot reach the scene's pose."""
+    away = max(agreement.position, agreement.angle) > ROUNDED and open_by <= THRESHOLDS.same_written
+    if away or unreached > ROUNDED:
+        what = f"bodies are up to {_shown(agreement.position, agreement.angle)} away from MuJoCo's"
+        mechanism.say("pose of the start", None, what, Same.NO)
+    if agreement.velocity_relative > ROUNDED:
+        what = f"differ by up to {_shown(agreement.velocity, agreement.angular_velocity, 's')} from MuJoCo's"
+        mechanism.say("velocities of the start", None, what, Same.NO)
+
+
+def _shown(length: float, angle: float, per: str = "") -> str:
+    unit = f"/{per}" if per else ""
+    return f"{length:.2g} m{unit} and {angle:.2g} rad{unit}"
+
+
+def _numbers(called: Called) -> dict[str, int]:
+    """The number in MuJoCo of each body of the scene, by its name: the first, since others are fixed to that one."""
+    numbers: dict[str, int] = {}
+    for number, name in called.items():
+        numbers.setdefault(name, number)
+    return numbers
+
+
+def _agreement(
+    ours: _Moving, theirs: RigidMujoco, mechanism: ImportedMechanism, options: ImportOptions
+) -> tuple[Agreement, float]:
+    """The numbers, and how far from the scene's pose MuJoCo's joints stay, in m or rad."""
+    qvel, places, turns = theirs.data.qvel.copy(), *ours.poses()
+    moved = theirs.away(places, turns)
+    unreached = theirs.follow(places, turns)
+    theirs.move(qvel)
+    begins, start = theirs.velocities(), ours.velocities(ours.start)
+    states, random = [(ours.start, qvel, False)], np.random.default_rng(0)
+    for _ in range(MOVING):
+        qvel = theirs.allowed(random.normal(size=len(qvel)))
+        theirs.move(qvel)
+        states.append((ours.moving(theirs.velocities()), qvel, theirs.slides(qvel)))
+    off, size, speed = np.zeros(2), np.array([float(np.linalg.norm(mechanism.gravity)), 0.0]), np.zeros(2)
+    for state, rates, dry in states:
+        expected = theirs.accelerations(rates, dry=dry)
+        off = np.maximum(off, _largest(ours.accelerations(state, dry=dry) - expected))
+        size, speed = np.maximum(size, _largest(expected)), np.maximum(speed, _largest(theirs.velocities()))
+    size = np.maximum(size, speed * speed[1])  # in a motion that nothing accelerates large terms cancel
+    without = ("limits", "contacts", "sticking friction", *(() if options.controls is not None else ("actuators",)))
+    apart = _largest(start - begins)
+    fastest = _part(apart, np.maximum(_largest(begins), _largest(start)))
+    return Agreement(*_largest(moved), *apart, fastest, *off, _part(off, size), len(states), without), unreached
+
+
+def _part(off: Array, size: Array) -> float:
+    """The largest part that differences are of sizes; 0 where both vanish."""
+    return float((off / np.maximum(size, np.finfo(float).tiny)).max())
+
+
+def _largest(rows: Array) -> Array:
+    """The largest length of the first and of the last three columns, (2,)."""
+    return np.array([np.linalg.norm(rows[:, part], axis=1).max(initial=0.0) for part in (slice(3), slice(3, 6))])
+
+
+def _bare(mechanism: ImportedMechanism) -> ImportedMechanism:
+    """The mechanism without limits, stops and motions."""
+    joints = {name: replace(joint, keys=_unlimited(joint.type, joint.keys)) for name, joint in mechanism.joints.items()}
+    forces = {name: force for name, force in mechanism.forces.items() if force["type"] != "stop"}
+    return replace(mechanism, joints=joints, forces=forces, motions={}, said=[])
+
+
+def _unlimited(kind: str, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of a joint without those that limit it; a rope that may be slack is free."""
+    left = {"limits", "slack", "length"} if "slack" in keys else {"limits"}
+    kept = {key: value for key, value in keys.items() if key not in left}
+    return kept | {"free": True} if kind == "rope" and "length" not in kept else kept
+
+
+@dataclass(frozen=True, eq=False)
+class _Moving:
+    """A scene's system with its assembled start. `carriers` are the numbers of its bodies that MuJoCo has, too, and
+    `frames` these in MuJoCo."""
+
+    system: System
+    start: State
+    carriers: Integers
+    frames: list[CarriedFrame]
+
+    @classmethod
+    def of(cls, mechanism: ImportedMechanism, numbers: Mapping[str, int], version: str) -> _Moving:
+        """The system of the mechanism's scene; `numbers` are those of MuJoCo's bodies by name."""
+        scene = read_scene_text(scene_text(mechanism, version), mechanism.file)
+        system = compile_system(scene)
+        frames: dict[int, CarriedFrame] = {}
+        for at, body in enumerate(scene.bodies):
+            carrier = int(system.body_carrier[at])
+            if body.name in numbers and carrier < system.bodies:
+                turn = np.array(to_matrix(tuple(system.body_turn[at])))
+                frames.setdefault(carrier, CarriedFrame(numbers[body.name], system.body_offset[at], turn))
+        return cls(system, assembled_start(scene, system), np.array([*frames]), [*frames.values()])
+
+    def poses(self) -> tuple[Array, Array]:
+        """The positions (n, 3) and axes (n, 3, 3) of the frames at the start."""
+        pose = pose_of(self.start.q)
+        return pose.position[self.carriers], pose.rotation[self.carriers]
+
+    def velocities(self, state: State) -> Array:
+        """(r', ω) of the frames, (n, 6)."""
+        return np.asarray(tangent_velocities(pose_of(state.q), state.v).reshape(-1, 6)[self.carriers])
+
+    def moving(self, velocities: Array) -> State:
+        """The state of the start with these velocities of the frames. Bodies without mass follow by their joints."""
+        pose, u = pose_of(self.start.q), np.zeros((self.system.bodies, 6))
+        u[self.carriers] = velocities
+        others = np.ones(len(u), dtype=bool)
+        others[self.carriers] = False
+        if others.any():
+            G = tangent_jacobian(self.system.rows, pose)[:, :-1, :6]
+            left = np.einsum("mbi,bi->m", G, u)
+            own = G[:, others].reshape(len(G), -1)
+            u[others] = -np.linalg.lstsq(own, left, rcond=None)[0].reshape(-1, 6)
+        return self.start.changed(velocities=rates_of(pose, u.ravel()))
+
+    def accelerations(self, state: State, *, dry: bool) -> Array:
+        """(r'', ω') of the frames, (n, 6), by Eq. 14 with the independent rows; with `dry`, all that has dry friction
+        slides, else it has none."""
+        system, pose = self.system, pose_of(state.q)
+        twist, loads = twist_of(pose, state.v), applied(state.instant(system))
+        rows = np.sort(split(scaled_jacobian(system, pose), np.arange(system.constraints))[0])
+        force = generalised_force(system, pose, twist) + generalised(pose, loads.force, loads.torque)
+        if dry and system.frictions is not None:
+            along, sliding = system.frictions.coordinates, system.frictions.sliding
+            force -= set_jacobian(along, pose).T @ (sliding * np.sign(set_velocity(along, pose, twist)))
+        right = gamma(system, pose, twist, drive_at(system, 0.0))
+        change, _ = solve_bordered(mass_matrix(system, pose), jacobian(system, pose)[rows], force, right[rows])
+        by_body = change.reshape(-1, 7)
+        turning = 2.0 * np.einsum("nij,nj->ni", pose.L[:-1], by_body[:, 3:])
+        return np.concatenate([by_body[:, :3], turning], axis=1)[self.carriers]
