@@ -34,7 +34,7 @@ AGREEMENT = Fact(
         Fact("acceleration", "number", "m/s^2", "at all states: difference of accelerations"),
         Fact("angular_acceleration", "number", "rad/s^2", "at all states: difference of angular accelerations"),
         Fact("acceleration_relative", "number", "1", "these as a part of the largest"),
-        Fact("states", "integer", "1", "states: the start, and random velocities at its pose"),
+        Fact("states", "integer", "1", "states: the start, and random ones beside it"),
         Fact("without", "array of string", "", "what is left out on both sides"),
     ),
 )

@@ -77,7 +77,7 @@ class Agreement:
     """How far a scene is from the model in the program that reads it. Each number is the largest of a body.
 
     At the start: the distance of centres of mass (m) and the angle (rad) between orientations; the differences of
-    velocities (m/s, rad/s), and these as a part of the largest. At `states` states with the start's pose: the
+    velocities (m/s, rad/s), and these as a part of the largest. At `states` states, the start and others beside it: the
     differences of accelerations (m/s², rad/s²), and these as a part of the largest. `without` names what is left out
     on both sides."""
 

@@ -16,6 +16,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics import (
     State,
     applied,
+    assemble,
     drive_at,
     gamma,
     generalised,
@@ -39,15 +40,16 @@ from mbproj.formats.mechanism import Agreement, ImportedMechanism, ImportOptions
 from mbproj.formats.mjcf.compiled import CompiledMjcf, warnings_as_notes
 from mbproj.formats.mjcf.parts import Called
 from mbproj.formats.mjcf.rigid import CarriedFrame, RigidMujoco
-from mbproj.linear.equilibrium.started import assembled_start
-from mbproj.model import System, compile_system
-from mbproj.scene import read_scene_text, to_matrix
+from mbproj.model import System, compile_system, initial_guess
+from mbproj.model.compile.guess import Guess
+from mbproj.scene import from_matrix, read_scene_text, to_matrix
 from mbproj.thresholds import THRESHOLDS
 
 #: The row of the table on accelerations.
 ACCELERATIONS = "accelerations beside MuJoCo's"
-#: States with random velocities at the pose of the start: these show dampers and dry friction.
-MOVING = 3
+#: States with random poses near the start and random velocities: these show springs at rest, dampers and dry friction.
+#: The poses are so many rad or lengths of the mechanism away, which leaves ropes on the circles that they run around.
+MOVING, NEARBY = 3, 1e-3
 
 
 def compare(
@@ -76,7 +78,9 @@ def compare(
     alike = agreement.acceleration_relative <= THRESHOLDS.imported_alike
     by = _shown(agreement.acceleration, agreement.angular_acceleration, "s^2")
     what = f"{'agree to' if alike else 'differ by up to'} {by}, {agreement.acceleration_relative:.1g} of the largest,"
-    what += f" at the start and {MOVING} random velocities; equalities rigid; without {', '.join(agreement.without)}"
+    what += (
+        f" at the start and {MOVING} random states beside it; equalities rigid; without {', '.join(agreement.without)}"
+    )
     mechanism.say(ACCELERATIONS, None, what, Same.YES if alike else Same.NO)
     return agreement
 
@@ -110,31 +114,38 @@ def _agreement(
     ours: _Moving, theirs: RigidMujoco, mechanism: ImportedMechanism, options: ImportOptions
 ) -> tuple[Agreement, float]:
     """The numbers, and how far from the scene's pose MuJoCo's joints stay, in m or rad."""
-    qvel, places, turns = theirs.data.qvel.copy(), *ours.poses()
+    qvel, (places, turns) = theirs.data.qvel.copy(), ours.poses()
     moved = theirs.away(places, turns)
     unreached = theirs.follow(places, turns)
     theirs.move(qvel)
-    begins, start = theirs.velocities(), ours.velocities(ours.start)
-    states, random = [(ours.start, qvel, False)], np.random.default_rng(0)
-    for _ in range(MOVING):
-        qvel = theirs.allowed(random.normal(size=len(qvel)))
-        theirs.move(qvel)
-        states.append((ours.moving(theirs.velocities()), qvel, theirs.slides(qvel)))
+    begins, start, qpos = theirs.velocities(), ours.velocities(ours.start), theirs.data.qpos.copy()
     off, size, speed = np.zeros(2), np.array([float(np.linalg.norm(mechanism.gravity)), 0.0]), np.zeros(2)
-    for state, rates, dry in states:
-        expected = theirs.accelerations(rates, dry=dry)
+    random, units, state, dry = np.random.default_rng(0), theirs.scales(ours.system.length), ours.start, False
+    for at in range(1 + MOVING):
+        if at:
+            theirs.at(qpos, np.zeros(len(qvel)))
+            theirs.shift(NEARBY * theirs.allowed(units * random.normal(size=len(qvel))))
+            near = ours.near(*theirs.poses())
+            unreached = max(unreached, theirs.follow(*near.poses()))
+            theirs.move(theirs.allowed(units * random.normal(size=len(qvel))))
+            state, dry = near.moving(theirs.velocities()), theirs.slides()
+        expected = theirs.accelerations(dry=dry)
         off = np.maximum(off, _largest(ours.accelerations(state, dry=dry) - expected))
         size, speed = np.maximum(size, _largest(expected)), np.maximum(speed, _largest(theirs.velocities()))
     size = np.maximum(size, speed * speed[1])  # in a motion that nothing accelerates large terms cancel
     without = ("limits", "contacts", "sticking friction", *(() if options.controls is not None else ("actuators",)))
     apart = _largest(start - begins)
-    fastest = _part(apart, np.maximum(_largest(begins), _largest(start)))
-    return Agreement(*_largest(moved), *apart, fastest, *off, _part(off, size), len(states), without), unreached
+    fastest = _part(apart, np.maximum(_largest(begins), _largest(start)), ours.system.length)
+    return Agreement(
+        *_largest(moved), *apart, fastest, *off, _part(off, size, ours.system.length), 1 + MOVING, without
+    ), unreached
 
 
-def _part(off: Array, size: Array) -> float:
-    """The largest part that differences are of sizes; 0 where both vanish."""
-    return float((off / np.maximum(size, np.finfo(float).tiny)).max())
+def _part(off: Array, size: Array, length: float) -> float:
+    """The largest part that differences (2,) of vectors and of turns are of their sizes; 0 where all vanish. Turns are
+    at least as large as vectors over the mechanism's length, and the other way round: one kind alone may vanish."""
+    least = np.maximum(size, [size[1] * length, size[0] / length])
+    return float((off / np.where(least > 0.0, least, 1.0)).max())
 
 
 def _largest(rows: Array) -> Array:
@@ -158,10 +169,11 @@ def _unlimited(kind: str, keys: Mapping[str, Any]) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class _Moving:
-    """A scene's system with its assembled start. `carriers` are the numbers of its bodies that MuJoCo has, too, and
-    `frames` these in MuJoCo."""
+    """A scene's system with its assembled start. For each of its bodies that MuJoCo has, too: `carriers` is the number
+    of the body in the system that carries it, and `frames` has this carrier's frame on MuJoCo's body."""
 
     system: System
+    guess: Guess
     start: State
     carriers: Integers
     frames: list[CarriedFrame]
@@ -171,13 +183,23 @@ class _Moving:
         """The system of the mechanism's scene; `numbers` are those of MuJoCo's bodies by name."""
         scene = read_scene_text(scene_text(mechanism, version), mechanism.file)
         system = compile_system(scene)
-        frames: dict[int, CarriedFrame] = {}
+        carriers, frames = list[int](), list[CarriedFrame]()
         for at, body in enumerate(scene.bodies):
             carrier = int(system.body_carrier[at])
             if body.name in numbers and carrier < system.bodies:
                 turn = np.array(to_matrix(tuple(system.body_turn[at])))
-                frames.setdefault(carrier, CarriedFrame(numbers[body.name], system.body_offset[at], turn))
-        return cls(system, assembled_start(scene, system), np.array([*frames]), [*frames.values()])
+                carriers.append(carrier)
+                frames.append(CarriedFrame(numbers[body.name], system.body_offset[at], turn))
+        guess = initial_guess(scene, system)
+        return cls(system, guess, assemble(system, guess), np.array(carriers), frames)
+
+    def near(self, places: Array, axes: Array) -> _Moving:
+        """The scene with its start at the closed pose nearest to these points (n, 3) and axes (n, 3, 3) of the frames.
+        Raises InputError where there is none."""
+        q = self.start.q.reshape(-1, 7).copy()
+        turned = [from_matrix(tuple(map(tuple, each.tolist()))) for each in axes]
+        q[self.carriers] = np.concatenate([places, turned], axis=1)
+        return replace(self, start=assemble(self.system, replace(self.guess, q=q.ravel())))
 
     def poses(self) -> tuple[Array, Array]:
         """The positions (n, 3) and axes (n, 3, 3) of the frames at the start."""

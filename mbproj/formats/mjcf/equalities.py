@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial
 
 from mbproj.arrays import Array
 from mbproj.errors import Place
-from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion
+from mbproj.formats.geometry import Frame, from_quaternion
 from mbproj.formats.mechanism import Bare, Connection, ImportedMechanism, ImportedNames, Quantity, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
 from mbproj.formats.mjcf.parts import Called
@@ -98,13 +98,11 @@ def _say_soft(
 
 
 def _frames_held(values: Array, weld: bool) -> tuple[Frame, Frame]:
-    """The frames in each body that an equality holds together. A weld gives the pose of body 2 in body 1, `relpose`,
-    and an anchor in body 2."""
+    """The frames in each body that an equality holds together. A weld gives its anchor in body 2, and the place of that
+    in body 1 with the orientation of body 2."""
     if not weld:
         return Frame(values[0:3], np.eye(3)), Frame(values[3:6], np.eye(3))
-    anchor = Frame(values[0:3], np.eye(3))
-    relative = Frame(values[3:6], from_quaternion(values[6:10])) if values[6:10].any() else IDENTITY
-    return relative.then(anchor), anchor
+    return Frame(values[3:6], from_quaternion(values[6:10])), Frame(values[0:3], np.eye(3))
 
 
 def _coupled(tendons: ModelTendons, at: int, place: Place | None, shown: str) -> None:

@@ -79,13 +79,35 @@ class RigidMujoco:
         """Move with other velocities, at the present pose."""
         self.at(self.data.qpos.copy(), qvel)
 
+    def shift(self, step: Array) -> None:
+        """Move to a pose nearby: `step` (nv,) is a velocity times a time, in rad, and in m over the unit 1 m."""
+        import mujoco
+
+        qpos = self.data.qpos.copy()
+        mujoco.mj_integratePos(self.model, qpos, step, 1.0)
+        self.at(qpos, np.zeros(self.model.nv))
+
+    def scales(self, length: float) -> Array:
+        """The unit of each coordinate's rate, (nv,): 1 for turns, and a length for slides and shifts."""
+        import mujoco
+
+        units, of = np.ones(self.model.nv), mujoco.mjtJoint
+        for kind, first in zip(self.model.jnt_type, self.model.jnt_dofadr, strict=True):
+            if int(kind) in (int(of.mjJNT_SLIDE), int(of.mjJNT_FREE)):
+                units[first : first + (1 if int(kind) == int(of.mjJNT_SLIDE) else 3)] = length
+        return units
+
+    def poses(self) -> tuple[Array, Array]:
+        """The points (n, 3) and axes (n, 3, 3) of the frames."""
+        places, axes = zip(*(self._pose(frame) for frame in self.frames), strict=True)
+        return np.array(places), np.array(axes)
+
     def away(self, places: Array, turns: Array) -> Array:
         """The shifts and rotation vectors (n, 6), both global, from the poses of the frames to these points (n, 3) and
         axes (n, 3, 3)."""
-        poses = [self._pose(frame) for frame in self.frames]
-        shifts = places - np.array([place for place, _ in poses])
-        turned = [_rotation(new @ old.T) for (_, old), new in zip(poses, turns, strict=True)]
-        return np.concatenate([shifts, turned], axis=1)
+        before, axes = self.poses()
+        turned = [_rotation(new @ old.T) for old, new in zip(axes, turns, strict=True)]
+        return np.concatenate([places - before, turned], axis=1)
 
     def follow(self, places: Array, turns: Array) -> float:
         """Move the joints so that the frames have these poses, as near as can be. Return what is left, in m or rad."""
@@ -108,13 +130,12 @@ class RigidMujoco:
         """The velocities of the frames: that of the point, global, and ω in the axes of the frame, (n, 6)."""
         return np.array([self._jacobian(frame) @ self.data.qvel for frame in self.frames])
 
-    def accelerations(self, qvel: Array, *, dry: bool) -> Array:
-        """The accelerations of the frames, (n, 6), at the present pose. With `dry`, all that has dry friction slides;
+    def accelerations(self, *, dry: bool) -> Array:
+        """The accelerations of the frames, (n, 6), at the present state. With `dry`, all that has dry friction slides;
         else it has none."""
         import mujoco
 
-        qpos = self.data.qpos.copy()
-        self.at(qpos, qvel)
+        qpos, qvel = self.data.qpos.copy(), self.data.qvel.copy()
         M = np.zeros((self.model.nv, self.model.nv))
         for column, one in zip(M, np.eye(len(M)), strict=True):  # mj_fullM differs between versions
             mujoco.mj_mulM(self.model, self.data, column, one)
@@ -138,9 +159,9 @@ class RigidMujoco:
         """By how much the equalities are open at the present pose, in m or rad."""
         return float(np.abs(self.data.efc_pos[: self.data.nefc][self._types == 0]).max(initial=0.0))
 
-    def slides(self, qvel: Array) -> bool:
-        """Whether all that has dry friction moves at these velocities, so that its force is known."""
-        return bool((np.abs(self._rows(1, 2) @ qvel) > APART).all())
+    def slides(self) -> bool:
+        """Whether all that has dry friction moves, so that its force is known."""
+        return bool((np.abs(self._rows(1, 2) @ self.data.qvel) > APART).all())
 
     def _pose(self, frame: CarriedFrame) -> tuple[Array, Array]:
         axes = np.asarray(self.data.xmat[frame.number].reshape(3, 3) @ frame.turn.T)
