@@ -32,6 +32,7 @@ from mbproj.dynamics import (
 )
 from mbproj.dynamics.derivatives.tangent import velocities as rates_of
 from mbproj.dynamics.equations.equations_of_motion import solve_bordered
+from mbproj.dynamics.equations.gaps import gaps, pressing
 from mbproj.dynamics.rank.row_space import scaled_jacobian, split
 from mbproj.errors import InputError, SimulationError
 from mbproj.formats.as_scene import scene_text
@@ -230,6 +231,10 @@ class _Moving:
         twist, loads = twist_of(pose, state.v), applied(state.instant(system))
         rows = np.sort(split(scaled_jacobian(system, pose), np.arange(system.constraints))[0])
         force = generalised_force(system, pose, twist) + generalised(pose, loads.force, loads.torque)
+        if system.stops is not None:  # those of elastic ropes, which only pull
+            gap, along = gaps(system.stops, pose, state.turns), system.stops.coordinates
+            push = pressing(system.stops, np.zeros_like(gap), gap, np.zeros_like(gap))
+            force += set_jacobian(along, pose).T @ (system.stops.side * push)
         if dry and system.frictions is not None:
             along, sliding = system.frictions.coordinates, system.frictions.sliding
             force -= set_jacobian(along, pose).T @ (sliding * np.sign(set_velocity(along, pose, twist)))

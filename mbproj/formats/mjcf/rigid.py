@@ -148,7 +148,9 @@ class RigidMujoco:
         if len(J):
             right = J @ free + self._changing(qpos, qvel) @ qvel
             free = free - X @ np.linalg.lstsq(J @ X, right, rcond=DEPENDENT)[0]
-        return np.array([self._jacobian(frame) @ free + self._bias(frame) for frame in self.frames])
+        self.data.qacc[:] = free
+        mujoco.mj_rnePostConstraint(self.model, self.data)
+        return np.array([self._acceleration(frame) for frame in self.frames])
 
     def allowed(self, qvel: Array) -> Array:
         """The part of velocities (nv,) that the equalities allow at the present pose."""
@@ -175,13 +177,24 @@ class RigidMujoco:
         mujoco.mj_jac(self.model, self.data, J[0], J[1], place, frame.number)
         return np.concatenate([J[0], (own if axes is None else axes).T @ J[1]])
 
-    def _bias(self, frame: CarriedFrame) -> Array:
-        """What velocities add to the acceleration of a frame, (6,)."""
+    def _acceleration(self, frame: CarriedFrame) -> Array:
+        """The acceleration of a frame, (6,), from MuJoCo's q''. (mj_jacDot is wrong of a slide that a ball turns.)"""
         import mujoco
 
-        (place, axes), J = self._pose(frame), np.zeros((2, 3, self.model.nv))
-        mujoco.mj_jacDot(self.model, self.data, J[0], J[1], place, frame.number)
-        return np.concatenate([J[0] @ self.data.qvel, axes.T @ J[1] @ self.data.qvel])
+        (place, axes), both = self._pose(frame), np.zeros(6)
+        mujoco.mj_objectAcceleration(self.model, self.data, mujoco.mjtObj.mjOBJ_BODY, frame.number, both, 0)
+        turning, moving = both[:3], both[3:] + self.gravity  # of which MuJoCo takes off the acceleration of gravity
+        arm, omega = place - self.data.xipos[frame.number], axes @ (self._jacobian(frame) @ self.data.qvel)[3:]
+        moving += np.cross(turning, arm) + np.cross(omega, np.cross(omega, arm))
+        return np.concatenate([moving, axes.T @ turning])
+
+    @property
+    def gravity(self) -> Array:
+        """The acceleration of gravity (3,), 0 where a flag turns it off."""
+        import mujoco
+
+        off = self.model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
+        return np.zeros(3) if off else np.array(self.model.opt.gravity)
 
     def _changing(self, qpos: Array, qvel: Array) -> Array:
         """J' of the equalities along the motion, by central differences."""
