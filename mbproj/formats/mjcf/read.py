@@ -115,7 +115,7 @@ def _touching_pairs(compiled: CompiledMjcf) -> set[tuple[int, int]]:
     with warnings_as_notes():
         mujoco.mj_fwdPosition(compiled.model, data)
     found = (data.contact[at] for at in range(data.ncon))
-    return {(int(each.geom1), int(each.geom2)) for each in found if each.dist <= 0.0 and each.efc_address >= 0}
+    return {(int(each.geom1), int(each.geom2)) for each in found if each.dist <= 0.0 and not each.exclude}
 
 
 def _geom_name(compiled: CompiledMjcf, number: int) -> str:

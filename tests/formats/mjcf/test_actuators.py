@@ -77,6 +77,25 @@ def test_a_dc_motor_is_its_constant_over_its_resistance(tmp_path):
     assert max(agreement(path, options=options, ctrl=[24.0])) < 1e-12
 
 
+@pytest.mark.skipif(not hasattr(mujoco.mjtTrn, "mjTRN_SO3"), reason="this MuJoCo has no servos of orientations")
+def test_actuators_behind_one_with_several_forces_keep_their_numbers(tmp_path):
+    """MuJoCo orders gears, and ranges of lengths, by forces, and an `orientation` has three."""
+    text = """<mujoco><worldbody><body name="a"><joint name="ball" type="ball"/><geom size="0.1" pos="0.1 0 0"/>
+      <body name="b" pos="0.5 0 0"><joint name="turn" axis="0 1 0"/><geom size="0.1" pos="0.2 0 0.1"/></body>
+      </body></worldbody><actuator><orientation name="o" joint="ball" kp="2"/>
+      <motor name="m" joint="turn" gear="3.5" forcelimited="true" forcerange="-0.4 0.6"/>
+      <muscle name="u" joint="turn" force="30" lengthrange="-2 3"/></actuator></mujoco>"""
+    (tmp_path / "model.xml").write_text(text, encoding="utf-8")
+    found = mbproj.import_model(tmp_path / "model.xml", controls={"m": 0.5, "u": 0.7})
+    said = {row.element: row.same.value for row in found.mechanism.said}
+    assert [said[f"actuator '{name}'"] for name in "omu"] == ["no", "yes", "yes"]
+    assert found.mechanism.forces["m"]["torque"] == "min(max(3.5*0.5, -1.4), 2.1)"
+    off = text.replace('kp="2"', 'kp="0"')
+    (tmp_path / "model.xml").write_text(off, encoding="utf-8")
+    beside = mbproj.import_model(tmp_path / "model.xml", controls={"m": 0.5, "u": 0.7}).agreement
+    assert beside.acceleration_relative < 1e-12
+
+
 @pytest.mark.parametrize(
     ("own", "expected"),
     [

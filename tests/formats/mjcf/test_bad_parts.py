@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import pytest
 
 import mbproj
@@ -79,3 +82,42 @@ def test_signals_that_are_wrong_are_said_at_their_line(text, tmp_path):
         read_signals(tmp_path / "u.yaml")
     assert "u.yaml:" in str(raised.value)
     assert SIGNALS[text] in str(raised.value)
+
+
+FIXED = '<site site="w"/><site site="v"/>'
+ON_IT = ('frictionloss="1"', 'armature="0.2"', 'range="0 1" limited="true"', 'stiffness="3"', 'damping="2"', "")
+
+
+@pytest.mark.parametrize("own", ON_IT)
+@pytest.mark.parametrize("path", [FIXED, '<site site="s"/><site site="u"/>'], ids=["of the ground", "of one body"])
+def test_a_tendon_that_nothing_changes_is_left_out(own, path, tmp_path):
+    """It has no force, whatever acts along it; nor does an equality of two of them, or an actuator."""
+    text = MODEL.format(
+        f'<tendon><spatial name="t" {own}>{path}</spatial><spatial name="r">{path}</spatial></tendon>'
+        '<equality><tendon tendon1="t" tendon2="r"/></equality>'
+        '<actuator><motor name="m" tendon="t"/></actuator>'
+    )
+    text = text.replace('<site name="w"', '<site name="v" pos="1 0 1"/><site name="w"')
+    text = text.replace('<site name="s"', '<site name="u" pos=".1 0 .1"/><site name="s"')
+    (tmp_path / "model.xml").write_text(text, encoding="utf-8")
+    found = mbproj.import_model(tmp_path / "model.xml")
+    said = {row.element: (row.what, row.same.value) for row in found.mechanism.said}
+    assert said["tendon 't'"] == ("left out: nothing changes its length", "yes")
+    assert said["equality '0' (tendon)"] == ("left out: nothing changes the length of its tendons", "yes")
+    assert [*found.mechanism.joints] == ["j"]
+    assert not found.mechanism.forces
+    assert found.agreement.acceleration_relative < 1e-12
+
+
+@pytest.mark.parametrize("what", ["", "raise ImportError('libmujoco.so: no such file')"])
+def test_a_mujoco_that_cannot_be_loaded_is_no_fault_of_mbproj(what, tmp_path):
+    """A folder of its name without its core, or one whose library is missing."""
+    (tmp_path / "mujoco").mkdir()
+    (tmp_path / "mujoco" / "__init__.py").write_text(what, encoding="utf-8")
+    (tmp_path / "model.xml").write_text(MODEL.format(""), encoding="utf-8")
+    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom mbproj.cli import main; main()"
+    command = [sys.executable, "-c", program, "import", "model.xml"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("model.xml: error: MuJoCo compiles MJCF, and cannot be loaded: ")
+    assert "Traceback" not in done.stderr
