@@ -174,7 +174,7 @@ class Searches:
         "1",
         "numpy",
         "an imported scene accelerates as its model does in MuJoCo where a smaller part of the largest differs",
-        "tests/formats: models agree to 1e-10, chains of 100 bodies to 3e-9; parts that are left out make 9e-6 and more",
+        "tests/formats: models agree to 1e-10, chains of 100 bodies to 3e-9; what is left out makes 9e-6 and more",
     )
 
 

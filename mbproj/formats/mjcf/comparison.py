@@ -87,8 +87,8 @@ def compare(
 
 
 def _say_start(mechanism: ImportedMechanism, agreement: Agreement, open_by: float, unreached: float) -> None:
-    """Add rows where the scene begins at another pose than MuJoCo, although no equality is open there, or with other
-    velocities, and where MuJoCo's joints cannot reach the scene's pose."""
+    """Add rows where the scene begins with other velocities than MuJoCo, or at another pose, although no equality is
+    open there. Also where MuJoCo's joints cannot reach that pose."""
     away = max(agreement.position, agreement.angle) > ROUNDED and open_by <= THRESHOLDS.same_written
     if away or unreached > ROUNDED:
         what = f"bodies are up to {_shown(agreement.position, agreement.angle)} away from MuJoCo's"
@@ -136,10 +136,23 @@ def _agreement(
     size = np.maximum(size, speed * speed[1])  # in a motion that nothing accelerates large terms cancel
     without = ("limits", "contacts", "sticking friction", *(() if options.controls is not None else ("actuators",)))
     apart = _largest(start - begins)
-    fastest = _part(apart, np.maximum(_largest(begins), _largest(start)), ours.system.length)
-    return Agreement(
-        *_largest(moved), *apart, fastest, *off, _part(off, size, ours.system.length), 1 + MOVING, without
-    ), unreached
+    length = ours.system.length
+    (position, angle), (velocity, turning), (shifted, turned) = (
+        each.tolist() for each in (_largest(moved), apart, off)
+    )
+    agreement = Agreement(
+        position=position,
+        angle=angle,
+        velocity=velocity,
+        angular_velocity=turning,
+        velocity_relative=_part(apart, np.maximum(_largest(begins), _largest(start)), length),
+        acceleration=shifted,
+        angular_acceleration=turned,
+        acceleration_relative=_part(off, size, length),
+        states=1 + MOVING,
+        without=without,
+    )
+    return agreement, unreached
 
 
 def _part(off: Array, size: Array, length: float) -> float:
