@@ -133,7 +133,8 @@ def _agreement(
         expected = theirs.accelerations(dry=dry)
         off = np.maximum(off, _largest(ours.accelerations(state, dry=dry) - expected))
         size, speed = np.maximum(size, _largest(expected)), np.maximum(speed, _largest(theirs.velocities()))
-    size = np.maximum(size, speed * speed[1])  # in a motion that nothing accelerates large terms cancel
+    # In a motion that nothing accelerates large terms cancel, and one that is locked has none.
+    size = np.maximum(size, np.maximum(speed * speed[1], [ours.system.length, 1.0]))
     without = ("limits", "contacts", "sticking friction", *(() if options.controls is not None else ("actuators",)))
     apart = _largest(start - begins)
     length = ours.system.length
@@ -184,7 +185,8 @@ def _unlimited(kind: str, keys: Mapping[str, Any]) -> dict[str, Any]:
 @dataclass(frozen=True, eq=False)
 class _Moving:
     """A scene's system with its assembled start. For each of its bodies that MuJoCo has, too: `carriers` is the number
-    of the body in the system that carries it, and `frames` has this carrier's frame on MuJoCo's body."""
+    of the body in the system that carries it, the last one for the ground. `frames` has this carrier's frame on
+    MuJoCo's body."""
 
     system: System
     guess: Guess
@@ -200,20 +202,20 @@ class _Moving:
         carriers, frames = list[int](), list[CarriedFrame]()
         for at, body in enumerate(scene.bodies):
             carrier = int(system.body_carrier[at])
-            if body.name in numbers and carrier < system.bodies:
+            if body.name in numbers:
                 turn = np.array(to_matrix(tuple(system.body_turn[at])))
                 carriers.append(carrier)
                 frames.append(CarriedFrame(numbers[body.name], system.body_offset[at], turn))
         guess = initial_guess(scene, system)
-        return cls(system, guess, assemble(system, guess), np.array(carriers), frames)
+        return cls(system, guess, assemble(system, guess), np.array(carriers, dtype=np.intp), frames)
 
     def near(self, places: Array, axes: Array) -> _Moving:
         """The scene with its start at the closed pose nearest to these points (n, 3) and axes (n, 3, 3) of the frames.
         Raises InputError where there is none."""
-        q = self.start.q.reshape(-1, 7).copy()
+        q = _with_ground(self.start.q.reshape(-1, 7))
         turned = [from_matrix(tuple(map(tuple, each.tolist()))) for each in axes]
         q[self.carriers] = np.concatenate([places, turned], axis=1)
-        return replace(self, start=assemble(self.system, replace(self.guess, q=q.ravel())))
+        return replace(self, start=assemble(self.system, replace(self.guess, q=q[:-1].ravel())))
 
     def poses(self) -> tuple[Array, Array]:
         """The positions (n, 3) and axes (n, 3, 3) of the frames at the start."""
@@ -222,14 +224,14 @@ class _Moving:
 
     def velocities(self, state: State) -> Array:
         """(r', ω) of the frames, (n, 6)."""
-        return np.asarray(tangent_velocities(pose_of(state.q), state.v).reshape(-1, 6)[self.carriers])
+        u = tangent_velocities(pose_of(state.q), state.v).reshape(-1, 6)
+        return np.asarray(_with_ground(u)[self.carriers])
 
     def moving(self, velocities: Array) -> State:
         """The state of the start with these velocities of the frames. Bodies without mass follow by their joints."""
-        pose, u = pose_of(self.start.q), np.zeros((self.system.bodies, 6))
-        u[self.carriers] = velocities
-        others = np.ones(len(u), dtype=bool)
-        others[self.carriers] = False
+        pose, u, others = pose_of(self.start.q), np.zeros((self.system.bodies + 1, 6)), np.ones(self.system.bodies + 1)
+        u[self.carriers], others[self.carriers] = velocities, 0.0
+        u, others = u[:-1], others[:-1] > 0.0
         if others.any():
             G = tangent_jacobian(self.system.rows, pose)[:, :-1, :6]
             left = np.einsum("mbi,bi->m", G, u)
@@ -255,4 +257,9 @@ class _Moving:
         change, _ = solve_bordered(mass_matrix(system, pose), jacobian(system, pose)[rows], force, right[rows])
         by_body = change.reshape(-1, 7)
         turning = 2.0 * np.einsum("nij,nj->ni", pose.L[:-1], by_body[:, 3:])
-        return np.concatenate([by_body[:, :3], turning], axis=1)[self.carriers]
+        return _with_ground(np.concatenate([by_body[:, :3], turning], axis=1))[self.carriers]
+
+
+def _with_ground(rows: Array) -> Array:
+    """The rows of all bodies (n, k), and zeros for the ground, which carries bodies that loops weld to it."""
+    return np.concatenate([rows, np.zeros((1, rows.shape[1]))])

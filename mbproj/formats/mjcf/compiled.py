@@ -175,10 +175,9 @@ def _posed(model: Any, source: MjcfSource, options: ImportOptions) -> Any:
             problem = f"the pose names '{name}', which is no hinge and no slide of the model"
             raise InputError(Problem(problem, Place(source.root.place.file), choose_from(name, able)))
         data.qpos[model.jnt_qposadr[joints[name]]] = value
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_tendon(model, data)
-    mujoco.mj_comVel(model, data)
+    with warnings_as_notes():
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
     return data
 
 

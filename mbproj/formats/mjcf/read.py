@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 from functools import partial
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from mbproj.formats.mechanism import Agreement, ImportedMechanism, ImportedNames
 from mbproj.formats.merged import with_hinges
 from mbproj.formats.mjcf.actuators import add_actuators
 from mbproj.formats.mjcf.appearance import CAPSULE, PLANE, SPHERE, add_markers, visuals
-from mbproj.formats.mjcf.compiled import CompiledMjcf, compile_mjcf, warnings_as_notes
+from mbproj.formats.mjcf.compiled import CompiledMjcf, compile_mjcf
 from mbproj.formats.mjcf.equalities import add_equalities
 from mbproj.formats.mjcf.flags import disabled
 from mbproj.formats.mjcf.joints import FREE, add_joints, start_of
@@ -109,11 +108,7 @@ def _contacts(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Call
 
 def _touching_pairs(compiled: CompiledMjcf) -> set[tuple[int, int]]:
     """The pairs of shapes that exert forces on each other from the start on, with a plane first."""
-    import mujoco
-
-    data = copy.copy(compiled.data)
-    with warnings_as_notes():
-        mujoco.mj_fwdPosition(compiled.model, data)
+    data = compiled.data
     found = (data.contact[at] for at in range(data.ncon))
     return {(int(each.geom1), int(each.geom2)) for each in found if each.dist <= 0.0 and not each.exclude}
 

@@ -26,6 +26,8 @@ SHORT_STEP = 1e-12
 APART = 1e-5
 #: A part of J that is smaller than this, relative to the largest, has no multiplier of its own.
 DEPENDENT = 1e-11
+#: A row of J that is no longer than this is round-off: its equality holds two points of one body, or of the ground.
+NO_ROW = 1e-12
 #: The most passes of Newton's method in which MuJoCo's pose follows another one.
 PASSES = 20
 
@@ -218,6 +220,7 @@ class RigidMujoco:
         """The rows of the constraints' Jacobian with these types, (m, nv)."""
         size = self.data.nefc * self.model.nv
         rows = np.array(self.data.efc_J).ravel()[:size].reshape(-1, self.model.nv)
+        rows[np.linalg.norm(rows, axis=1) <= NO_ROW] = 0.0
         return np.asarray(rows[np.isin(self._types, types)])
 
 

@@ -247,3 +247,17 @@ def test_bodies_of_other_names_are_found(tmp_path):
     found = mbproj.import_model(swing(tmp_path, text), at="k")
     assert found.same
     assert found.agreement.acceleration_relative < 1e-12
+
+
+def test_loops_within_one_body_and_bodies_that_loops_weld_to_the_ground(tmp_path):
+    """A point of a body held to that body has no row; a body that a loop holds still moves nothing, and is no other
+    pose of MuJoCo's."""
+    inner = '<connect body1="end" body2="bar" anchor="0 0 0.1"/>'
+    alike = SWING.replace('<joint name="socket" type="ball" damping="0.05"/>', "").replace("0 1 0 0 0", "0")
+    alike = alike.replace('qvel="0.7 0.2 -0.5 0.9"', 'qvel="0.7"')
+    held = '<weld body1="end" body2="world" anchor="0 0 0.1"/>'
+    for text, equality in ((alike, inner), (SWING.split("<keyframe>")[0] + "</mujoco>", held)):
+        path = swing(tmp_path, text.replace("</worldbody>", f"</worldbody><equality>{equality}</equality>"))
+        found = mbproj.import_model(path)
+        assert found.same
+        assert found.agreement.acceleration_relative < 1e-10

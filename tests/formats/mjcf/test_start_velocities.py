@@ -82,3 +82,30 @@ def test_a_turning_bar_keeps_its_rate(tmp_path):
     )
     results = mbproj.run(mbproj.import_model(tmp_path / "bar.xml", at="k").scene, duration=0.2)
     np.testing.assert_allclose(np.linalg.norm(results.body("bar").velocity, axis=1), 0.375, rtol=1e-9)
+
+
+TENDONS = """<mujoco><worldbody><site name="post" pos="0 0 1.2"/>
+  <body name="arm"><joint name="turn" type="ball" pos="0 0.05 0"/>{}<site name="hand" pos="0.4 0.1 0"/>
+    <body name="slider" pos="0.3 0 0"><joint name="slide" type="slide" axis="1 0.2 0"/>{}
+      <joint name="spin" axis="0 1 0"/><site name="end" pos="0 0.2 0.1"/></body></body></worldbody>
+<tendon><spatial name="path" frictionloss="0.7" armature="0.3"><site site="post"/><site site="hand"/><site site="end"/>
+  </spatial><fixed name="sum" frictionloss="0.2"><joint joint="slide" coef="2"/><joint joint="spin" coef="0.5"/></fixed>
+</tendon><keyframe><key name="moving" qvel="0.3 -0.8 0.6 0.5 -0.9"/></keyframe></mujoco>""".format(
+    MASS.format("0.2 0.1 0", 1.0), MASS.format("0.1 -0.05 0.2", 0.6)
+)
+
+
+def test_what_measures_a_tendon_begins_with_its_rate(tmp_path):
+    """A massless slider follows the length of a tendon with dry friction. If it began at rest, assembly would share the
+    difference with the bodies."""
+    (tmp_path / "model.xml").write_text(TENDONS, encoding="utf-8")
+    found = mbproj.import_model(tmp_path / "model.xml", at="moving")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "model.xml"))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    for number, name in enumerate(("path", "sum")):
+        speed = np.linalg.norm(found.mechanism.parts[f"{name}_slider"].velocity)
+        assert speed == pytest.approx(abs(data.ten_velocity[number]), rel=1e-12)
+    assert found.agreement.velocity < 1e-13
+    assert found.agreement.acceleration_relative < 1e-10

@@ -220,10 +220,10 @@ class ModelTendons:
         joint, row = self.names.unused(f"{name}_slider"), self.names.unused(f"{name}_sum")
         self.made["slider", number, 0] = joint
         body = ImportedNames(frozenset([*self.mechanism.parts, GROUND])).unused(joint)
-        zero = np.zeros(3)
-        self.mechanism.insert(ImportedBody(body, 0.0, np.zeros((3, 3)), zero, np.eye(3), self.place(number)), "")
-        place = self.place(number)
-        self.mechanism.join(joint, "prismatic", (GROUND, body), zero, self._in_plane(number), place=place)
+        zero, axis, place = np.zeros(3), self._in_plane(number), self.place(number)
+        velocity = float(self.compiled.data.ten_velocity[number]) * axis
+        self.mechanism.insert(ImportedBody(body, 0.0, np.zeros((3, 3)), zero, np.eye(3), place, velocity), "")
+        self.mechanism.join(joint, "prismatic", (GROUND, body), zero, axis, place=place)
         of = {**coupled.weights, f"{joint}.displacement": -1.0}
         self.mechanism.joints[row] = Connection(row, "coupler", keys={"of": of}, place=place)
         self.mechanism.followers[row] = (body, joint)
