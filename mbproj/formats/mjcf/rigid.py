@@ -141,15 +141,15 @@ class RigidMujoco:
         M = np.zeros((self.model.nv, self.model.nv))
         for column, one in zip(M, np.eye(len(M)), strict=True):  # mj_fullM differs between versions
             mujoco.mj_mulM(self.model, self.data, column, one)
-        force, J = self.data.qfrc_smooth.copy(), self._rows(0)
+        force = self.data.qfrc_smooth.copy()
         if dry:
             rows, losses = self._rows(1, 2), self.data.efc_frictionloss[: self.data.nefc]
             force -= rows.T @ (losses[np.isin(self._types, (1, 2))] * np.sign(rows @ qvel))
+        J, J_dot = self._changing(qpos, qvel)
         solved = np.linalg.solve(M, np.column_stack([J.T, force]))
         X, free = solved[:, :-1], solved[:, -1]
         if len(J):
-            right = J @ free + self._changing(qpos, qvel) @ qvel
-            free = free - X @ np.linalg.lstsq(J @ X, right, rcond=DEPENDENT)[0]
+            free = free - X @ np.linalg.lstsq(J @ X, J @ free + J_dot @ qvel, rcond=DEPENDENT)[0]
         self.data.qacc[:] = free
         mujoco.mj_rnePostConstraint(self.model, self.data)
         return np.array([self._acceleration(frame) for frame in self.frames])
@@ -198,18 +198,26 @@ class RigidMujoco:
         off = self.model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_GRAVITY)
         return np.zeros(3) if off else np.array(self.model.opt.gravity)
 
-    def _changing(self, qpos: Array, qvel: Array) -> Array:
-        """J' of the equalities along the motion, by central differences."""
+    def _changing(self, qpos: Array, qvel: Array) -> tuple[Array, Array]:
+        """J of the equalities and J' along the motion, by central differences, (m, nv) each."""
         import mujoco
 
-        h, sides = APART / max(1.0, float(np.abs(qvel).max())), []
+        h, here, sides = APART / max(1.0, float(np.abs(qvel).max())), self._equalities(), list[dict[int, Array]]()
         for sign in (1.0, -1.0):
             self.data.qpos[:] = qpos
             mujoco.mj_integratePos(self.model, self.data.qpos, qvel, sign * h)
             mujoco.mj_fwdPosition(self.model, self.data)
-            sides.append(self._rows(0))
+            sides.append(self._equalities())
         self.at(qpos, qvel)
-        return np.asarray((sides[0] - sides[1]) / (2.0 * h))
+        kept = [number for number in here if all(number in side for side in sides)]
+        none = np.zeros((0, self.model.nv))
+        J, ahead, behind = (np.concatenate([none, *(side[at] for at in kept)]) for side in (here, *sides))
+        return J, (ahead - behind) / (2.0 * h)
+
+    def _equalities(self) -> dict[int, Array]:
+        """The rows of each equality by its number. MuJoCo leaves out one whose rows are 0."""
+        numbers, rows = np.asarray(self.data.efc_id[: self.data.nefc])[self._types == 0], self._rows(0)
+        return {int(number): rows[numbers == number] for number in np.unique(numbers)}
 
     @property
     def _types(self) -> Array:
