@@ -229,9 +229,9 @@ class _Moving:
 
     def moving(self, velocities: Array) -> State:
         """The state of the start with these velocities of the frames. Bodies without mass follow by their joints."""
-        pose, u, others = pose_of(self.start.q), np.zeros((self.system.bodies + 1, 6)), np.ones(self.system.bodies + 1)
-        u[self.carriers], others[self.carriers] = velocities, 0.0
-        u, others = u[:-1], others[:-1] > 0.0
+        pose, whole = pose_of(self.start.q), np.zeros((self.system.bodies + 1, 6))
+        whole[self.carriers] = velocities
+        u, others = whole[:-1], ~np.isin(np.arange(self.system.bodies), self.carriers)
         if others.any():
             G = tangent_jacobian(self.system.rows, pose)[:, :-1, :6]
             left = np.einsum("mbi,bi->m", G, u)

@@ -28,7 +28,10 @@ OTHERS: Mapping[str, str] = MappingProxyType(
     | dict.fromkeys(("SENSOR", "ENERGY", "FWDINV", "magnetic"), SENSORS)
 )
 #: The options that act in the scene, or that get their rows where other parts do.
-ELSEWHERE = ("gravity", "density", "viscosity", "wind", "disableflags", "enableflags", "disableactuator")
+ELSEWHERE = (
+    *("gravity", "density", "viscosity", "wind", "sleep_tolerance"),
+    *("disableflags", "enableflags", "disableactuator"),
+)
 
 
 def say_options(compiled: CompiledMjcf, mechanism: ImportedMechanism) -> None:
@@ -63,8 +66,7 @@ def _changed(model: Any, off: frozenset[str]) -> Iterator[str]:
     for name in dir(usual):
         if name.startswith("_") or name in ELSEWHERE or callable(getattr(usual, name)):
             continue
-        asleep = name == "sleep_tolerance" and "SLEEP" not in enabled(model)
-        if not asleep and not np.array_equal(getattr(usual, name), getattr(model.opt, name)):
+        if not np.array_equal(getattr(usual, name), getattr(model.opt, name)):
             yield name
 
 
@@ -84,12 +86,8 @@ def _say_others(compiled: CompiledMjcf, mechanism: ImportedMechanism, kind: str,
 def _say_medium(compiled: CompiledMjcf, mechanism: ImportedMechanism) -> None:
     option, place = compiled.model.opt, _place(compiled, "option")
     if option.density or option.viscosity:
-        what = (
-            "medium with density or viscosity, and its wind"
-            if option.wind.any()
-            else "medium with density or viscosity"
-        )
-        mechanism.say(what, place, "left out: a scene has none", Same.NO)
+        wind = ", and its wind" if option.wind.any() else ""
+        mechanism.say(f"medium with density or viscosity{wind}", place, "left out: a scene has none", Same.NO)
     elif option.wind.any():
         mechanism.say("option wind", place, "left out: it has no force without density and viscosity", Same.YES)
 

@@ -178,8 +178,7 @@ def test_the_list_of_options_is_mujocos():
     names = {name for name in dir(mujoco.MjOption()) if not name.startswith("_")}
     names -= {"disableflags", "enableflags", "disableactuator"}
     assert names <= VALUES.keys()
-    known = {*options.OTHERS, *options.ELSEWHERE, "sleep_tolerance"}
-    assert names <= known
+    assert names <= {*options.OTHERS, *options.ELSEWHERE}
 
 
 @pytest.mark.parametrize("name", VALUES)
@@ -213,6 +212,12 @@ def test_each_flag_that_enables_has_a_row(name, tmp_path):
     (row,) = [row for row in said if f"flag {name.lower()}" in row.element]
     assert row.what.startswith("left out")
     assert row.same.value == ("yes" if options.OTHERS.get(name) in (options.SOLVER, options.SENSORS) else "until then")
+
+
+def test_sleep_has_a_row_with_its_tolerance(tmp_path):
+    said = read_model(written(tmp_path, "sleep", 'sleep_tolerance="0.1"', kind="enable"), ImportOptions()).said
+    assert [row.same.value for row in said if "sleep" in row.element] == ["until then"]
+    assert not [row for row in said if "does not know" in row.what]
 
 
 def test_an_option_that_mbproj_does_not_know_may_move_the_model_otherwise(tmp_path, monkeypatch):
