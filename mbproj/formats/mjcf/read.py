@@ -107,7 +107,10 @@ def _contacts(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Call
 
 
 def _touching_pairs(compiled: CompiledMjcf) -> set[tuple[int, int]]:
-    """The pairs of shapes that exert forces on each other from the start on, with a plane first."""
+    """The pairs of shapes that exert forces on each other from the start on, with a plane first. None are known where
+    meshes are missing, for which spheres stand."""
+    if compiled.source.stand_ins:
+        return set()
     data = compiled.data
     found = (data.contact[at] for at in range(data.ncon))
     return {(int(each.geom1), int(each.geom2)) for each in found if each.dist <= 0.0 and not each.exclude}

@@ -272,6 +272,15 @@ def test_pairs_of_shapes_and_those_that_touch_at_the_start_are_said(tmp_path):
     path.write_text(path.read_text().replace(off, "").replace(pair, ""), encoding="utf-8")
     said = read_model(path, ImportOptions(contacts=True)).said
     assert [row.same.value for row in said if row.element.startswith("contacts")] == ["until then"]
+    # A sphere stands for a mesh whose file is missing: whether that touches the floor, nobody knows.
+    mesh = path.read_text().replace(
+        '<geom name="g" size="0.1"',
+        '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><geom name="g" type="mesh" mesh="gone"',
+    )
+    path.write_text(mesh.replace("<worldbody>", '<asset><mesh name="gone" file="gone.stl"/></asset><worldbody>'))
+    path.write_text(path.read_text().replace('pos="0 0 0.0999"', 'pos="0 0 0.001"'), encoding="utf-8")
+    said = read_model(path, ImportOptions()).said
+    assert [row.same.value for row in said if row.element.startswith("contacts")] == ["until then"]
 
 
 def test_the_source_keeps_what_a_new_flag_says(tmp_path):
