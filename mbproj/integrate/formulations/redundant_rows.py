@@ -1,7 +1,8 @@
 """The rows that a run in the kernel holds: rows that follow from the others throughout the motion are left out.
 
-They are found before the run, from the scene alone, because off the constraints each choice of rows is another
-differential equation. A choice by the poses that a run has passed would make its derivative depend on the past.
+They are found before the run, from the pose at which the scene draws the mechanism, wherever the run begins. Off the
+constraints each choice of rows is another differential equation: a choice by the start, or by the poses that a run has
+passed, would make its derivative depend on the past.
 """
 
 from __future__ import annotations
@@ -13,9 +14,11 @@ from typing import Any
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
-from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.assembly.assemble import State, assemble
+from mbproj.errors import InputError
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.lanes import numbers
+from mbproj.model.compile.guess import Guess
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 
@@ -32,10 +35,31 @@ def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings
     if first is None:
         return None
     count = compiled.model.rows.redundant
+    if count and (drawn := _as_drawn(compiled, count)) is not None:
+        state, y, first = drawn
     usual = _usual(compiled, state, y, count, first)
     if usual is not None:
         compiled.hold(usual)
     return count
+
+
+def _as_drawn(compiled: Compiled, count: int) -> tuple[State, Array, list[int]] | None:
+    """Return the state at which the scene draws the mechanism, closed and at rest, the kernel's y there, and the rows
+    left out. None where it does not close, or where not exactly `count` rows depend on the others."""
+    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+
+    system, own = compiled.system, compiled.model.rows
+    guess = Guess(system.drawn, np.zeros(7 * system.bodies), NO_CONDITIONS, NO_CONDITIONS)
+    try:
+        state = assemble(system, guess)
+    except InputError:
+        return None
+    y = compiled.state(state.q, state.v)
+    first = _left_out(compiled, state, y)
+    if first is not None and compiled.model.rows.redundant == count:
+        return state, y, first
+    compiled.hold(own)
+    return None
 
 
 def count_redundant(compiled: Compiled, state: State) -> int | None:
