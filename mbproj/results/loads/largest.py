@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, may_overflow
+from mbproj.arrays import Array, may_overflow
 from mbproj.dataclass import dataclass
-from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces, size
+from mbproj.results.loads.between_samples import Pieces, in_and_out, integrals, peaks, pieces, size
+from mbproj.thresholds import THRESHOLDS
 
 #: The most bytes of a dataset's columns that are read at once.
 AT_ONCE = 2**26
@@ -120,7 +121,7 @@ def loads(recorded: Recorded, cycle: Cycle | None) -> list[Load]:
         return [load for source in SOURCES for load in _of_source(recorded, source, piece, cycle)]
 
 
-def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: Cycle | None) -> Iterator[Load]:
+def _of_source(recorded: Recorded, source: LoadSource, piece: Pieces, cycle: Cycle | None) -> Iterator[Load]:
     names = recorded.names.get(source.names, ())
     width = max(1, AT_ONCE // (24 * len(recorded.time)))
     marks = recorded.unique(source.path) if names and source.kind == "joint" else None
@@ -131,11 +132,11 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: C
         units = recorded.names.get(source.units_of or "", ())
         angular = [not units or unit == "rad" for unit in units[chosen] or [""] * (chosen.stop - first)]
         unit = [source.units[0] if turns else source.units[1] for turns in angular]
-        load_numbers = _rows(recorded.time, values, piece, cycle)
+        load_numbers, largest = _rows(recorded.time, values, piece, cycle), float(np.abs(values).max(initial=0.0))
         for name, own, numbers, column in zip(
             names[chosen], unit, load_numbers, range(first, chosen.stop), strict=True
         ):
-            sure = marks is None or bool(marks[column].all())
+            sure = marks is None or _is_unique(values[:, column - first], marks[column], largest)
             yield Load(source.kind, name, source.quantity, own, *numbers)._replace(unique=sure)
         power = None if source.power is None else recorded.read(source.power, chosen)
         if source.rate is not None:
@@ -147,7 +148,13 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: C
                 yield Load(source.kind, name, "power", "W", *numbers, float(put_in), float(out))
 
 
-def _rows(time: Array, values: Array, piece: Integers, cycle: Cycle | None) -> list[_LoadNumbers]:
+def _is_unique(values: Array, marks: npt.NDArray[np.bool_], largest: float) -> bool:
+    """Whether a reaction (T, 3) is unique: its components that are not, by `marks` (3,), carry no part of the `largest`
+    reaction. In a machine that moves in a plane these are the ones out of it."""
+    return bool(np.abs(values[:, ~marks]).max(initial=0.0) <= THRESHOLDS.no_part * largest)
+
+
+def _rows(time: Array, values: Array, piece: Pieces, cycle: Cycle | None) -> list[_LoadNumbers]:
     """The row of numbers for each column of `values` (T, C, k)."""
     extremes, sizes = peaks(time, values, piece), size(values)
     place = np.full(len(extremes.time), NOTHING) if cycle is None else _place(time, cycle, extremes.time)
