@@ -11,9 +11,10 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 
-#: Samples of the polynomial that finds a peak, and of the lower one that gives its uncertainty. This has one sample
-#: less: with two less the difference would vanish at a symmetric peak, whose odd derivatives are zero.
-WIDE, NARROW = 7, 6
+#: Samples of the polynomial that finds a peak. One of a sample less gives its uncertainty: with two less the difference
+#: would vanish at a symmetric peak, whose odd derivatives are zero. Beside or beyond its samples either may vanish by
+#: chance, and both do: `LOWER` polynomials are made.
+WIDE, LOWER = 7, 3
 #: The fewest samples of a polynomial that finds a peak.
 FEWEST = 3
 #: The uncertainty is this times their difference; at ten samples a swing the error is twice the difference.
@@ -105,12 +106,14 @@ def peaks(time: Array, values: Array, piece: Pieces) -> Peaks:
         low = np.where(tells[0], piece.begin[chosen], time[np.maximum(chosen - 1, first)])
         high = np.where(tells[1], piece.end[chosen], time[np.minimum(chosen + 1, last - 1)])
         sign = np.where(value[smooth] < 0.0, -1.0, 1.0)
-        wide, narrow = (np.clip(chosen - many // 2, first, last - many) for many in (count, count - 1))
-        best, when = _search(time, values, columns[smooth], wide, count, low, high, sign)
-        other, _ = _search(time, values, columns[smooth], narrow, count - 1, low, high, sign)
+        starts = [(np.clip(chosen - n // 2, first, last - n), n) for n in range(count, max(count - LOWER, 1), -1)]
+        found = [_search(time, values, columns[smooth], *start, low, high, sign) for start in starts]
+        best, when = found[0]
+        beside = (chosen - count // 2 < first) | (chosen - count // 2 > last - count)
+        apart = [np.where(beside | (own == 0), np.abs(best - each), 0.0) for own, (each, _) in enumerate(found[1:])]
         higher = np.abs(best) > (1.0 + ROUND_OFF) * np.abs(value[smooth])  # a constant has its peak at the first sample
         value[smooth], at[smooth] = np.where(higher, best, value[smooth]), np.where(higher, when, at[smooth])
-        uncertainty[smooth] = SAFETY * np.abs(best - other) + ROUND_OFF * np.abs(best)
+        uncertainty[smooth] = SAFETY * np.max(apart, axis=0) + ROUND_OFF * np.abs(best)
     return Peaks(value, np.maximum(uncertainty, bound - np.abs(value)), at)
 
 
@@ -138,16 +141,15 @@ def _at_events(time: Array, values: Array, sizes: Array, piece: Pieces) -> tuple
         bound = np.maximum(bound, (np.abs(sizes[few]) + apart[few]).max(axis=0, initial=-np.inf))
         for count in sorted(set(counts[counts >= FEWEST].tolist())):
             own = rows[counts == count]
-            both = []
-            for many in (count, count - 1):
-                start = piece.first[own] if side == 0 else piece.last[own] - many
-                nodes = start[:, None] + np.arange(many)
+            ends = []
+            for many in range(count, max(count - LOWER, 1), -1):
+                nodes = (piece.first[own] if side == 0 else piece.last[own] - many)[:, None] + np.arange(many)
                 polynomials = _weights(time[nodes], when[own, None])[:, 0]
-                both.append(np.abs(size(np.einsum("en,enck->eck", polynomials, values[nodes]))))
-            spread = SAFETY * np.abs(both[0] - both[1])
-            tells = (spread <= TELLS * both[0]) & (both[0] > np.abs(sizes[own]) + spread)
-            told[side, own] = np.where(tells, both[0], -np.inf)
-            bound = np.maximum(bound, (both[0] + spread).max(axis=0, initial=-np.inf))
+                ends.append(np.abs(size(np.einsum("en,enck->eck", polynomials, values[nodes]))))
+            spread = SAFETY * np.max([np.abs(ends[0] - each) for each in ends[1:]], axis=0)
+            tells = (spread <= TELLS * ends[0]) & (ends[0] > np.abs(sizes[own]) + spread)
+            told[side, own] = np.where(tells, ends[0], -np.inf)
+            bound = np.maximum(bound, (ends[0] + spread).max(axis=0, initial=-np.inf))
     return told, bound
 
 

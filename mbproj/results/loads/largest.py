@@ -93,14 +93,14 @@ class Cycle(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Recorded:
     """The record of a run from which loads are computed. `names` are those of columns by kind; `read` reads the columns
-    `slice` of a dataset, (T, C, ...); `events` are times in s. `unique` tells which components of the reactions (nj, 3)
-    of a dataset are unique; None where that is not known."""
+    `slice` of a dataset, (T, C, ...); `events` are times in s. `open` gives, for a dataset of reactions, projections
+    (nj, 3, 3) on the directions along which they are not unique; None where these are not known."""
 
     names: Mapping[str, Sequence[str]]
     read: Callable[[str, slice], npt.NDArray[Any]]
     time: Array
     events: Array
-    unique: Callable[[str], npt.NDArray[np.bool_] | None]
+    open: Callable[[str], Array | None]
 
     def cycle(self) -> Cycle | None:
         """The coordinate of the first motion that drives an angle, else of the first motion; None without motions."""
@@ -110,6 +110,14 @@ class Recorded:
         column = units.index("rad") if "rad" in units else 0
         values = self.read("motions/value", slice(column, column + 1))[:, 0]
         return Cycle(f"motion '{self.names['motions'][column]}'", units[column], values)
+
+
+def open_directions(constant: Callable[[str], npt.NDArray[Any] | None], path: str) -> Array | None:
+    """The projections (nj, 3, 3) of `Recorded.open`, by a run's constants. An older file has marks of components."""
+    projections, marks = constant(f"{path}_open"), constant(f"{path}_unique")
+    if projections is None and marks is not None:
+        return np.asarray(np.where(marks, 0.0, 1.0)[:, :, None] * np.eye(3))
+    return projections
 
 
 def loads(recorded: Recorded, cycle: Cycle | None) -> list[Load]:
@@ -124,7 +132,7 @@ def loads(recorded: Recorded, cycle: Cycle | None) -> list[Load]:
 def _of_source(recorded: Recorded, source: LoadSource, piece: Pieces, cycle: Cycle | None) -> Iterator[Load]:
     names = recorded.names.get(source.names, ())
     width = max(1, AT_ONCE // (24 * len(recorded.time)))
-    marks = recorded.unique(source.path) if names and source.kind == "joint" else None
+    open_ = recorded.open(source.path) if names and source.kind == "joint" else None
     for first in range(0, len(names), width):
         chosen = slice(first, min(first + width, len(names)))
         values = recorded.read(source.path, chosen)
@@ -136,7 +144,7 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Pieces, cycle: Cyc
         for name, own, numbers, column in zip(
             names[chosen], unit, load_numbers, range(first, chosen.stop), strict=True
         ):
-            sure = marks is None or _is_unique(values[:, column - first], marks[column], largest)
+            sure = open_ is None or _is_unique(values[:, column - first] @ open_[column], largest)
             yield Load(source.kind, name, source.quantity, own, *numbers)._replace(unique=sure)
         power = None if source.power is None else recorded.read(source.power, chosen)
         if source.rate is not None:
@@ -148,10 +156,10 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Pieces, cycle: Cyc
                 yield Load(source.kind, name, "power", "W", *numbers, float(put_in), float(out))
 
 
-def _is_unique(values: Array, marks: npt.NDArray[np.bool_], largest: float) -> bool:
-    """Whether a reaction (T, 3) is unique: its components that are not, by `marks` (3,), carry no part of the `largest`
-    reaction. In a machine that moves in a plane these are the ones out of it."""
-    return bool(np.abs(values[:, ~marks]).max(initial=0.0) <= THRESHOLDS.no_part * largest)
+def _is_unique(shared: Array, largest: float) -> bool:
+    """Whether a reaction is unique: its part (T, 3) along the directions that are not is none of the `largest`
+    reaction. In a machine that moves in a plane these directions are normal to the plane."""
+    return bool(np.abs(shared).max(initial=0.0) <= THRESHOLDS.no_part * largest)
 
 
 def _rows(time: Array, values: Array, piece: Pieces, cycle: Cycle | None) -> list[_LoadNumbers]:
