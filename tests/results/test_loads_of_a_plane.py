@@ -63,7 +63,7 @@ def test_bearings_share_only_loads_out_of_the_plane(tmp_path, yaw, tilt):
 def test_peaks_at_a_reversal_are_within_their_uncertainty(tmp_path):
     """Beside samples a hundred times as dense. The stated ± was round-off, and the peak off by a part in a thousand."""
     fine = four_bar(tmp_path / "fine.h5", 0.0, 0.0, step=1e-4)
-    for step, known in ((0.03, 0.05), (0.01, 1e-5)):
+    for step, known in ((0.03, 0.1), (0.01, 2e-5)):
         coarse = four_bar(tmp_path / "coarse.h5", 0.0, 0.0, step=step)
         for name in "ABCD":
             found, exact = (each["joint", name, "reaction_force"] for each in (coarse, fine))

@@ -17,8 +17,9 @@ from mbproj.arrays import Array, Integers
 WIDE, LOWER = 7, 3
 #: The fewest samples of a polynomial that finds a peak.
 FEWEST = 3
-#: The uncertainty is this times their difference; at ten samples a swing the error is twice the difference.
-SAFETY = 3.0
+#: The uncertainty is this times their difference, inside the samples and beside or beyond them. At ten samples a swing
+#: the error inside is twice the difference; at a reversal of a wiper with 50 samples a turn, 3.2 times.
+SAFETY, BEYOND = 3.0, 10.0
 #: A polynomial tells the load at an event where it is known to this part of it.
 TELLS = 0.1
 #: Samples of the polynomial that interpolates a curve.
@@ -84,10 +85,9 @@ def size(values: Array) -> Array:
 def peaks(time: Array, values: Array, piece: Pieces) -> Peaks:
     """The largest magnitudes of C curves, values (T, C, k), in the pieces between events.
 
-    The uncertainty is three times the difference to a polynomial of one sample less. It also covers what the load may
-    be at the events, just before and after them. Where a piece has too few samples for a polynomial, the largest sample
-    is taken, and its difference to its neighbours, also beyond an event.
-    """
+    The uncertainty is three times the difference to a polynomial of one sample less, ten times beside an event. It also
+    covers what the load may be just before and after events. Where a piece has too few samples for a polynomial, the
+    largest sample is taken, and its difference to its neighbours, also beyond an event."""
     sizes = size(values)
     columns = np.arange(sizes.shape[1])
     rough, told, bound = _rough(np.abs(sizes), piece.number), *_at_events(time, values, sizes, piece)
@@ -113,7 +113,7 @@ def peaks(time: Array, values: Array, piece: Pieces) -> Peaks:
         apart = [np.where(beside | (own == 0), np.abs(best - each), 0.0) for own, (each, _) in enumerate(found[1:])]
         higher = np.abs(best) > (1.0 + ROUND_OFF) * np.abs(value[smooth])  # a constant has its peak at the first sample
         value[smooth], at[smooth] = np.where(higher, best, value[smooth]), np.where(higher, when, at[smooth])
-        uncertainty[smooth] = SAFETY * np.max(apart, axis=0) + ROUND_OFF * np.abs(best)
+        uncertainty[smooth] = np.where(beside, BEYOND, SAFETY) * np.max(apart, axis=0) + ROUND_OFF * np.abs(best)
     return Peaks(value, np.maximum(uncertainty, bound - np.abs(value)), at)
 
 
@@ -146,7 +146,7 @@ def _at_events(time: Array, values: Array, sizes: Array, piece: Pieces) -> tuple
                 nodes = (piece.first[own] if side == 0 else piece.last[own] - many)[:, None] + np.arange(many)
                 polynomials = _weights(time[nodes], when[own, None])[:, 0]
                 ends.append(np.abs(size(np.einsum("en,enck->eck", polynomials, values[nodes]))))
-            spread = SAFETY * np.max([np.abs(ends[0] - each) for each in ends[1:]], axis=0)
+            spread = BEYOND * np.max([np.abs(ends[0] - each) for each in ends[1:]], axis=0)
             tells = (spread <= TELLS * ends[0]) & (ends[0] > np.abs(sizes[own]) + spread)
             told[side, own] = np.where(tells, ends[0], -np.inf)
             bound = np.maximum(bound, (ends[0] + spread).max(axis=0, initial=-np.inf))
@@ -205,13 +205,13 @@ def between(time: Array, values: Array, events: Array, when: Array) -> Array:
 
 class _Segments(NamedTuple):
     """S parts of intervals between samples in which a curve is smooth: the number of the interval, the ends in s, and
-    the first sample of the polynomial; all polynomials have `count` samples."""
+    the first sample of the polynomial; each has as many `samples`."""
 
     interval: Integers
     begin: Array
     end: Array
     start: Integers
-    count: int
+    samples: int
 
 
 def integrals(time: Array, values: Array, piece: Pieces) -> Array:
@@ -229,14 +229,14 @@ def in_and_out(time: Array, values: Array, piece: Pieces) -> tuple[Array, Array]
     for part in _segments(time, piece):
         whole = _area(time, values, part)
         ends = np.stack([part.begin, part.end], axis=1)
-        rows = part.start[:, None] + np.arange(part.count)
+        rows = part.start[:, None] + np.arange(part.samples)
         before, after = np.einsum("sgn,snc->gsc", _weights(time[rows], ends), values[rows])
         changes = (before * after < 0.0) & (np.minimum(np.abs(before), np.abs(after)) > nothing)
         up += np.where(changes, 0.0, np.maximum(whole, 0.0)).sum(axis=0)
         down += np.where(changes, 0.0, np.maximum(-whole, 0.0)).sum(axis=0)
         row, column = np.nonzero(changes)
         if len(row):
-            some = _Segments(*(each[row] for each in part[:4]), part.count)
+            some = _Segments(part.interval[row], part.begin[row], part.end[row], part.start[row], part.samples)
             for own, sign in ((up, 1.0), (down, -1.0)):
                 np.add.at(own, column, _above(time, sign * values, some, column))
     return up, down
@@ -268,7 +268,7 @@ def _segments(time: Array, piece: Pieces) -> Iterator[_Segments]:
 def _area(time: Array, values: Array, part: _Segments) -> Array:
     """The integrals (S, C) of the polynomials."""
     middle, half = 0.5 * (part.begin + part.end), 0.5 * (part.end - part.begin)
-    rows = part.start[:, None] + np.arange(part.count)
+    rows = part.start[:, None] + np.arange(part.samples)
     share = np.einsum("g,sgn->sn", GAUSS_WEIGHTS, _weights(time[rows], middle[:, None] + half[:, None] * GAUSS))
     return np.asarray(half[:, None] * np.einsum("sn,snc->sc", share, values[rows]))
 
@@ -278,7 +278,7 @@ def _above(time: Array, values: Array, part: _Segments, column: Integers) -> Arr
     interval where it changes its sign, and by Simpson's rule in the others."""
     share = np.linspace(0.0, 1.0, 2 * PARTS + 1)
     times = part.begin[:, None] + (part.end - part.begin)[:, None] * share
-    rows = part.start[:, None] + np.arange(part.count)
+    rows = part.start[:, None] + np.arange(part.samples)
     curve = np.einsum("sgn,sn->sg", _weights(time[rows], times), values[rows, column[:, None]])
     before, middle, after = curve[:, :-1:2], curve[:, 1::2], curve[:, 2::2]
     smooth = np.maximum(before + 4.0 * middle + after, 0.0) / 6.0
