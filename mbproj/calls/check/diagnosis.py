@@ -99,7 +99,9 @@ def diagnose(system: System, state: State) -> Diagnosis:
         redundancy(system, state),
         massless_motions(system, pose),
         conditioning(system, pose),
-        open_components(system.names.joints, *(unique[f"{path}_unique"] for path in REACTIONS)) if unique else {},
+        open_components(system.names.joints, *(unique[f"{path}_unique"].astype(bool) for path in REACTIONS))
+        if unique
+        else {},
     )
 
 

@@ -17,8 +17,8 @@ from mbproj.arrays import Array, Integers
 WIDE, LOWER = 7, 3
 #: The fewest samples of a polynomial that finds a peak.
 FEWEST = 3
-#: The uncertainty is this times their difference, inside the samples and beside or beyond them. At ten samples a swing
-#: the error inside is twice the difference; at a reversal of a wiper with 50 samples a turn, 3.2 times.
+#: The uncertainty is this times their difference, inside and beside the samples. At ten samples a swing the error inside
+#: is twice the difference; at a reversal of a wiper with 50 samples a turn, 3.2 times.
 SAFETY, BEYOND = 3.0, 10.0
 #: A polynomial tells the load at an event where it is known to this part of it.
 TELLS = 0.1
@@ -90,9 +90,8 @@ def peaks(time: Array, values: Array, piece: Pieces) -> Peaks:
     largest sample is taken, and its difference to its neighbours, also beyond an event."""
     sizes = size(values)
     columns = np.arange(sizes.shape[1])
-    rough, told, bound = _rough(np.abs(sizes), piece.number), *_at_events(time, values, sizes, piece)
-    np.maximum(rough, told.max(axis=0), out=rough)
-    row = np.argmax(rough, axis=0)
+    told, bound = _at_events(time, values, sizes, piece)
+    row = np.argmax(np.maximum(_rough(np.abs(sizes), piece.number), told.max(axis=0)), axis=0)
     value, at = sizes[row, columns], time[row].copy()
     uncertainty = _to_neighbours(sizes)[row, columns]
     counts = np.minimum(piece.last - piece.first, WIDE)[row]
@@ -111,7 +110,7 @@ def peaks(time: Array, values: Array, piece: Pieces) -> Peaks:
         best, when = found[0]
         beside = (chosen - count // 2 < first) | (chosen - count // 2 > last - count)
         apart = [np.where(beside | (own == 0), np.abs(best - each), 0.0) for own, (each, _) in enumerate(found[1:])]
-        higher = np.abs(best) > (1.0 + ROUND_OFF) * np.abs(value[smooth])  # a constant has its peak at the first sample
+        higher = np.abs(best) > (1.0 + np.where(beside, NOTHING, ROUND_OFF)) * np.abs(value[smooth])
         value[smooth], at[smooth] = np.where(higher, best, value[smooth]), np.where(higher, when, at[smooth])
         uncertainty[smooth] = np.where(beside, BEYOND, SAFETY) * np.max(apart, axis=0) + ROUND_OFF * np.abs(best)
     return Peaks(value, np.maximum(uncertainty, bound - np.abs(value)), at)
@@ -125,9 +124,9 @@ def _to_neighbours(sizes: Array) -> Array:
 
 
 def _at_events(time: Array, values: Array, sizes: Array, piece: Pieces) -> tuple[Array, Array]:
-    """The magnitudes at the event that begins and at the one that ends a piece, at its first and at its last sample,
-    (2, T, C), -inf where polynomials do not tell that they are larger than the sample; and the largest magnitude that
-    any of these may have, (C,)."""
+    """The largest magnitudes from the first sample of a piece to the event before it, and from its last sample to the
+    event after it, (2, T, C): 0 where they are not larger than the sample, -inf where polynomials do not tell them; and
+    the largest magnitude that any of these may have, (C,)."""
     told = np.full((2, *sizes.shape), -np.inf)
     bound = np.full(sizes.shape[1], -np.inf)
     index, apart = np.arange(len(time)), _to_neighbours(sizes)
@@ -144,12 +143,13 @@ def _at_events(time: Array, values: Array, sizes: Array, piece: Pieces) -> tuple
             ends = []
             for many in range(count, max(count - LOWER, 1), -1):
                 nodes = (piece.first[own] if side == 0 else piece.last[own] - many)[:, None] + np.arange(many)
-                polynomials = _weights(time[nodes], when[own, None])[:, 0]
-                ends.append(np.abs(size(np.einsum("en,enck->eck", polynomials, values[nodes]))))
-            spread = BEYOND * np.max([np.abs(ends[0] - each) for each in ends[1:]], axis=0)
-            tells = (spread <= TELLS * ends[0]) & (ends[0] > np.abs(sizes[own]) + spread)
-            told[side, own] = np.where(tells, ends[0], -np.inf)
-            bound = np.maximum(bound, (ends[0] + spread).max(axis=0, initial=-np.inf))
+                times = time[own, None] + (when[own] - time[own])[:, None] * np.linspace(0.25, 1.0, 4)
+                ends.append(np.abs(size(np.einsum("egn,enck->egck", _weights(time[nodes], times), values[nodes]))))
+            spread = BEYOND * np.max([np.abs(ends[0] - each) for each in ends[1:]], axis=(0, 2))
+            most = ends[0].max(axis=1)
+            larger = np.where(most > np.abs(sizes[own]) + spread, most, 0.0)
+            told[side, own] = np.where(spread <= TELLS * most, larger, -np.inf)
+            bound = np.maximum(bound, (most + spread).max(axis=0, initial=-np.inf))
     return told, bound
 
 
