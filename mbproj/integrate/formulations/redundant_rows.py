@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
 from mbproj.dynamics.assembly.assemble import State, assemble
-from mbproj.errors import InputError
+from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.lanes import numbers
 from mbproj.model.compile.guess import Guess
@@ -35,31 +36,33 @@ def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings
     if first is None:
         return None
     count = compiled.model.rows.redundant
-    if count and (drawn := _as_drawn(compiled, count)) is not None:
-        state, y, first = drawn
+    if count:
+        state, first = _as_drawn(compiled, state, count, first)
+        y = compiled.state(state.q, state.v)
     usual = _usual(compiled, state, y, count, first)
     if usual is not None:
         compiled.hold(usual)
     return count
 
 
-def _as_drawn(compiled: Compiled, count: int) -> tuple[State, Array, list[int]] | None:
-    """Return the state at which the scene draws the mechanism, closed and at rest, the kernel's y there, and the rows
-    left out. None where it does not close, or where not exactly `count` rows depend on the others."""
+def _as_drawn(compiled: Compiled, start: State, count: int, first: list[int]) -> tuple[State, list[int]]:
+    """Return the state at which the scene draws the mechanism, closed, with no speed but that of its motions, and the
+    rows left out there. The `start` and its rows `first` stand where that does not close, or where not exactly `count`
+    rows depend on the others there."""
     from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 
     system, own = compiled.system, compiled.model.rows
-    guess = Guess(system.drawn, np.zeros(7 * system.bodies), NO_CONDITIONS, NO_CONDITIONS)
     try:
-        state = assemble(system, guess)
-    except InputError:
-        return None
-    y = compiled.state(state.q, state.v)
-    first = _left_out(compiled, state, y)
-    if first is not None and compiled.model.rows.redundant == count:
-        return state, y, first
+        drawn = assemble(system, Guess(system.drawn, np.zeros(7 * system.bodies), NO_CONDITIONS, NO_CONDITIONS))
+    except (InputError, SimulationError):
+        return start, first
+    if isinstance(compiled.core, ModuleType) and np.array_equal(drawn.q, start.q):
+        return drawn, first  # the same pose, whose rows a large mechanism need not count again
+    others = _left_out(compiled, drawn, compiled.state(drawn.q, drawn.v))
+    if others is not None and compiled.model.rows.redundant == count:
+        return drawn, others
     compiled.hold(own)
-    return None
+    return start, first
 
 
 def count_redundant(compiled: Compiled, state: State) -> int | None:

@@ -17,8 +17,8 @@ from mbproj.arrays import Array, Integers
 WIDE, LOWER = 7, 3
 #: The fewest samples of a polynomial that finds a peak.
 FEWEST = 3
-#: The uncertainty is this times their difference, inside and beside the samples. At ten samples a swing the error inside
-#: is twice the difference; at a reversal of a wiper with 50 samples a turn, 3.2 times.
+#: The uncertainty is this times their difference, inside and beside the samples. At ten samples a swing the error is
+#: twice the difference inside; at a reversal of a wiper with 50 samples a turn, 3.2 times beside.
 SAFETY, BEYOND = 3.0, 10.0
 #: A polynomial tells the load at an event where it is known to this part of it.
 TELLS = 0.1

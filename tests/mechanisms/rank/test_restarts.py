@@ -81,6 +81,27 @@ def test_a_run_from_a_state_that_a_run_has_reached_is_the_same_motion(name):
         assert apart.max() < 1e-12
 
 
+def test_a_scene_whose_bodies_start_at_a_recorded_state_has_the_motion_of_the_run():
+    scene, step, steps = restarted("bricard"), 0.01, 60
+    system, state = assembled(scene)
+    settings = replace(scene.settings, step=step, tolerance=None, integrator="rk4", formulation="reduced")
+    whole = Recorder()
+    simulate(system, state, replace(settings, duration=steps * step, output_step=step), whole)
+    for at in (13, 37):
+        place, turn, v, w = (
+            whole[f"bodies/{each}"][at] for each in ("position", "orientation", "velocity", "angular_velocity")
+        )
+        bodies = tuple(
+            replace(body, start=(tuple(r), tuple(q)), velocity=tuple(own), angular_velocity=tuple(spin))
+            for body, r, q, own, spin in zip(scene.bodies, place, turn, v, w, strict=True)
+        )
+        joints = tuple(replace(joint, speed={}) for joint in scene.joints)
+        system, state = assembled(replace(scene, bodies=bodies, joints=joints))
+        again = Recorder()
+        simulate(system, state, replace(settings, duration=(steps - at) * step, output_step=step), again)
+        assert np.abs(again["bodies/position"] - whole["bodies/position"][at:]).max() < 1e-12
+
+
 def test_where_the_scene_draws_no_closed_mechanism_the_start_tells_the_rows():
     """Its bars are drawn where no pose closes; bodies' poses at the start close it."""
     compiled, state = compiled_of(restarted("bricard"))
