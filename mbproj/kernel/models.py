@@ -24,16 +24,16 @@ from mbproj.model.couplings import FollowedKind
 from mbproj.model.layout import Layout
 from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
 from mbproj.model.system import System
-from mbproj.thresholds import of_the_kernel
+from mbproj.thresholds import Thresholds, of_the_kernel
 
 if TYPE_CHECKING:
     from mbproj.model.bearings import Parts
 
 
 @cache
-def _thresholds(core: ModuleType) -> Any:
-    """The thresholds of the kernel, as its class. They do not change."""
-    return core.Thresholds(**of_the_kernel())
+def _thresholds(core: ModuleType, thresholds: Thresholds) -> Any:
+    """The thresholds of the kernel, as its class."""
+    return core.Thresholds(**of_the_kernel(thresholds))
 
 
 def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[], Any]:
@@ -43,7 +43,7 @@ def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[]
     coordinates = bound_in_space(system.coordinates)
     return partial(
         core.SpaceModel,
-        thresholds=_thresholds(core),
+        thresholds=_thresholds(core, system.thresholds),
         mass=system.mass,
         inertia=contiguous(system.inertia, dtype=float),
         gravity=system.gravity,
@@ -201,7 +201,7 @@ def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) 
     rows = joint_and_motion_rows(system, plane, joints, coordinates)
     return partial(
         core.PlaneModel,
-        thresholds=_thresholds(core),
+        thresholds=_thresholds(core, system.thresholds),
         mass=plane.mass,
         inertia=plane.inertia.reshape(-1, 1, 1),
         gravity=plane.gravity,

@@ -30,6 +30,7 @@ from mbproj.model.couplings import NO_FOLLOWERS, Couplings, FollowedCurve, Follo
 from mbproj.model.forces import NO_FORCES, NO_REFLECTED, Forces, ReflectedInertias
 from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
+from mbproj.thresholds import THRESHOLDS, Thresholds
 
 if TYPE_CHECKING:
     from mbproj.model.bearings import Bearings
@@ -42,12 +43,10 @@ class Names:
     """Names in the order of the arrays, and units of some. `carriers` are the moving bodies: a group that fixed joints
     have merged has the name of its first body. `coordinates` are "joint.coordinate". `force_units`, `motion_units`,
     `stop_units` and `friction_units`, m or rad, belong to the coordinates along which forces act, motions drive, stops
-    limit and dry frictions resist.
-
-    `forces` end with reflected inertias, "joint.coordinate.inertia". `stops` are "joint.coordinate.low" and "...high",
-    or the name of a force. `frictions` are the name of a force, or "force.coordinate". `applied` are forces (unit
-    m) and torques (unit rad) with given components on bodies. `states` and `signals` have any unit. `tensions` are
-    those of ropes, "rope.tension_1"; `touching` are joints that follow curves."""
+    limit and dry frictions resist. `forces` end with reflected inertias, "joint.coordinate.inertia". `stops` are
+    "joint.coordinate.low" and "...high", or the name of a force. `frictions` are the name of a force, or
+    "force.coordinate". `applied` are forces (unit m) and torques (unit rad) with given components on bodies. `states`
+    and `signals` have any unit. `tensions` are those of ropes, "rope.tension_1"; `touching` are joints on curves."""
 
     bodies: tuple[str, ...]
     carriers: tuple[str, ...]
@@ -107,11 +106,10 @@ class System:
     these; `alignment`: scalar products of vectors, positive in a right pose; assembly must not change their signs.
     `body_carrier` (N,), `body_offset` (N, 3), `body_turn` (N, 4): the seats of the scene's N bodies on their carriers.
     `marker_body` (k,), `marker_local` (k, 3). `reaction_body` (nj,), `reaction_local` (nj, 3): body 2 of each joint and
-    its point there. `length`: the size of the mechanism in m, to which absolute tolerances are relative. `body_places`,
-    `joint_places`: places in the scene file, for messages. `stops`, `frictions` (dry ones that can stick) and
-    `bearings` are None without any. `actions`: those of controllers. `channels`: scalars that functions name.
-    `signals`: named functions of time and channels. `adjustments`: how far joints were moved.
-    """
+    its point there. `length`: the size of the mechanism in m, to which absolute tolerances are relative. `drawn` (7n,):
+    q as the scene draws it. `body_places`, `joint_places`: places in the scene file. `stops`, `frictions` (dry ones
+    that can stick) and `bearings` are None without any. `actions`: those of controllers. `channels`: scalars that
+    functions name. `signals`: named functions of time and channels. `adjustments`: how far joints were moved."""
 
     names: Names
     mass: Array
@@ -129,6 +127,7 @@ class System:
     reaction_body: Integers
     reaction_local: Array
     length: float
+    drawn: Array
     body_places: tuple[Place | None, ...]
     joint_places: tuple[Place | None, ...]
     forces: Forces = NO_FORCES
@@ -144,6 +143,7 @@ class System:
     signals: ProgramSet = NO_SIGNALS
     adjustments: tuple[Adjustment, ...] = ()
     touching: Touching | None = None
+    thresholds: Thresholds = THRESHOLDS
 
     @cached_property
     def layout(self) -> Layout:

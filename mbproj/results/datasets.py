@@ -122,8 +122,8 @@ def append(target: h5py.Dataset, values: npt.NDArray[Any], first: int) -> None:
         target.id.write(h5s.create_simple(values.shape), rows, np.ascontiguousarray(values))
 
 
-def create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[np.bool_]) -> None:
-    """Write an array of marks, which has no time axis."""
+def create_constant(file: h5py.File, constant: Constant, values: npt.NDArray[Any]) -> None:
+    """Write an array of marks or numbers, which has no time axis."""
     created = file.create_dataset(constant.path, data=values)
     stamp(created, crc32(values))
     describe(created, {"units": constant.unit, "description": constant.description, "frame": constant.frame})

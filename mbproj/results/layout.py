@@ -33,14 +33,15 @@ class Dataset:
 
 @dataclass(frozen=True)
 class Constant:
-    """An array of marks that do not change with time, written once where the run knows them. Its shape has symbols as
-    in `Dataset`."""
+    """An array of marks or numbers that do not change with time, written once where the run knows them. Its shape has
+    symbols as in `Dataset`."""
 
     path: str
     shape: tuple[str | int, ...]
     description: str
     frame: str
     unit: str = "1"
+    dtype: type = bool
 
 
 @dataclass(frozen=True)
@@ -180,9 +181,12 @@ def datasets_for(sizes: Mapping[str, int]) -> tuple[Dataset, ...]:
 
 
 UNIQUE = "whether the constraints determine this component; where not, redundant joints can share it in any proportion"
+OPEN = "projection on the directions along which redundant joints can share it in any proportion"
 CONSTANTS: tuple[Constant, ...] = (
     Constant("joints/reaction_force_unique", ("nj", 3), UNIQUE, GLOBAL),
     Constant("joints/reaction_torque_unique", ("nj", 3), UNIQUE, GLOBAL),
+    Constant("joints/reaction_force_open", ("nj", 3, 3), OPEN, GLOBAL, dtype=float),
+    Constant("joints/reaction_torque_open", ("nj", 3, 3), OPEN, GLOBAL, dtype=float),
 )
 
 #: The counters, cumulated since the start of the run.

@@ -102,15 +102,15 @@ class Results(Shown):
         """The datasets of the layout that the file has."""
         return datasets_for(self._all_sizes())
 
-    def constant(self, path: str) -> npt.NDArray[np.bool_] | None:
-        """Marks of the layout that do not change with time, as "joints/reaction_force_unique" (nj, 3); None where the
-        run did not know them: its loops were too large, or its program had not given them to the writer."""
+    def constant(self, path: str) -> npt.NDArray[Any] | None:
+        """An array of the layout that does not change with time, as "joints/reaction_force_unique" (nj, 3); None where
+        the run did not know it: its loops were too large, or its program had not given it to the writer."""
         constant = next((entry for entry in CONSTANTS if entry.path == path), None)
         if constant is None:
             raise KeyError(f"results have no marks '{path}'; {choose_from(path, [entry.path for entry in CONSTANTS])}")
         if not self.contents.has(path):
             return None
-        values = self.contents.array(path, trailing(constant, self._all_sizes()), np.bool_)
+        values = self.contents.array(path, trailing(constant, self._all_sizes()), constant.dtype)
         columns = self._view.columns.get(str(constant.shape[0]))
         return values if columns is None else np.take(values, columns, axis=0)
 

@@ -55,7 +55,7 @@ Names: TypeAlias = Mapping[str, Sequence[str]]
 Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
 
 #: Marks by dataset path, without a time axis.
-Constants: TypeAlias = Mapping[str, npt.NDArray[np.bool_]]
+Constants: TypeAlias = Mapping[str, npt.NDArray[Any]]
 
 FLUSH_SECONDS = 1.0
 FLUSH_BYTES = 2**23
@@ -196,13 +196,13 @@ class ResultsWriter:
                     create_constant(file, constant, self._constants[constant.path])
             return image_of(file)
 
-    def _constant(self, path: str, values: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
-        expected = {constant.path: trailing(constant, self._sizes) for constant in CONSTANTS}
-        if path not in expected:
+    def _constant(self, path: str, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        constant = next((each for each in CONSTANTS if each.path == path), None)
+        if constant is None:
             raise ValueError(f"the layout has no '{path}'")
-        if values.shape != expected[path]:
-            raise ValueError(f"'{path}' has the shape {values.shape} where {expected[path]} is due")
-        return values.astype(bool)
+        if values.shape != (expected := trailing(constant, self._sizes)):
+            raise ValueError(f"'{path}' has the shape {values.shape} where {expected} is due")
+        return values.astype(constant.dtype)
 
     def _column(self, dataset: Dataset, block: Block, samples: int) -> npt.NDArray[Any]:
         expected = (samples, *trailing(dataset, self._sizes))

@@ -140,14 +140,14 @@ class Dependence:
         "1",
         "numpy",
         "rows are judged by this quantile of their pivots over the poses of the walk",
-        "bricard.yaml: judged by the median, runs that start at other poses of its motion hold other rows",
+        "bricard.yaml: judged by the median, four times as many steps have to look for other rows",
     )
     serve_alike: float = threshold(
         0.5,
         "1",
         "numpy",
         "rows whose pivots are at least this part of the best ones are equal: the first are held",
-        "bricard.yaml, as above: with 0.99 it is round-off that chooses",
+        "bricard.yaml: of rows that symmetry makes equal round-off chose with 0.99",
     )
     no_part: float = threshold(
         1e-8, "1", "both", "a reaction is unique where the choice of rows changes it by a smaller part", "√ε"

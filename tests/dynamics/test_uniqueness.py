@@ -91,4 +91,12 @@ def test_a_loop_that_turns_with_its_table_leaves_open_what_turns_into_view():
 def test_a_tree_has_nothing_open():
     scene = linkages.slider_crank(0.5, 0.7)
     marks = unique_components(*assembled(dataclasses.replace(scene, joints=scene.joints[:3])))
-    assert all(mark.all() for mark in marks.values())
+    assert all(each.all() for name, each in marks.items() if name.endswith("unique"))
+    assert not any(each.any() for name, each in marks.items() if name.endswith("open"))
+
+
+def test_the_open_directions_of_a_loop_in_a_plane_are_those_out_of_it():
+    marks = unique_components(*assembled(linkages.four_bar()))
+    for kind, directions in (("force", [0.0, 1.0, 0.0]), ("torque", [1.0, 0.0, 1.0])):
+        expected = np.broadcast_to(np.diag(directions), (4, 3, 3))
+        np.testing.assert_allclose(marks[f"joints/reaction_{kind}_open"], expected, atol=1e-12)

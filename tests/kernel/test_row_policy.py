@@ -153,19 +153,6 @@ def test_a_run_that_starts_at_a_recorded_state_is_the_long_one(name):
         np.testing.assert_array_equal(again["y"], long["y"][at:])
 
 
-@pytest.mark.parametrize("name", ["bricard", "n_four_bar", "locomotive"])
-def test_the_usual_rows_are_those_of_the_scene_wherever_it_starts(name):
-    """Walks from other poses of the motion find rows and pivots with which a run goes the same way."""
-    compiled, state = compiled_of(scene_of(name))
-    block = compiled.run(state, Settings(duration=0.5, step=1 / 128)).advance(1000, FOREVER)
-    rows = compiled.model.rows
-    for at in (13, 40, 64):
-        there = compiled.samples(block, {}).state(at)
-        assert settle_rows(compiled, there) == rows.redundant
-        assert compiled.model.rows.left_out == rows.left_out
-        assert 0.5 < compiled.model.rows.even / rows.even < 2.0
-
-
 def test_a_step_on_which_the_rows_held_come_to_depend_on_each_other_takes_others():
     """Any 17 of the 20 rows of the linkage say the same where they are independent; those without these three are not
     at t = 0.746 s, where the second step ends. A row left out there would be a constraint less."""

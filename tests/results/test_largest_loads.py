@@ -46,6 +46,52 @@ def test_no_polynomial_crosses_a_jump():
     assert found.time[0] == 1.0
 
 
+@pytest.mark.parametrize("samples", [11, 14, 30, 80, 300])
+@pytest.mark.parametrize("event", [0.61, 0.7123, 0.7999])
+def test_a_peak_just_before_a_jump_is_found_to_the_stated_uncertainty(samples, event):
+    """A load that grows until a friction reverses: its largest value stands between the last sample and the jump."""
+    time = np.linspace(0.0, 1.0, samples)
+    shape = np.exp(2.0 * np.minimum(time, event)) * np.cos(0.3 * time)
+    values = np.where(time <= event, shape, 1.0 - np.sin(time - event))
+    found = peaks(time, np.stack([values, -values], axis=1)[..., None], pieces(time, np.array([event])))
+    largest = np.exp(2.0 * event) * np.cos(0.3 * event)
+    assert np.all(np.abs(np.abs(found.value) - largest) <= found.uncertainty)
+    assert np.all(np.sign(found.value) == [1.0, -1.0])
+    if samples >= 30:
+        assert found.uncertainty.max() < 1e-3
+        np.testing.assert_allclose(found.time, event)
+
+
+def test_a_load_just_after_an_event_between_few_samples_is_within_the_uncertainty():
+    """Two events within three samples: the piece between them has one sample, and no polynomial."""
+    time = np.linspace(0.0, 1.0, 21)
+    first, last = 0.49, 0.53
+    load = np.where(time < first, 1.0, np.where(time < last, 3.0 + 10.0 * (time - first), 2.0))
+    found = peaks(time, load[:, None, None], pieces(time, np.array([first, last])))
+    assert 3.0 + 10.0 * (last - first) <= found.value[0] + found.uncertainty[0]
+
+
+def test_works_are_those_of_each_side_of_a_jump():
+    """A power whose sign changes at a reversal, and at a zero that is no event; the integrals are closed."""
+    event, zero = 0.4321, 0.8123
+    time = np.linspace(0.0, 1.0, 26)
+    power = np.where(time <= event, -np.exp(time), np.cos(time) - np.cos(zero))[:, None]
+    put_in, taken_out = in_and_out(time, power, pieces(time, np.array([event])))
+    above = np.sin(zero) - np.sin(event) - (zero - event) * np.cos(zero)
+    below = -(np.sin(1.0) - np.sin(zero) - (1.0 - zero) * np.cos(zero))
+    assert put_in[0] == pytest.approx(above, rel=1e-7)
+    assert taken_out[0] == pytest.approx(np.exp(event) - 1.0 + below, rel=1e-7)
+
+
+def test_friction_that_only_takes_puts_nothing_in():
+    time = np.linspace(0.0, 10.0, 700)
+    turns = np.pi * np.arange(1, 4)
+    power = -3.0 * np.abs(np.sin(time))[:, None]
+    put_in, taken_out = in_and_out(time, power, pieces(time, turns))
+    assert put_in[0] == 0.0
+    assert taken_out[0] == pytest.approx(3.0 * (7.0 + np.cos(10.0 - 3.0 * np.pi) * -1.0), rel=1e-9)
+
+
 def test_an_integral_is_exact_for_cubics_and_works_add_up_to_it():
     time = np.sort(np.concatenate([np.linspace(0.0, 1.0, 9), [0.37]]))
     cubic = (4.0 * time**3 - time)[:, None]

@@ -14,7 +14,6 @@ from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.nearby import perturbed
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
-from tests.friction.planes.feet import CORNERS, box
 from tests.integrate.time_scenes import TROLLEY
 from tests.support import ROOT, Recorder
 
@@ -164,18 +163,6 @@ def test_a_move_between_two_rests_is_right_and_certified():
     assert 0.2 < np.abs(fine.marker_position[5:, 0, 0] - 0.5).max() < 0.5
     assert off < 1e-7
     assert trust.error.max() < 1e-7 and trust.uncertainty.max() < 1e-9
-
-
-@pytest.mark.parametrize(("spin", "has_figure"), [(0.0, True), (5.0, False)])
-def test_no_figure_is_given_where_the_motion_depends_on_how_feet_share_a_load(spin, has_figure):
-    """Four feet that slide and turn; where they slide straight on their shares have no say."""
-    scene = read_scene_text(box(CORNERS, 0.25, velocity=(1, 0, 0), spin=(0, 0, spin), duration=0.1))
-    recorder = Kept()
-    _, trust = simulate_certified(Mechanism.of(scene), settings_to_run(scene), recorder, limits=[1e-3])
-    assert bool(trust.solution) == has_figure
-    assert ("how these share their load, stop 'a'" in trust.remark) == (not has_figure)
-    assert (trust.untrusted_from(1e-3) is None) == has_figure
-    assert any(line.startswith("  how far to trust it: no figure") for line in lines_on(trust)) == (not has_figure)
 
 
 def test_points_that_do_not_move_say_nothing_of_a_wheel_that_turns():

@@ -13,7 +13,7 @@ from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem, choose_from
 from mbproj.results import Results
 from mbproj.results.loads.between_samples import size
-from mbproj.results.loads.largest import SOURCES, Cycle, Load, Recorded, loads
+from mbproj.results.loads.largest import SOURCES, Cycle, Load, Recorded, loads, open_directions
 
 
 def loads_of(results: Results, over: str | None = None) -> Sequence[Load]:
@@ -34,7 +34,7 @@ def recorded_in(results: Results) -> Recorded:
         lambda path, columns: results[path][:, columns],
         results.time,
         np.array([event.time for event in results.events]),
-        lambda path: results.constant(f"{path}_unique"),
+        lambda path: open_directions(results.constant, path),
     )
 
 

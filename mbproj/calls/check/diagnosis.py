@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
-from mbproj.analysis.reactions import in_words, open_components
+from mbproj.analysis.reactions import REACTIONS, in_words, open_components
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -99,7 +99,9 @@ def diagnose(system: System, state: State) -> Diagnosis:
         redundancy(system, state),
         massless_motions(system, pose),
         conditioning(system, pose),
-        open_components(system.names.joints, *unique.values()) if unique else {},
+        open_components(system.names.joints, *(unique[f"{path}_unique"].astype(bool) for path in REACTIONS))
+        if unique
+        else {},
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from mbproj.arrays import Array
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.rank.components import loops_of
@@ -21,33 +22,50 @@ def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
 
     Components of more than `large` bodies are taken to have no redundant rows.
     """
+    force, torque = _stresses(system, pose)
+    return np.any(force != 0.0, axis=0), np.any(torque != 0.0, axis=0)
+
+
+def _stresses(system: System, pose: Pose) -> tuple[Array, Array]:
+    """Return reaction forces times the length of the system, and torques, (k, nj, 3) each, of a basis of
+    self-equilibrated multipliers. The largest are of size 1; round-off is 0."""
     from mbproj.dynamics.observe.reactions import reactions
     from mbproj.dynamics.rank.row_space import self_stresses
 
-    stresses = self_stresses(system, pose)
-    force, torque = reactions(system, pose, stresses)
-    largest = max(np.abs(force).max(initial=0.0) * system.length, np.abs(torque).max(initial=0.0))
-    return (
-        np.any(np.abs(force) * system.length > THRESHOLDS.no_part * largest, axis=0),
-        np.any(np.abs(torque) > THRESHOLDS.no_part * largest, axis=0),
-    )
+    force, torque = reactions(system, pose, self_stresses(system, pose))
+    both = np.stack([force * system.length, torque])
+    largest = np.abs(both).max(initial=0.0)
+    both = np.where(np.abs(both) > THRESHOLDS.no_part * largest, both / (largest or 1.0), 0.0)
+    return both[0], both[1]
 
 
-def unique_components(system: System, state: State) -> dict[str, Marks]:
-    """Return whether each component of the joints' reactions is unique, (nj, 3), by its path in a results file.
+def unique_components(system: System, state: State) -> dict[str, Array | Marks]:
+    """Return whether each component of the joints' reactions is unique, (nj, 3), and the projections (nj, 3, 3) on the
+    directions along which they are not, by the path in a results file.
 
     A component is unique if it is so at the start and, for few bodies, at poses nearby. The result is empty where a
     loop has too many bodies for a decision."""
     loops = loops_of(system)
     if max((len(loop.bodies) for loop in loops), default=0) > THRESHOLDS.large:
         return {}
-    force, torque = (np.zeros((len(system.names.joints), 3), dtype=bool) for _ in range(2))
-    if loops:
-        force, torque = indeterminate(system, pose_of(state.q))
-    if force.any() or torque.any():
+    none = np.zeros((0, len(system.names.joints), 3))
+    at_poses = [_stresses(system, pose_of(state.q)) if loops else (none, none)]
+    if any(part.any() for part in at_poses[0]):
         from mbproj.dynamics.rank.nearby import nearby
 
-        for pose in nearby(system, state.q).poses if system.bodies <= THRESHOLDS.few_bodies else ():
-            marks = indeterminate(system, pose)
-            force, torque = force | marks[0], torque | marks[1]
-    return {"joints/reaction_force_unique": ~force, "joints/reaction_torque_unique": ~torque}
+        poses = nearby(system, state.q).poses if system.bodies <= THRESHOLDS.few_bodies else ()
+        at_poses += [_stresses(system, pose) for pose in poses]
+    found: dict[str, Array | Marks] = {}
+    for name, parts in zip(("force", "torque"), zip(*at_poses, strict=True), strict=True):
+        stresses = np.concatenate(parts)
+        found[f"joints/reaction_{name}_unique"] = ~np.any(stresses != 0.0, axis=0)
+        found[f"joints/reaction_{name}_open"] = _projections(stresses)
+    return found
+
+
+def _projections(stresses: Array) -> Array:
+    """Return the orthogonal projections (nj, 3, 3) on the spans of vectors (k, nj, 3)."""
+    of_joints = np.concatenate([stresses, np.zeros((3, *stresses.shape[1:]))]).swapaxes(0, 1)
+    _, values, axes = np.linalg.svd(of_joints, full_matrices=False)
+    spans = (values > THRESHOLDS.no_part * values.max(initial=0.0)).astype(float)
+    return np.asarray(np.einsum("jak,ja,jal->jkl", axes, spans, axes))

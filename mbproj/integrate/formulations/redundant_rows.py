@@ -1,21 +1,25 @@
 """The rows that a run in the kernel holds: rows that follow from the others throughout the motion are left out.
 
-They are found before the run, from the scene alone, because off the constraints each choice of rows is another
-differential equation. A choice by the poses that a run has passed would make its derivative depend on the past.
+They are found before the run, from the pose at which the scene draws the mechanism, wherever the run begins. Off the
+constraints each choice of rows is another differential equation: a choice by the start, or by the poses that a run has
+passed, would make its derivative depend on the past.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from mbproj.arrays import Array, may_overflow
-from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.assembly.assemble import State, assemble
+from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.lanes import numbers
+from mbproj.model.compile.guess import Guess
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 
@@ -32,10 +36,33 @@ def settle_rows(compiled: Compiled, state: State, projection: ProjectionSettings
     if first is None:
         return None
     count = compiled.model.rows.redundant
+    if count:
+        state, first = _as_drawn(compiled, state, count, first)
+        y = compiled.state(state.q, state.v)
     usual = _usual(compiled, state, y, count, first)
     if usual is not None:
         compiled.hold(usual)
     return count
+
+
+def _as_drawn(compiled: Compiled, start: State, count: int, first: list[int]) -> tuple[State, list[int]]:
+    """Return the state at which the scene draws the mechanism, closed, with no speed but that of its motions, and the
+    rows left out there. The `start` and its rows `first` stand where that does not close, or where not exactly `count`
+    rows depend on the others there."""
+    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+
+    system, own = compiled.system, compiled.model.rows
+    try:
+        drawn = assemble(system, Guess(system.drawn, np.zeros(7 * system.bodies), NO_CONDITIONS, NO_CONDITIONS))
+    except (InputError, SimulationError):
+        return start, first
+    if isinstance(compiled.core, ModuleType) and np.array_equal(drawn.q, start.q):
+        return drawn, first  # the same pose, whose rows a large mechanism need not count again
+    others = _left_out(compiled, drawn, compiled.state(drawn.q, drawn.v))
+    if others is not None and compiled.model.rows.redundant == count:
+        return drawn, others
+    compiled.hold(own)
+    return start, first
 
 
 def count_redundant(compiled: Compiled, state: State) -> int | None:

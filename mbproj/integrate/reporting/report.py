@@ -184,6 +184,12 @@ def words_on_shares(met: Sequence[Event]) -> str:
     return f"{names}, first at t = {which[0].time:.6g} s" if which else ""
 
 
+def sharing_stops(met: Sequence[Event]) -> tuple[str, ...]:
+    """Return the names of the stops on whose shares of a load the motion depends."""
+    named = (event.name.partition("'")[2].rpartition("'")[0] for event in met if event.kind == DECIDES)
+    return tuple(dict.fromkeys(named))
+
+
 def words_on_halvings(halved: Sequence[Halved]) -> str:
     """Return words on the causes for which fixed steps were halved, the most frequent first; "" for none."""
     if not halved:

@@ -141,6 +141,7 @@ def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
         reaction_body=np.array([body for body, _, _ in reactions], dtype=np.intp),
         reaction_local=numbers([local for _, _, local in reactions]).reshape(-1, 3),
         length=_length(groups, symbols.values()),
+        drawn=_drawn(groups),
         body_places=tuple(scene.place("bodies", carrier.name) for carrier in groups.carriers),
         joint_places=tuple(scene.place("joints", joint.name) for joint in groups.joints),
         forces=forces,
@@ -256,6 +257,13 @@ def _marker_local(marker: Marker, poses: Mapping[str, Pose], groups: RigidGroups
     location = numbers(marker.location)
     position, rotation = poses[marker.body]
     return groups.seats[marker.body].point(location if marker.local else rotation.T @ (location - position))
+
+
+def _drawn(groups: RigidGroups) -> Array:
+    """Return the coordinates (7n,) at which the scene draws the carriers."""
+    position = numbers([carrier.position for carrier in groups.carriers])
+    orientation = numbers([carrier.orientation for carrier in groups.carriers])
+    return np.hstack([position, orientation]).ravel()
 
 
 def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:

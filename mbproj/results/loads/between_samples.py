@@ -1,26 +1,72 @@
-"""Peaks and integrals of sampled curves. Polynomials interpolate between samples, but never across an event, where a
-load may jump or have a kink."""
+"""Peaks of sampled curves, their values between samples, and their integrals. Polynomials interpolate between samples,
+and reach from the samples of a piece to the events that begin and end it. They never cross an event, where a load may
+jump or have a kink."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers
 
-#: Samples of the polynomial that finds a peak, and of the lower one that gives its uncertainty. This has one sample
-#: less: with two less the difference would vanish at a symmetric peak, whose odd derivatives are zero.
-WIDE, NARROW = 7, 6
-#: The uncertainty is this times their difference; at ten samples a swing the error is twice the difference.
-SAFETY = 3.0
+#: Samples of the polynomial that finds a peak. One of a sample less gives its uncertainty: with two less the difference
+#: would vanish at a symmetric peak, whose odd derivatives are zero. Beside or beyond its samples either may vanish by
+#: chance, and both do: `LOWER` polynomials are made.
+WIDE, LOWER = 7, 3
+#: The fewest samples of a polynomial that finds a peak.
+FEWEST = 3
+#: The uncertainty is this times their difference, inside and beside the samples. At ten samples a swing the error is
+#: twice the difference inside; at a reversal of a wiper with 50 samples a turn, 3.2 times beside.
+SAFETY, BEYOND = 3.0, 10.0
+#: A polynomial tells the load at an event where it is known to this part of it.
+TELLS = 0.1
 #: Samples of the polynomial that interpolates a curve.
 AROUND = 6
-#: Samples of the polynomial that is integrated.
-CUBIC = 4
 #: Points of a search, and the number of passes, each over two cells of the one before: the peak is exact to round-off.
 GRID, PASSES = 33, 3
 ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+#: The most samples of the polynomial that is integrated. With 25 samples a turn, four left 3e-4 of a work.
+SMOOTH = 8
+#: The places and weights of Gauss on an interval of half-length 1: exact for the polynomials of `SMOOTH` samples.
+GAUSS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(SMOOTH // 2)
+#: The number of parts into which an interval is divided where a curve changes its sign.
+PARTS = 16
+#: A value below this part of the largest is zero: at an event, to which a polynomial reaches, its sign is round-off.
+NOTHING = 1e-12
+#: The most intervals that are integrated at once.
+AT_ONCE = 2**14
+
+
+class Pieces(NamedTuple):
+    """The piece of each of T samples: its number, its first sample and the one after its last, and the times in s at
+    which it begins and ends. These are the times of events where a load may jump between two samples."""
+
+    number: Integers
+    first: Integers
+    last: Integers
+    begin: Array
+    end: Array
+
+
+def pieces(time: Array, events: Array) -> Pieces:
+    """The pieces to which samples (T,) belong. A sample at an event ends its piece; two samples at one time are the
+    states before and after it."""
+    known = np.array(sorted(set(events.tolist())))  # np.unique imports masked arrays, 8 ms
+    passed = np.searchsorted(known, time, side="left")
+    number = np.asarray(passed + np.concatenate([[0], np.cumsum(np.diff(time) <= 0.0)]), dtype=np.intp)
+    first, last = (np.searchsorted(number, number, side=side) for side in ("left", "right"))
+    begin, end = time[first].copy(), time[last - 1].copy()
+    if len(known):
+        before = known[np.maximum(passed[first] - 1, 0)]
+        reaches = (first > 0) & (passed[first] > passed[np.maximum(first - 1, 0)])
+        begin = np.where(reaches, np.maximum(before, time[np.maximum(first - 1, 0)]), begin)
+        after = known[np.minimum(passed[last - 1], len(known) - 1)]
+        following = np.minimum(last, len(time) - 1)
+        reaches = (last < len(time)) & (passed[following] > passed[last - 1])
+        end = np.where(reaches, np.minimum(after, time[following]), end)
+    return Pieces(number, first, last, begin, end)
 
 
 class Peaks(NamedTuple):
@@ -31,47 +77,83 @@ class Peaks(NamedTuple):
     time: Array
 
 
-def pieces(time: Array, events: Array) -> Integers:
-    """The number (T,) of the piece between events to which each sample belongs. A sample at an event ends its piece;
-    two samples at one time are the states before and after it."""
-    number = np.searchsorted(sorted(set(events.tolist())), time, side="left")  # np.unique imports masked arrays, 8 ms
-    return np.asarray(number + np.concatenate([[0], np.cumsum(np.diff(time) <= 0.0)]), dtype=np.intp)
-
-
 def size(values: Array) -> Array:
     """The magnitudes (T, C) of vectors (T, C, 3); of scalars (T, C, 1) the values with their sign."""
     return values[..., 0] if values.shape[-1] == 1 else np.asarray(np.linalg.norm(values, axis=-1))
 
 
-def peaks(time: Array, values: Array, piece: Integers) -> Peaks:
-    """The largest magnitudes of C curves, values (T, C, k). Polynomials do not cross the borders of `piece` (T,).
+def peaks(time: Array, values: Array, piece: Pieces) -> Peaks:
+    """The largest magnitudes of C curves, values (T, C, k), in the pieces between events.
 
-    The uncertainty is three times the difference to a polynomial of one sample less. Where a piece has too few samples
-    for the polynomial, the largest sample is taken, and its difference to its neighbours, also beyond an event.
-    """
+    The uncertainty is three times the difference to a polynomial of one sample less, ten times beside an event. It also
+    covers what the load may be just before and after events. Where a piece has too few samples for a polynomial, the
+    largest sample is taken, and its difference to its neighbours, also beyond an event."""
     sizes = size(values)
     columns = np.arange(sizes.shape[1])
-    row = np.argmax(_rough(np.abs(sizes), piece), axis=0)
+    told, bound = _at_events(time, values, sizes, piece)
+    row = np.argmax(np.maximum(_rough(np.abs(sizes), piece.number), told.max(axis=0)), axis=0)
     value, at = sizes[row, columns], time[row].copy()
-    around = [np.clip(row + shift, 0, len(time) - 1) for shift in (-1, 1)]
-    uncertainty = np.max([np.abs(sizes[near, columns] - value) for near in around], axis=0)
-    first, last = (np.searchsorted(piece, piece[row], side=side) for side in ("left", "right"))
-    smooth = np.flatnonzero((last - first >= WIDE) & np.isfinite(uncertainty))
-    if len(smooth):
-        chosen, begins, ends = row[smooth], first[smooth], last[smooth]
-        wide = np.clip(chosen - WIDE // 2, begins, ends - WIDE)
-        narrow = np.clip(chosen - NARROW // 2, begins, ends - NARROW)
-        low, high = time[np.maximum(chosen - 1, begins)], time[np.minimum(chosen + 1, ends - 1)]
+    uncertainty = _to_neighbours(sizes)[row, columns]
+    counts = np.minimum(piece.last - piece.first, WIDE)[row]
+    for count in sorted(set(counts.tolist())):
+        smooth = np.flatnonzero((counts == count) & np.isfinite(uncertainty))
+        if count < FEWEST or not len(smooth):
+            continue
+        chosen = row[smooth]
+        first, last = piece.first[chosen], piece.last[chosen]
+        tells = np.isfinite(told[:, chosen, smooth])
+        low = np.where(tells[0], piece.begin[chosen], time[np.maximum(chosen - 1, first)])
+        high = np.where(tells[1], piece.end[chosen], time[np.minimum(chosen + 1, last - 1)])
         sign = np.where(value[smooth] < 0.0, -1.0, 1.0)
-        best, when = _search(time, values, columns[smooth], wide, WIDE, low, high, sign)
-        other, _ = _search(time, values, columns[smooth], narrow, NARROW, low, high, sign)
-        higher = np.abs(best) > (1.0 + ROUND_OFF) * np.abs(value[smooth])  # a constant has its peak at the first sample
+        starts = [(np.clip(chosen - n // 2, first, last - n), n) for n in range(count, max(count - LOWER, 1), -1)]
+        found = [_search(time, values, columns[smooth], *start, low, high, sign) for start in starts]
+        best, when = found[0]
+        beside = (chosen - count // 2 < first) | (chosen - count // 2 > last - count)
+        apart = [np.where(beside | (own == 0), np.abs(best - each), 0.0) for own, (each, _) in enumerate(found[1:])]
+        higher = np.abs(best) > (1.0 + np.where(beside, NOTHING, ROUND_OFF)) * np.abs(value[smooth])
         value[smooth], at[smooth] = np.where(higher, best, value[smooth]), np.where(higher, when, at[smooth])
-        uncertainty[smooth] = SAFETY * np.abs(best - other) + ROUND_OFF * np.abs(best)
-    return Peaks(value, uncertainty, at)
+        uncertainty[smooth] = np.where(beside, BEYOND, SAFETY) * np.max(apart, axis=0) + ROUND_OFF * np.abs(best)
+    return Peaks(value, np.maximum(uncertainty, bound - np.abs(value)), at)
 
 
-def _rough(sizes: Array, piece: Integers) -> Array:
+def _to_neighbours(sizes: Array) -> Array:
+    """The difference (T, C) of each sample to its neighbours, also beyond an event."""
+    step = np.abs(np.diff(sizes, axis=0))
+    none = np.zeros((1, sizes.shape[1]))
+    return np.maximum(np.concatenate([none, step]), np.concatenate([step, none]))
+
+
+def _at_events(time: Array, values: Array, sizes: Array, piece: Pieces) -> tuple[Array, Array]:
+    """The largest magnitudes from the first sample of a piece to the event before it, and from its last sample to the
+    event after it, (2, T, C): 0 where they are not larger than the sample, -inf where polynomials do not tell them; and
+    the largest magnitude that any of these may have, (C,)."""
+    told = np.full((2, *sizes.shape), -np.inf)
+    bound = np.full(sizes.shape[1], -np.inf)
+    index, apart = np.arange(len(time)), _to_neighbours(sizes)
+    sides = (
+        (index[(piece.first == index) & (piece.begin < time)], piece.begin),
+        (index[(piece.last == index + 1) & (piece.end > time)], piece.end),
+    )
+    for side, (rows, when) in enumerate(sides):
+        counts = np.minimum(piece.last - piece.first, WIDE)[rows]
+        few = rows[counts < FEWEST]
+        bound = np.maximum(bound, (np.abs(sizes[few]) + apart[few]).max(axis=0, initial=-np.inf))
+        for count in sorted(set(counts[counts >= FEWEST].tolist())):
+            own = rows[counts == count]
+            ends = []
+            for many in range(count, max(count - LOWER, 1), -1):
+                nodes = (piece.first[own] if side == 0 else piece.last[own] - many)[:, None] + np.arange(many)
+                times = time[own, None] + (when[own] - time[own])[:, None] * np.linspace(0.25, 1.0, 4)
+                ends.append(np.abs(size(np.einsum("egn,enck->egck", _weights(time[nodes], times), values[nodes]))))
+            spread = BEYOND * np.max([np.abs(ends[0] - each) for each in ends[1:]], axis=(0, 2))
+            most = ends[0].max(axis=1)
+            larger = np.where(most > np.abs(sizes[own]) + spread, most, 0.0)
+            told[side, own] = np.where(spread <= TELLS * most, larger, -np.inf)
+            bound = np.maximum(bound, (most + spread).max(axis=0, initial=-np.inf))
+    return told, bound
+
+
+def _rough(sizes: Array, number: Integers) -> Array:
     """The magnitudes, with each local maximum raised to that of the parabola through it and its neighbours. So a peak
     between two samples can be found larger than another one at a sample."""
     roughness = sizes.copy()
@@ -79,7 +161,7 @@ def _rough(sizes: Array, piece: Integers) -> Array:
         return roughness
     before, here, after = sizes[:-2], sizes[1:-1], sizes[2:]
     bend = 2.0 * here - before - after
-    one_piece = ((piece[:-2] == piece[1:-1]) & (piece[1:-1] == piece[2:]))[:, None]
+    one_piece = ((number[:-2] == number[1:-1]) & (number[1:-1] == number[2:]))[:, None]
     tops = one_piece & (here >= before) & (here >= after) & (bend > 0.0)
     roughness[1:-1] += np.where(tops, (after - before) ** 2 / (8.0 * np.where(tops, bend, 1.0)), 0.0)
     return roughness
@@ -104,26 +186,14 @@ def _search(
     return top, when
 
 
-def _weights(nodes: Array, times: Array) -> Array:
-    """The Lagrange polynomials (C, g, n) of the nodes (C, n) at the times (C, g)."""
-    count = nodes.shape[1]
-    weights = np.ones((*times.shape, count))
-    for own in range(count):
-        for other in range(count):
-            if other != own:
-                span = nodes[:, own] - nodes[:, other]
-                weights[..., own] *= (times - nodes[:, other, None]) / span[:, None]
-    return weights
-
-
 def between(time: Array, values: Array, events: Array, when: Array) -> Array:
     """The curves (T, k) at N times between the first and the last sample: (N, k). The polynomials go through the
     samples around, and do not cross an event."""
-    piece = pieces(time, events)
+    number = pieces(time, events).number
     after = np.clip(np.searchsorted(time, when, side="left"), 1, len(time) - 1)
-    first, last = (np.searchsorted(piece, piece[after], side=side) for side in ("left", "right"))
+    first, last = (np.searchsorted(number, number[after], side=side) for side in ("left", "right"))
     # The sample at an event ends its piece, and begins the next.
-    first = first - ((piece[after] != piece[after - 1]) & (time[after] > time[after - 1]))
+    first = first - ((number[after] != number[after - 1]) & (time[after] > time[after - 1]))
     start = np.clip(after - AROUND // 2, first, np.maximum(first, last - AROUND))
     values_between, counts = np.empty((len(when), values.shape[1])), np.minimum(last - start, AROUND)
     for count in set(counts.tolist()):
@@ -133,31 +203,98 @@ def between(time: Array, values: Array, events: Array, when: Array) -> Array:
     return values_between
 
 
-def integrals(time: Array, values: Array, piece: Integers) -> Array:
-    """∫ f dt over each interval between samples, values (T, C): (T - 1, C). The curve is a cubic where four samples of
-    one piece are around, else a straight line."""
-    length = np.diff(time)
-    areas = 0.5 * length[:, None] * (values[1:] + values[:-1])
-    if len(time) < CUBIC:
-        return np.asarray(areas)
-    first = np.clip(np.arange(len(length)) - 1, 0, len(time) - CUBIC)
-    rows = first[:, None] + np.arange(CUBIC)
-    inside = np.flatnonzero(piece[rows[:, 0]] == piece[rows[:, -1]])
-    nodes = time[rows[inside]]
-    middle, half = 0.5 * (time[inside] + time[inside + 1]), 0.5 * length[inside]
-    points = np.stack([middle - half / np.sqrt(3.0), middle + half / np.sqrt(3.0)], axis=1)  # Gauss: exact for cubics
-    weights = half[:, None] * _weights(nodes, points).sum(axis=1)
-    areas[inside] = np.einsum("in,inc->ic", weights, values[rows[inside]])
-    return np.asarray(areas)
+class _Segments(NamedTuple):
+    """S parts of intervals between samples in which a curve is smooth: the number of the interval, the ends in s, and
+    the first sample of the polynomial; each has as many `samples`."""
+
+    interval: Integers
+    begin: Array
+    end: Array
+    start: Integers
+    samples: int
 
 
-def in_and_out(time: Array, values: Array, piece: Integers) -> tuple[Array, Array]:
-    """∫ max(f, 0) dt and ∫ max(-f, 0) dt, values (T, C): (C,) each. Their difference is ∫ f dt. An interval in which f
-    changes its sign is divided at the zero of a straight line."""
-    whole = integrals(time, values, piece)
-    before, after, length = values[:-1], values[1:], np.diff(time)[:, None]
-    changes = before * after < 0.0
-    share = np.abs(before) / np.where(changes, np.abs(before) + np.abs(after), 1.0)
-    side = np.where(before > 0.0, before * share, after * (1.0 - share))
-    up = np.where(changes, 0.5 * length * side, np.maximum(whole, 0.0))
-    return up.sum(axis=0), (up - whole).sum(axis=0)
+def integrals(time: Array, values: Array, piece: Pieces) -> Array:
+    """∫ f dt over each interval between samples, values (T, C): (T - 1, C)."""
+    areas = np.zeros((max(len(time) - 1, 0), values.shape[1]))
+    for part in _segments(time, piece):
+        np.add.at(areas, part.interval, _area(time, values, part))
+    return areas
+
+
+def in_and_out(time: Array, values: Array, piece: Pieces) -> tuple[Array, Array]:
+    """∫ max(f, 0) dt and ∫ max(-f, 0) dt, values (T, C): (C,) each. Their difference is ∫ f dt."""
+    up, down = np.zeros(values.shape[1]), np.zeros(values.shape[1])
+    nothing = NOTHING * np.abs(values).max(axis=0, initial=0.0)
+    for part in _segments(time, piece):
+        whole = _area(time, values, part)
+        ends = np.stack([part.begin, part.end], axis=1)
+        rows = part.start[:, None] + np.arange(part.samples)
+        before, after = np.einsum("sgn,snc->gsc", _weights(time[rows], ends), values[rows])
+        changes = (before * after < 0.0) & (np.minimum(np.abs(before), np.abs(after)) > nothing)
+        up += np.where(changes, 0.0, np.maximum(whole, 0.0)).sum(axis=0)
+        down += np.where(changes, 0.0, np.maximum(-whole, 0.0)).sum(axis=0)
+        row, column = np.nonzero(changes)
+        if len(row):
+            some = _Segments(part.interval[row], part.begin[row], part.end[row], part.start[row], part.samples)
+            for own, sign in ((up, 1.0), (down, -1.0)):
+                np.add.at(own, column, _above(time, sign * values, some, column))
+    return up, down
+
+
+def _segments(time: Array, piece: Pieces) -> Iterator[_Segments]:
+    """Yield all intervals between samples, each up to the first event within it and from there on."""
+    index = np.arange(len(time) - 1)
+    inside = piece.number[:-1] == piece.number[1:]
+    across = index[~inside]
+    ends = [
+        (index[inside], index[inside], time[:-1][inside], time[1:][inside]),
+        (across, across, time[across], piece.end[across]),
+        (across, across + 1, piece.end[across], time[across + 1]),
+    ]
+    interval, sample, begin, end = (np.concatenate(each) for each in zip(*ends, strict=True))
+    some = end > begin
+    interval, sample, begin, end = interval[some], sample[some], begin[some], end[some]
+    first, last = piece.first[sample], piece.last[sample]
+    counts = np.minimum(last - first, SMOOTH)
+    start = np.clip(sample - counts // 2 + 1, first, last - counts)
+    for count in sorted(set(counts.tolist())):
+        own = np.flatnonzero(counts == count)
+        for at in range(0, len(own), AT_ONCE):
+            few = own[at : at + AT_ONCE]
+            yield _Segments(interval[few], begin[few], end[few], start[few], count)
+
+
+def _area(time: Array, values: Array, part: _Segments) -> Array:
+    """The integrals (S, C) of the polynomials."""
+    middle, half = 0.5 * (part.begin + part.end), 0.5 * (part.end - part.begin)
+    rows = part.start[:, None] + np.arange(part.samples)
+    share = np.einsum("g,sgn->sn", GAUSS_WEIGHTS, _weights(time[rows], middle[:, None] + half[:, None] * GAUSS))
+    return np.asarray(half[:, None] * np.einsum("sn,snc->sc", share, values[rows]))
+
+
+def _above(time: Array, values: Array, part: _Segments, column: Integers) -> Array:
+    """∫ max(f, 0) dt (S,) of the curve `column` (S,) of each polynomial: that of lines through it in a part of the
+    interval where it changes its sign, and by Simpson's rule in the others."""
+    share = np.linspace(0.0, 1.0, 2 * PARTS + 1)
+    times = part.begin[:, None] + (part.end - part.begin)[:, None] * share
+    rows = part.start[:, None] + np.arange(part.samples)
+    curve = np.einsum("sgn,sn->sg", _weights(time[rows], times), values[rows, column[:, None]])
+    before, middle, after = curve[:, :-1:2], curve[:, 1::2], curve[:, 2::2]
+    smooth = np.maximum(before + 4.0 * middle + after, 0.0) / 6.0
+    high, height = np.maximum(np.maximum(before, after), 0.0), np.abs(before) + np.abs(after)
+    crossed = 0.5 * high * high / np.where(height > 0.0, height, 1.0)
+    mean = np.where(before * after < 0.0, crossed, smooth)
+    return np.asarray((part.end - part.begin) * mean.mean(axis=1))
+
+
+def _weights(nodes: Array, times: Array) -> Array:
+    """The Lagrange polynomials (C, g, n) of the nodes (C, n) at the times (C, g)."""
+    count = nodes.shape[1]
+    found = np.ones((*times.shape, count))
+    for own in range(count):
+        for other in range(count):
+            if other != own:
+                span = nodes[:, own] - nodes[:, other]
+                found[..., own] *= (times - nodes[:, other, None]) / span[:, None]
+    return found

@@ -8,9 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, may_overflow
+from mbproj.arrays import Array, may_overflow
 from mbproj.dataclass import dataclass
-from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces, size
+from mbproj.results.loads.between_samples import Pieces, in_and_out, integrals, peaks, pieces, size
+from mbproj.thresholds import THRESHOLDS
 
 #: The most bytes of a dataset's columns that are read at once.
 AT_ONCE = 2**26
@@ -92,14 +93,14 @@ class Cycle(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class Recorded:
     """The record of a run from which loads are computed. `names` are those of columns by kind; `read` reads the columns
-    `slice` of a dataset, (T, C, ...); `events` are times in s. `unique` tells which components of the reactions (nj, 3)
-    of a dataset are unique; None where that is not known."""
+    `slice` of a dataset, (T, C, ...); `events` are times in s. `open` gives, for a dataset of reactions, projections
+    (nj, 3, 3) on the directions along which they are not unique; None where these are not known."""
 
     names: Mapping[str, Sequence[str]]
     read: Callable[[str, slice], npt.NDArray[Any]]
     time: Array
     events: Array
-    unique: Callable[[str], npt.NDArray[np.bool_] | None]
+    open: Callable[[str], Array | None]
 
     def cycle(self) -> Cycle | None:
         """The coordinate of the first motion that drives an angle, else of the first motion; None without motions."""
@@ -111,6 +112,14 @@ class Recorded:
         return Cycle(f"motion '{self.names['motions'][column]}'", units[column], values)
 
 
+def open_directions(constant: Callable[[str], npt.NDArray[Any] | None], path: str) -> Array | None:
+    """The projections (nj, 3, 3) of `Recorded.open`, by a run's constants. An older file has marks of components."""
+    projections, marks = constant(f"{path}_open"), constant(f"{path}_unique")
+    if projections is None and marks is not None:
+        return np.asarray(np.where(marks, 0.0, 1.0)[:, :, None] * np.eye(3))
+    return projections
+
+
 def loads(recorded: Recorded, cycle: Cycle | None) -> list[Load]:
     """All loads of the run, kind by kind; [] without samples."""
     if not len(recorded.time):
@@ -120,10 +129,10 @@ def loads(recorded: Recorded, cycle: Cycle | None) -> list[Load]:
         return [load for source in SOURCES for load in _of_source(recorded, source, piece, cycle)]
 
 
-def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: Cycle | None) -> Iterator[Load]:
+def _of_source(recorded: Recorded, source: LoadSource, piece: Pieces, cycle: Cycle | None) -> Iterator[Load]:
     names = recorded.names.get(source.names, ())
     width = max(1, AT_ONCE // (24 * len(recorded.time)))
-    marks = recorded.unique(source.path) if names and source.kind == "joint" else None
+    open_ = recorded.open(source.path) if names and source.kind == "joint" else None
     for first in range(0, len(names), width):
         chosen = slice(first, min(first + width, len(names)))
         values = recorded.read(source.path, chosen)
@@ -131,11 +140,11 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: C
         units = recorded.names.get(source.units_of or "", ())
         angular = [not units or unit == "rad" for unit in units[chosen] or [""] * (chosen.stop - first)]
         unit = [source.units[0] if turns else source.units[1] for turns in angular]
-        load_numbers = _rows(recorded.time, values, piece, cycle)
+        load_numbers, largest = _rows(recorded.time, values, piece, cycle), float(np.abs(values).max(initial=0.0))
         for name, own, numbers, column in zip(
             names[chosen], unit, load_numbers, range(first, chosen.stop), strict=True
         ):
-            sure = marks is None or bool(marks[column].all())
+            sure = open_ is None or _is_unique(values[:, column - first] @ open_[column], largest)
             yield Load(source.kind, name, source.quantity, own, *numbers)._replace(unique=sure)
         power = None if source.power is None else recorded.read(source.power, chosen)
         if source.rate is not None:
@@ -147,7 +156,13 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Integers, cycle: C
                 yield Load(source.kind, name, "power", "W", *numbers, float(put_in), float(out))
 
 
-def _rows(time: Array, values: Array, piece: Integers, cycle: Cycle | None) -> list[_LoadNumbers]:
+def _is_unique(shared: Array, largest: float) -> bool:
+    """Whether a reaction is unique: its part (T, 3) along the directions that are not is none of the `largest`
+    reaction. In a machine that moves in a plane these directions are normal to the plane."""
+    return bool(np.abs(shared).max(initial=0.0) <= THRESHOLDS.no_part * largest)
+
+
+def _rows(time: Array, values: Array, piece: Pieces, cycle: Cycle | None) -> list[_LoadNumbers]:
     """The row of numbers for each column of `values` (T, C, k)."""
     extremes, sizes = peaks(time, values, piece), size(values)
     place = np.full(len(extremes.time), NOTHING) if cycle is None else _place(time, cycle, extremes.time)

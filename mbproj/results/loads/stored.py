@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import h5py
 import numpy as np
@@ -11,7 +12,7 @@ import numpy.typing as npt
 from mbproj.results.events import Happening
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.whole import TEXT, create_records, room_for_records, write_records
-from mbproj.results.loads.largest import Load, Recorded, loads
+from mbproj.results.loads.largest import Load, Recorded, loads, open_directions
 
 GROUP = "summary/loads"
 OF_CYCLE = "rad or m"
@@ -46,7 +47,7 @@ def room(names: Mapping[str, Sequence[str]]) -> int:
 def recorded_loads(
     targets: Mapping[str, h5py.Dataset],
     names: Mapping[str, Sequence[str]],
-    constants: Mapping[str, npt.NDArray[np.bool_]],
+    constants: Mapping[str, npt.NDArray[Any]],
     events: Sequence[Happening],
 ) -> list[Load]:
     """The largest loads of a run, from samples that are read back from its file: there may be more than memory
@@ -56,7 +57,7 @@ def recorded_loads(
         lambda path, columns: targets[path][:, columns],
         targets["time"][:],
         np.array([event.time for event in events]),
-        lambda path: constants.get(f"{path}_unique"),
+        lambda path: open_directions(constants.get, path),
     )
     return loads(recorded, recorded.cycle())
 

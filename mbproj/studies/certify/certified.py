@@ -27,7 +27,7 @@ from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.reporting.report import words_on_shares
+from mbproj.integrate.reporting.report import sharing_stops
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
 from mbproj.integrate.steppers.kinematic_steps import branch_untold
 from mbproj.model.system import System
@@ -102,12 +102,10 @@ def _certified(
     choice = mechanism.choice(settings)
 
     def judge() -> Trust:
-        decided = words_on_shares(paths.met)
-        refusal = f"no figure: the motion depends on how these share their load, {decided}" if decided else ""
         if choice.kinematic and len(paths.arrays[0]) > 1:
             trust = certify_kinematic(mechanism, *paths.arrays, limits, tell)
         else:
-            trust = certify(mechanism, settings, *paths.arrays, limits, tell, refusal)
+            trust = certify(mechanism, settings, *paths.arrays, limits, tell, sharing_stops(paths.met))
         if recorder is not None:
             recorder.trust(trust)
         return trust

@@ -18,6 +18,7 @@ from mbproj.analysis.trust import horizons, settled
 from mbproj.arrays import Array
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.records import Settings
+from mbproj.studies.certify.contacts import share_bound, slack_bound
 from mbproj.studies.measure.certain import not_smooth, uneven
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.nearby import TIGHTEST, largest_distance, round_off_bound
@@ -46,15 +47,14 @@ def certify(
     position: Array,
     limits: Sequence[float] = LIMITS,
     tell: Tell = silent,
-    refusal: str = "",
+    sharing: Sequence[str] = (),
 ) -> Trust:
     """Judges a run with `settings` by a better solution. The run's points (see `Mechanism`) were at `position` (T, k,
-    3), m, at the sample times (T,), s. `limits` are in m. A `refusal` is the reason to give no figure."""
+    3), m, at the sample times (T,), s. `limits` are in m. `sharing` names the stops on whose shares of a load the
+    motion depends."""
     tested = tuple(limits)
     if len(times) < 2:
         return _trust(mechanism, times, position, None, np.zeros(position.shape[:2]), tested, "nothing was run")
-    if refusal:
-        return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), tested, refusal)
     better, before = None, None
     rungs = list(ladder(settings))
     for number, tolerance in enumerate(rungs):
@@ -67,7 +67,7 @@ def certify(
             uncertainty = largest_distance([before], better)
             trust = _trust(mechanism, times, position, better, uncertainty, tested, "")
             if settled(trust.horizon_low, trust.horizon_high, times).all():
-                return trust
+                return _with_contacts(mechanism, times, position, better, uncertainty, tested, "", sharing)
     assert better is not None  # there is at least one tolerance
     blame: tuple[str, ...] = ()
     uncertainty, rough = round_off_bound(mechanism, better, tell), uneven(mechanism, float(times[-1]))
@@ -75,7 +75,34 @@ def certify(
         left = (1.0 if rough else LEFT) * largest_distance([before], better)
         blame = rough if left[-1].max() > uncertainty[-1].max() else ()
         uncertainty = np.maximum(uncertainty, left)
-    return _trust(mechanism, times, position, better, uncertainty, tested, _remark(better, blame))
+    return _with_contacts(mechanism, times, position, better, uncertainty, tested, _remark(better, blame), sharing)
+
+
+def _with_contacts(
+    mechanism: Mechanism,
+    times: Array,
+    position: Array,
+    better: Solution,
+    uncertainty: Array,
+    limits: Sequence[float],
+    remark: str,
+    sharing: Sequence[str],
+) -> Trust:
+    """Return the certificate with the error that contacts leave in the better solution too."""
+    slack = slack_bound(mechanism, better)
+    if slack[-1].max(initial=0.0) > uncertainty[-1].max(initial=0.0):
+        remark = f"times are ranges where they depend on the slack with which contacts are decided, {slack.max():.1g} m"
+    uncertainty = uncertainty + slack
+    if sharing:
+        shares = share_bound(mechanism, better, sharing)
+        own = ", ".join(f"stop '{name}'" for name in sharing)
+        if shares is None:
+            why = f"no figure: the motion depends on how these share their load, {own}"
+            return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), limits, why)
+        uncertainty = uncertainty + shares
+        largest = f"by {shares.max():.1g} m where the floor is lower under one of them"
+        remark = f"the motion depends on how these share their load, {own}: {largest}"
+    return _trust(mechanism, times, position, better, uncertainty, limits, remark)
 
 
 def ladder(settings: Settings) -> Iterator[float]:
