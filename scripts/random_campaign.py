@@ -9,9 +9,10 @@ forces, masses over six decades; in space, floating, or in a plane (scripts/rand
 by more than round-off and the integrator's error allow, it is told, and the scene kept in the folder, for `mbproj run`.
 The table at the end has the largest of each error in units of what is allowed.
 
-`contacts`, or some of its families by name (scripts/random_contacts): scenes with rigid stops and dry friction. Each
-runs as `mbproj run` does, with an integrator drawn for it, in a process of its own that has `--seconds` of processor
-time, and is held against the books of energy, the laws of contact, and a solution in minimal coordinates by hand.
+`contacts`, or some of its families by name (scripts/random_mechanisms/contacts): scenes with rigid stops and dry
+friction. Each runs as `mbproj run` does, with an integrator drawn for it, in a process of its own that has `--seconds`
+of processor time. It is held against the books of energy, the laws of contact, and an independent solution, in minimal
+coordinates by hand, with SciPy.
 `--count` is the number of seeds from `--seed` on; each makes a scene in each family. A scene is
 
   right       all checks hold
@@ -32,13 +33,10 @@ from collections import Counter
 from pathlib import Path
 from time import monotonic
 
-# The folder of this file is on the path, and the one above is where `scripts` is.
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 from hypothesis import HealthCheck, Phase, given, seed, settings
-from random_contacts import FAMILIES
-from random_contacts.campaign import campaign as contacts
 from random_mechanisms.agreement import Verdict, examine
+from random_mechanisms.contacts import FAMILIES
+from random_mechanisms.contacts.campaign import campaign as contacts
 from random_mechanisms.plan import Plan, plans
 from random_mechanisms.writing import scene_text
 

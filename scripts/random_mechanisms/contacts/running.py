@@ -79,13 +79,14 @@ def _run(scene: Path, seconds: float) -> None:
     said = os.open(scene.with_suffix(".txt"), os.O_WRONLY | os.O_CREAT)
     for stream in (1, 2):
         os.dup2(said, stream)
-    sys.stdout, sys.stderr = (open(stream, "w", encoding="utf-8", closefd=False) for stream in (1, 2))
+    sys.stdout, sys.stderr = (os.fdopen(os.dup(said), "w", encoding="utf-8") for _ in range(2))
     sys.argv = ["mbproj", "run", str(scene), "-o", str(scene.with_suffix(".h5"))]
     code: object = 1
     try:
-        code = main()
+        main()
+        code = 0
     except SystemExit as left:
-        code = left.code
+        code = left.code or 0
     finally:
         sys.stdout.flush()
         sys.stderr.flush()

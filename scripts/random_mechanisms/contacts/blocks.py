@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 
-from .independent import Law, Solution, solve
+from .independent import Solution, solve
 from .scene import GRAVITY, Case, Draw, Load, scene_text
 
 
@@ -118,9 +118,7 @@ def plate(seed: int) -> Case:
         begin = [v * each for each in _unit(turned)] + [0.0]
     else:
         start, gap = draw.number(-3, 3), [draw.number(-0.4, 0.4) for _ in range(3)]
-        feet = [
-            [draw.number(0.1, 0.4) * f(start + 2.0944 * i + g) for f in (cos, sin)] for i, g in enumerate(gap)
-        ]
+        feet = [[draw.number(0.1, 0.4) * f(start + 2.0944 * i + g) for f in (cos, sin)] for i, g in enumerate(gap)]
         px, py = draw.number(-0.05, 0.05), draw.number(-0.05, 0.05)
         Fx, Fy = draw.load(scale, 0.6), draw.load(scale, 0.6)
         begin = [0.0] * 3 if draw.chance(0.5) else [draw.number(-1, 1), draw.number(-1, 1), draw.number(-3, 3)]

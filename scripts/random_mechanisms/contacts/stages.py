@@ -1,4 +1,4 @@
-"""A point on an xy stage that rubs on a floor: three carriages with masses of their own, a spring, a driven carriage."""
+"""A point on an xy stage that rubs on a floor: carriages with masses of their own, a spring, a driven carriage."""
 
 from __future__ import annotations
 
@@ -74,7 +74,8 @@ def stage(seed: int) -> Case:
     }
     if k:
         forces["spring"] = {"type": "linear_spring_damper", "joint": "X", "stiffness": k}
-    motions = {"drive": {"joint": "X", "displacement": {"harmonic": {"amplitude": A, "frequency": w}}}} if driven else {}
+    swing = {"joint": "X", "displacement": {"harmonic": {"amplitude": A, "frequency": w}}}
+    motions = {"drive": swing} if driven else {}
     down = draw.to_global(0, 0, -GRAVITY)
     text = scene_text(draw, settings, down, bodies=bodies, joints=joints, motions=motions, forces=forces)
     watched = (

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from .beams import beam
 from .blocks import block, plate
 from .cranks import slider_crank, yoke
+from .rolling import ball, wheel
 from .scene import Case
 from .stages import stage
 
@@ -16,4 +18,7 @@ FAMILIES: dict[str, Callable[[int], Case]] = {
     "slider_crank": slider_crank,
     "block": block,
     "plate": plate,
+    "ball": ball,
+    "wheel": wheel,
+    "beam": beam,
 }

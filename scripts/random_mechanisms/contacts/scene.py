@@ -11,8 +11,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.model.euler_parameters import rotation_matrix
-from scripts.random_mechanisms.drawing import flow, short
 
+from ..drawing import flow, short
 from .independent import Law, Solution
 
 GRAVITY = 9.81
@@ -84,6 +84,8 @@ class Draw:
     def __init__(self, family: str, seed: int) -> None:
         self.rng = np.random.default_rng([seed, *family.encode()])
         self.name = f"{family} {seed}"
+        #: The power of ten of the least of Stribeck's speeds, m/s: what fixed steps pass in some of them, not in one.
+        self.finest = -2.0
         self.turn = np.eye(3)
         if self.chance(0.5):
             quaternion = self.rng.normal(size=4)
@@ -113,7 +115,7 @@ class Draw:
         mu = self.number(0.1, 0.7)
         if plain or self.chance(0.4):
             return Law(mu, mu)
-        return Law(mu, short(mu * self.rng.uniform(1.05, 1.6)), self.pick(0.0, self.decades(-2, 0)))
+        return Law(mu, short(mu * self.rng.uniform(1.05, 1.6)), self.pick(0.0, self.decades(self.finest, 0)))
 
     def to_global(self, *vector: float) -> list[float]:
         """Of the scene's own axes: x and y along the floor, z up."""
@@ -137,6 +139,7 @@ class Draw:
 
     def settings(self, duration: float) -> dict[str, Any]:
         name = self.pick(*INTEGRATORS)
+        self.finest = -1.0 if "step" in INTEGRATORS[name] else -2.0
         formulation = self.pick(*["auto"] * 8, "reduced", "full")
         return {
             "duration": duration,
@@ -158,4 +161,4 @@ def scene_text(draw: Draw, settings: dict[str, Any], gravity: list[float], **blo
 
 def times(duration: float) -> Array:
     """Of the samples."""
-    return np.arange(int(duration / OUTPUT_STEP + 1e-6) + 1) * OUTPUT_STEP
+    return OUTPUT_STEP * np.arange(int(duration / OUTPUT_STEP + 1e-6) + 1, dtype=float)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import cos, sin, sqrt
 from typing import Any
 
@@ -129,17 +128,14 @@ def _crank(family: str, seed: int) -> Case:
         f, f1, f2 = drive(t) if driven else (y[0], y[1], None)
         found, one, two = balance(t, f, f1, width, f2)
         x, x1, _ = slide(f)
-        return [x - origin, x1 * f1, *([found] if driven else [])], min(one, two)
+        return [x, x1 * f1, *([found] if driven else [])], min(one, two)
 
     def answer(at: Array) -> Solution:
         return solve(rate, look, [f0, start], at)
 
-    text, watched, origin = _scene(
-        draw, settings, family, slide, (m, own, J, r, e, f0, start), (l, z, *joint, _rod(f0)), places, laws, T
-    ) if not driven else _scene(
-        draw, settings, family, slide, (m, own, J, r, e, f0, start), (l, z, *joint, _rod(f0)), places, laws,
-        f"{A!r}*sin({w!r}*t)" if turns else f"{start!r}*t",
-    )
+    moved = f"{A!r}*sin({w!r}*t)" if turns else f"{start!r}*t"
+    sizes, rod_sizes = (m, own, J, r, e, f0, start, slide(f0)[0]), (l, z, *joint, _rod(f0))
+    text, watched = _scene(draw, settings, family, sizes, rod_sizes, places, laws, moved if driven else T)
     return Case(family, text, settings, answer, watched, {f"foot{i}": law for i, law in enumerate(laws)})
 
 
@@ -147,17 +143,16 @@ def _scene(
     draw: Draw,
     settings: dict[str, Any],
     family: str,
-    slide: Callable[[float], tuple[float, float, float]],
     sizes: tuple[float, ...],
     rod: tuple[Any, ...],
     places: list[float],
     laws: list[Law],
     drive: Load | str,
-) -> tuple[str, tuple[Watched, ...], float]:
-    """The text, what is compared, and where the slider is at the start."""
-    m, own, J, r, e, f0, start = sizes
+) -> tuple[str, tuple[Watched, ...]]:
+    """The text, and what is compared. `sizes`: of slider, crank, foot and start; `rod`: its length, the height of the
+    slider, its mass and inertia, its cosine and sine at the start."""
+    m, own, J, r, e, f0, start, x = sizes
     l, z, mr, Jr, (k, s) = rod
-    x, x1, _ = slide(f0)
     axis = draw.to_global(0, -1, 0)
     pin, height = [r * cos(f0), 0.0, r * sin(f0)], 0.0 if family == "yoke" else z
     centre = draw.to_global(x, 0, height)
@@ -195,4 +190,4 @@ def _scene(
         forces["torque"] = {"type": "torque", "body": "crank", "torque": draw.components(0.0, f"(-{drive})", 0.0)}
     down = draw.to_global(0, 0, -GRAVITY)
     text = scene_text(draw, settings, down, bodies=bodies, joints=joints, motions=motions, forces=forces)
-    return text, tuple(watched), float(np.dot(centre, draw.to_global(1, 0, 0)) * 0.0)
+    return text, tuple(watched)
