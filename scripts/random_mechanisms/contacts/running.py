@@ -21,8 +21,8 @@ from .scene import Watched
 
 #: What a run says where it doubts its motion, as attributes of its results.
 DOUBTS = ("decided_by_shares", "stiffness", "passed_over", "halved")
-#: What a note says that doubts the motion.
-MOTION = "the motion may be wrong"
+#: What a note says that doubts the motion, or the order of a method.
+MOTION = ("the motion may be wrong", "order")
 #: Exit codes of a process that had no more time.
 OUT_OF_TIME = (-signal.SIGKILL, -signal.SIGXCPU)
 #: The groups of which checks take columns, with the datasets.
@@ -63,7 +63,9 @@ def run(text: str, seconds: float) -> Outcome:
         code = process.exitcode or 0
         said = scene.with_suffix(".txt").read_text(encoding="utf-8", errors="replace").strip()
         outcome = Outcome(said.splitlines()[-1] if said else "")
-        outcome.doubts = [line for line in said.splitlines() if line.startswith("note:") and MOTION in line]
+        outcome.doubts = [
+            line for line in said.splitlines() if line.startswith("note:") and any(word in line for word in MOTION)
+        ]
         if code:
             outcome.ended = "not in time" if code in OUT_OF_TIME else f"signal {-code}" if code < 0 else f"exit {code}"
         if scene.with_suffix(".h5").exists():
