@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import pkgutil
 import resource
 import signal
 import sys
 from dataclasses import dataclass, field
+from functools import cache
+from importlib import import_module
 from math import ceil
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -23,6 +26,17 @@ from .scene import Watched
 DOUBTS = ("decided_by_shares", "stiffness", "passed_over", "halved")
 #: What a note says that doubts the motion, or the order of a method.
 MOTION = ("the motion may be wrong", "order")
+#: What a run imports.
+PACKAGES = (
+    "mbproj.cli.report",
+    "mbproj.cli.simulate",
+    "mbproj.dynamics",
+    "mbproj.elements",
+    "mbproj.integrate",
+    "mbproj.model",
+    "mbproj.results",
+    "mbproj.scene",
+)
 #: Exit codes of a process that had no more time.
 OUT_OF_TIME = (-signal.SIGKILL, -signal.SIGXCPU)
 #: The groups of which checks take columns, with the datasets.
@@ -49,8 +63,18 @@ class Outcome:
         return found @ np.array(watched.direction) if watched.direction else found
 
 
+@cache
+def _preload() -> None:
+    """Imports what runs import, once for all processes: half of the time of a short run."""
+    for package in PACKAGES:
+        found = import_module(package)
+        for module in pkgutil.walk_packages(found.__path__, f"{package}."):
+            import_module(module.name)
+
+
 def run(text: str, seconds: float) -> Outcome:
     """Runs a scene; one that takes longer is killed."""
+    _preload()
     with TemporaryDirectory() as folder:
         scene = Path(folder) / "scene.yaml"
         scene.write_text(text, encoding="utf-8")
