@@ -19,7 +19,7 @@ coordinates by hand, with SciPy.
   noted       one does not, and the run says that it doubts its motion
   wrong       one does not, and the run says nothing
   refused     exit 3 at a time at which the independent solution goes on
-  ended       exit 3 where that ends, too: a foot lifts off
+  ended       exit 3 from where on that says nothing: a foot has lifted off
   no case     the independent solution does not get through
 
 The exit code is 1 where something disagreed, or was wrong, refused, not in time, or crashed.

@@ -32,7 +32,7 @@ def campaign(families: Iterable[str], seeds: range, minutes: float, seconds: flo
             if verdict.kind == "right":
                 for what, error in verdict.errors.items():
                     largest[what] = max(largest.get(what, (0.0, "")), (error, f"{name} {seed}"))
-            elif verdict.kind not in ("ended", "no case"):
+            elif verdict.kind != "no case":
                 _tell(f"{name}_{seed:05}", case.integrator, case.text, verdict, folder)
     _table(kinds)
     for what, (error, where) in sorted(largest.items()):

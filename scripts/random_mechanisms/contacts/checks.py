@@ -53,7 +53,7 @@ class Verdict:
     @property
     def kind(self) -> str:
         """right, noted (off, and the run says that it doubts its motion), wrong, refused (though there is a motion),
-        ended (exit 3 where the independent solution ends, too), no case, or how the process died."""
+        ended (exit 3 after the independent solution has ended), no case, or how the process died."""
         if self.ended == "at the end":
             return ("noted" if self.doubts else "wrong") if self.off() else "right"
         if self.ended == "exit 3":
