@@ -24,7 +24,7 @@ def block(seed: int) -> Case:
     """
     draw, duration = Draw("block", seed), 0.8
     settings = draw.settings(duration)
-    m, h = draw.decades(-0.5, 1.3), draw.number(0.01, 0.2)
+    m, h = draw.decades(-0.5, 1.3), draw.number(0.01, 0.12)
     J = m * draw.decades(-4, -1)
     count = draw.pick(2, 2, 2, 3, 4)
     places = sorted(draw.number(-0.4, 0.4) for _ in range(count))

@@ -102,7 +102,7 @@ def contact(laws: dict[str, Law], outcome: Outcome) -> Iterator[Found]:
         )
         size, speed = (np.linalg.norm(each, axis=1) for each in (F, u))
         yield "friction leaves its cone", (size - law.static * push).max(), LAWS * largest, name
-        sticks = (state == 0.0).all(axis=1)
+        sticks = (state == 0.0).all(axis=1) & (push > LAWS * largest)
         yield "what sticks moves", (speed * sticks).max(), NO_SPEED, name
         power = (F * u).sum(axis=1).max()
         yield "friction pushes along the slip", power, 10.0 * LAWS * largest * NO_SPEED + 1e-12, name
