@@ -26,7 +26,7 @@ SECONDS = 60.0
         ("stage", 18),
         ("yoke", 10),
         ("slider_crank", 1),
-        ("block", 10),
+        ("block", 6),
         ("plate", 8),
         ("ball", 0),
         ("wheel", 1),
@@ -42,7 +42,7 @@ def test_runs_agree_with_the_independent_solution(family, seed):
 @pytest.mark.parametrize("change", ["friction", "mass"])
 def test_a_wrong_run_is_found(change):
     """A run of a scene whose friction or mass is half a per cent off is not that of the scene."""
-    case = FAMILIES["block"](10)
+    case = FAMILIES["block"](6)
     pattern = {"friction": r"(friction: (?:{coefficient: )?)([\d.]+)", "mass": r"(block: {mass: )([\d.]+)"}[change]
     text = re.sub(pattern, lambda found: f"{found[1]}{1.005 * float(found[2]):.6g}", case.text)
     assert text != case.text
@@ -52,7 +52,7 @@ def test_a_wrong_run_is_found(change):
 
 
 def test_what_is_no_scene_or_does_not_end_is_told():
-    case = FAMILIES["block"](10)
+    case = FAMILIES["block"](6)
     assert examine(replace(case, text="mbproj: 1\nbodies: {"), SECONDS).kind == "exit 2"
     falls = "gravity: [0, 0, -10]\nbodies: {b: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}"
     long = f"mbproj: 1\nsimulation: {{duration: 1e4, step: 1e-6, output_step: 1}}\n{falls}\n"
