@@ -129,6 +129,10 @@ def _read(path: Path, outcome: Outcome) -> None:
                 for dataset in datasets:
                     values = file[group][dataset][...]
                     outcome.columns |= {f"{group}/{dataset}:{name}": values[:, k] for k, name in enumerate(names)}
+        if "joints" in file:
+            names = [name.decode() for name in file["joints/coordinate_names"][...]]
+            angles = file["joints/coordinate"][...]
+            outcome.columns |= {f"joints/coordinate:{name}": angles[:, k] for k, name in enumerate(names)}
         for name in ("kinetic_energy", "energy_balance", "dissipation", "work", "potential_energy"):
             outcome.energy[name] = file["diagnostics"][name][...]
         outcome.columns["time"] = file["time"][...]
