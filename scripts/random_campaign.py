@@ -1,11 +1,28 @@
-"""Random mechanisms in the kernel against the full formulation.
+"""Random mechanisms in the kernel against the full formulation; random contacts against an independent solution.
 
     python scripts/random_campaign.py [--count 1000] [--seed 0] [--minutes 60] [--output build/random]
+    python scripts/random_campaign.py contacts [--count 250] [--seed 0] [--minutes 60] [--seconds 20]
+    python scripts/random_campaign.py stage yoke block ...
 
-Trees of up to six bodies on joints of all types, with up to three loops and three forces, masses over six decades; in
-space, floating, or in a plane (scripts/random_mechanisms). Where something is off by more than round-off and the
-integrator's error allow, it is told, and the scene kept in the folder, for `mbproj run`. The table at the end has the
-largest of each error in units of what is allowed. The exit code is 1 where something disagreed.
+`mechanisms` (without a name): trees of up to six bodies on joints of all types, with up to three loops and three
+forces, masses over six decades; in space, floating, or in a plane (scripts/random_mechanisms). Where something is off
+by more than round-off and the integrator's error allow, it is told, and the scene kept in the folder, for `mbproj run`.
+The table at the end has the largest of each error in units of what is allowed.
+
+`contacts`, or some of its families by name (scripts/random_mechanisms/contacts): scenes with rigid stops and dry
+friction. Each runs as `mbproj run` does, with an integrator drawn for it, in a process of its own that has `--seconds`
+of processor time. It is held against the books of energy, the laws of contact, and an independent solution, in minimal
+coordinates by hand, with SciPy.
+`--count` is the number of seeds from `--seed` on; each makes a scene in each family. A scene is
+
+  right       all checks hold
+  noted       one does not, and the run says that it doubts its motion
+  wrong       one does not, and the run says nothing
+  refused     exit 3 at a time at which the independent solution goes on
+  ended       exit 3 from where on that says nothing: a foot has lifted off
+  no case     the independent solution does not get through
+
+The exit code is 1 where something disagreed, or was wrong, refused, not in time, or crashed.
 """
 
 from __future__ import annotations
@@ -18,6 +35,8 @@ from time import monotonic
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from random_mechanisms.agreement import Verdict, examine
+from random_mechanisms.contacts import FAMILIES
+from random_mechanisms.contacts.campaign import campaign as contacts
 from random_mechanisms.plan import Plan, plans
 from random_mechanisms.writing import scene_text
 
@@ -73,12 +92,28 @@ class Campaign:
 def main() -> None:
     """Runs the campaign."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--count", type=int, default=1000, help="mechanisms to examine")
+    choices = ("mechanisms", "contacts", *FAMILIES)
+    parser.add_argument("what", nargs="*", default=["mechanisms"], metavar="WHAT", help=", ".join(choices))
+    parser.add_argument("--count", type=int, help="mechanisms to examine (1000), or seeds of contacts (250)")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--minutes", type=float, default=60.0, help="no more are examined after that time")
     parser.add_argument("--output", type=Path, default=Path("build/random"), help="where scenes that disagree are kept")
+    parser.add_argument("--seconds", type=float, default=20.0, help="of the processor, for a scene with contacts")
     asked = parser.parse_args()
-    campaign, end = Campaign(asked.output), monotonic() + 60.0 * asked.minutes
+    if unknown := set(asked.what) - set(choices):
+        parser.error(f"unknown: {', '.join(sorted(unknown))}; known: {', '.join(choices)}")
+    if asked.what == ["mechanisms"]:
+        sys.exit(1 if _mechanisms(asked.count or 1000, asked.seed, asked.minutes, asked.output) else 0)
+    if "mechanisms" in asked.what:
+        parser.error("mechanisms and contacts are campaigns of their own")
+    families = list(FAMILIES) if "contacts" in asked.what else asked.what
+    seeds = range(asked.seed, asked.seed + (asked.count or 250))
+    sys.exit(0 if contacts(families, seeds, asked.minutes, asked.seconds, asked.output) else 1)
+
+
+def _mechanisms(count: int, first: int, minutes: float, folder: Path) -> int:
+    """How many disagreed."""
+    campaign, end = Campaign(folder), monotonic() + 60.0 * minutes
 
     @settings(
         max_examples=BATCH,
@@ -89,15 +124,15 @@ def main() -> None:
     )
     @given(plans())
     def examine_some(plan: Plan) -> None:
-        if monotonic() < end and campaign.number < asked.count:
+        if monotonic() < end and campaign.number < count:
             campaign.take(plan)
 
     batch = 0
-    while monotonic() < end and campaign.number < asked.count:
-        seed(1000 * asked.seed + batch)(examine_some)()
+    while monotonic() < end and campaign.number < count:
+        seed(1000 * first + batch)(examine_some)()
         batch += 1
     campaign.report()
-    sys.exit(1 if campaign.disagreed else 0)
+    return campaign.disagreed
 
 
 if __name__ == "__main__":
