@@ -44,7 +44,7 @@ class Function(Field[Program]):
         if not isinstance(node, ScalarNode) or not node.text.strip():
             self.reject(node, path, reading)
             return None
-        tree = reading.parse(node)
+        tree = reading.parse(node, self.variables)
         variables = dict(zip(self.variables, self.operands, strict=False))
         reads = channels_in(tree, variables, reading) if self.names_channels and tree is not None else ()
         if self.names_channels and tree is not None and is_misspelt(tree, {*variables, *reads}, node, reading):

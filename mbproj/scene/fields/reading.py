@@ -65,12 +65,13 @@ class Reading:
         """Record a problem; the reading goes on."""
         self.problems.append(Problem(message, place, hint))
 
-    def parse(self, node: ScalarNode) -> Expression | None:
-        """The tree of an expression; None where it is wrong, which is reported at the character."""
+    def parse(self, node: ScalarNode, variables: Iterable[str] = ()) -> Expression | None:
+        """The tree of an expression that may name `variables` beside parameters; None where it is wrong, which is
+        reported at the character."""
         if isinstance(node, CasesNode):
             return NumberNode(node.numbers, 0)
         try:
-            return parse(node.text, self._no_units())
+            return parse(node.text, self._named_as_units(variables))
         except ExpressionError as error:
             self.report(error.message, node.place_at(error.at), error.hint)
             return None
@@ -87,9 +88,14 @@ class Reading:
                 return True
         return False
 
-    def _no_units(self) -> frozenset[str]:
-        """The symbols of units that are names of parameters, signals or states in this scene."""
-        named = (self.names, self.inner, *(self.items.get(block, ()) for block in ("signals", "states")))
+    def _named_as_units(self, variables: Iterable[str]) -> frozenset[str]:
+        """The symbols of units that are names of parameters, signals, states or variables of this expression."""
+        named = (
+            tuple(variables),
+            self.names,
+            self.inner,
+            *(self.items.get(block, ()) for block in ("signals", "states")),
+        )
         return frozenset(symbol for symbol in SYMBOLS for names in named if symbol in names)
 
     def program(

@@ -7,7 +7,8 @@ from mbproj.functions.program import Program
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.expressions.evaluate import FUNCTIONS, RESERVED
 from mbproj.scene.expressions.syntax_tree import Binary, Call, Expression, NameNode, Negative, QuantityNode
-from mbproj.scene.expressions.units import BARE, Dimension, called, unit_of
+from mbproj.scene.expressions.unit_text import unit_of
+from mbproj.scene.expressions.units import BARE, Dimension, called
 from mbproj.scene.fields.fields import Field, Schema
 from mbproj.scene.fields.functions import Function
 from mbproj.scene.fields.quantities import dimension_of
