@@ -7,12 +7,13 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import load
+from mbproj.registry import calling, load
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
 from mbproj.scene.blocks.simulation import SIMULATION
@@ -102,14 +103,14 @@ class SceneText:
 
     def units(self) -> Mapping[KeyPath, str]:
         """The SI units of the scene's numbers, by their paths, where they are known."""
-        reading = Reading(items=_items(self.root), places={(): self.root.place})
+        reading = _reading(self.root)
         SCENE.read(self.root, (), reading)
         return reading.units
 
     def numbers(self, paths: Sequence[str], parameters: Mapping[str, object] = _NOTHING) -> list[float]:
         """The numbers at these paths, in SI, with these changes; NaN where the scene has none there, or no constant."""
         root, _ = _changed(self.root, parameters)
-        reading = Reading(items=_items(root), places={(): root.place})
+        reading = _reading(root)
         SCENE.read(root, (), reading)
         return [_number_at(root, path, reading) for path in paths]
 
@@ -126,7 +127,7 @@ class SceneText:
             kept = ReadingCache()
         places = {**(self._kept.places if self._kept else {}), (): root.place}
         problems = [*self._problems, *wrong_changes, *wrong_files]
-        reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
+        reading = replace(_reading(root), places=places, problems=problems, kept=kept)
         with _without_cycles():
             blocks: Mapping[str, Any] | None = SCENE.read(root, (), reading)
         settings = _settings(root, blocks, simulation, reading)
@@ -259,6 +260,12 @@ def _check_times(blocks: Mapping[str, Any], reading: Reading) -> None:
     """Report times of expectations at which the scene's own settings give no sample; options may change these."""
     for complaint in unsampled(blocks.get("expect", {}), settings_of(flatten(blocks.get("simulation", {})))):
         reading.report(complaint.message, reading.places[complaint.path], complaint.hint)
+
+
+def _reading(root: MappingNode) -> Reading:
+    """A new reading of a document."""
+    channel = partial(calling("mbproj.scene.blocks.control.channel_units:dimension_in"), root)
+    return Reading(items=_items(root), places={(): root.place}, dimension_of=channel)
 
 
 def _items(root: MappingNode) -> dict[str, dict[str, None]]:

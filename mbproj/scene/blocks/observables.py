@@ -70,7 +70,7 @@ def of_coordinates(joints: Mapping[str, Joint], expected: Mapping[str, Mapping[s
         elif isinstance(at, GivenPassage):
             unit = COORDINATES[at.coordinate.rpartition(".")[2]]
             if at.value.dimension is not None and not agrees(unit, at.value.dimension):
-                message = f"'{at.coordinate}' is in {unit}, this is {describe(at.value.dimension)}"
+                message = f"'{at.coordinate}' is in {unit}, this is {describe(at.value.dimension, with_unit=True)}"
                 yield Complaint((*path, "at"), message)
 
 

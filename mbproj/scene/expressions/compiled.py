@@ -9,16 +9,14 @@ from types import MappingProxyType
 from mbproj.errors import did_you_mean
 from mbproj.functions.program import Code, Instruction, Op, apply, number, variable
 from mbproj.functions.table import polygon
+from mbproj.scene.expressions.dimensions import UNKNOWN, Found, of_binary, of_call, of_quantity
 from mbproj.scene.expressions.evaluate import (
     CONSTANTS,
     Value,
-    binary_dimension,
-    call_dimension,
     evaluate,
     function_of,
     increasing,
     not_here,
-    quantity_dimension,
 )
 from mbproj.scene.expressions.syntax_tree import (
     Binary,
@@ -33,7 +31,7 @@ from mbproj.scene.expressions.syntax_tree import (
     walk,
 )
 from mbproj.scene.expressions.unit_text import similar_unit
-from mbproj.scene.expressions.units import SYMBOLS, Dimension
+from mbproj.scene.expressions.units import SYMBOLS
 
 _OPERATORS: Mapping[str, Op] = MappingProxyType(
     {"+": Op.ADD, "-": Op.SUBTRACT, "*": Op.MULTIPLY, "/": Op.DIVIDE, "**": Op.POWER_OF}
@@ -42,34 +40,33 @@ _OPERATORS: Mapping[str, Op] = MappingProxyType(
 Variables = Mapping[str, int]
 Parameters = Mapping[str, Value | None]
 #: The dimensions of variables, by name.
-Dimensions = Mapping[str, Dimension]
+Dimensions = Mapping[str, Found]
 
 
 def compiled(
     tree: Expression, parameters: Parameters, variables: Variables, known: Dimensions = MappingProxyType({})
-) -> tuple[Code, Dimension | None]:
-    """The program of the tree, and the dimension of its value, None where it is not known; `known` are those of
-    variables.
+) -> tuple[Code, Found]:
+    """The program of the tree, and the dimension of its value; `known` are those of variables.
 
     Raises ExpressionError and Unavailable as `evaluate` does, and where a variable has the name of a parameter.
     """
     if not names(tree) & variables.keys():
         _refuse_unknown(tree, parameters, variables)
         value = evaluate(tree, parameters)
-        return number(value.number), value.dimension
+        return number(value.number), Found.of(value.dimension)
     match tree:
         case NameNode():
             if tree.name in parameters:
                 clash = f"'{tree.name}' is a parameter, and a variable here"
                 raise ExpressionError(clash, tree.at, "give the parameter another name")
-            return variable(variables[tree.name]), known.get(tree.name)
+            return variable(variables[tree.name]), known.get(tree.name, UNKNOWN)
         case Negative():
             code, dimension = compiled(tree.operand, parameters, variables, known)
             return apply(Op.NEGATE, code), dimension
         case QuantityNode():
             code, dimension = compiled(tree.operand, parameters, variables, known)
             one = evaluate(replace(tree, operand=NumberNode(1.0, tree.at)), {})
-            return apply(Op.MULTIPLY, code, number(one.number)), quantity_dimension(tree, dimension)
+            return apply(Op.MULTIPLY, code, number(one.number)), of_quantity(tree, dimension)
         case Binary():
             return _binary(tree, parameters, variables, known)
         case Call():
@@ -88,22 +85,20 @@ def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variabl
             raise ExpressionError(f"unknown name '{node.name}'", node.at, hint)
 
 
-def _binary(
-    tree: Binary, parameters: Parameters, variables: Variables, known: Dimensions
-) -> tuple[Code, Dimension | None]:
+def _binary(tree: Binary, parameters: Parameters, variables: Variables, known: Dimensions) -> tuple[Code, Found]:
     left, left_dimension = compiled(tree.left, parameters, variables, known)
     right, right_dimension = compiled(tree.right, parameters, variables, known)
     constant = right[0].operand if len(right) == 1 and right[0].op is Op.CONSTANT else None
-    dimension = binary_dimension(tree, left_dimension, right_dimension, constant)
+    dimension = of_binary(tree, left_dimension, right_dimension, constant)
     if tree.operator == "**" and constant is not None:
         return (*left, Instruction(Op.POWER, constant)), dimension
     return apply(_OPERATORS[tree.operator], left, right), dimension
 
 
-def _call(tree: Call, parameters: Parameters, variables: Variables, known: Dimensions) -> tuple[Code, Dimension | None]:
+def _call(tree: Call, parameters: Parameters, variables: Variables, known: Dimensions) -> tuple[Code, Found]:
     function = function_of(tree, [*parameters, *variables])
     arguments = [compiled(argument, parameters, variables, known) for argument in tree.arguments]
-    dimension = call_dimension(tree, function, [dimension for _, dimension in arguments])
+    dimension = of_call(tree, function, [dimension for _, dimension in arguments])
     if tree.function in _WRITTEN_OUT:
         return _WRITTEN_OUT[tree.function](tree, [code for code, _ in arguments]), dimension
     op = Op.ABS if tree.function == "hypot" and len(arguments) == 1 else Op[tree.function.upper()]

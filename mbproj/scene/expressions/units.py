@@ -119,31 +119,32 @@ SYMBOLS: Mapping[str, Unit] = MappingProxyType(
 
 #: The symbols of the base units, from which the unit of a dimension without a name is composed.
 _SYMBOLS = ("m", "kg", "s", "rad", "A")
-_NAMES: Mapping[Dimension, str] = MappingProxyType(
+#: Quantities in words, and their units as scenes have them.
+_NAMES: Mapping[Dimension, tuple[str, str]] = MappingProxyType(
     {
-        LENGTH: "a length",
-        MASS: "a mass",
-        TIME: "a time",
-        ANGLE: "an angle",
-        VELOCITY: "a velocity",
-        ANGULAR_VELOCITY: "an angular velocity",
-        ACCELERATION: "an acceleration",
-        INERTIA: "a moment of inertia",
-        DENSITY: "a density",
-        FORCE: "a force",
-        TORQUE: "a torque",
-        STIFFNESS: "a stiffness",
-        DAMPING: "a damping",
-        TORSION_STIFFNESS: "a torsional stiffness",
-        TORSION_DAMPING: "a torsional damping",
-        POWER: "a power",
-        PRESSURE: "a pressure",
-        FLOW: "a flow",
-        CURRENT: "a current",
-        VOLTAGE: "a voltage",
-        RESISTANCE: "a resistance",
-        INDUCTANCE: "an inductance",
-        BARE: "a number without unit",
+        LENGTH: ("a length", "m"),
+        MASS: ("a mass", "kg"),
+        TIME: ("a time", "s"),
+        ANGLE: ("an angle", "rad"),
+        VELOCITY: ("a velocity", "m/s"),
+        ANGULAR_VELOCITY: ("an angular velocity", "rad/s"),
+        ACCELERATION: ("an acceleration", "m/s^2"),
+        INERTIA: ("a moment of inertia", "kg*m^2"),
+        DENSITY: ("a density", "kg/m^3"),
+        FORCE: ("a force", "N"),
+        TORQUE: ("a torque", "N*m"),
+        STIFFNESS: ("a stiffness", "N/m"),
+        DAMPING: ("a damping", "N*s/m"),
+        TORSION_STIFFNESS: ("a torsional stiffness", "N*m/rad"),
+        TORSION_DAMPING: ("a torsional damping", "N*m*s/rad"),
+        POWER: ("a power", "W"),
+        PRESSURE: ("a pressure", "Pa"),
+        FLOW: ("a flow", "m^3/s"),
+        CURRENT: ("a current", "A"),
+        VOLTAGE: ("a voltage", "V"),
+        RESISTANCE: ("a resistance", "ohm"),
+        INDUCTANCE: ("an inductance", "H"),
+        BARE: ("a number without unit", ""),
     }
 )
 #: The names in results of SI units that have a name of their own.
@@ -152,9 +153,12 @@ _OWN_NAMES: Mapping[Dimension, str] = MappingProxyType(
 )
 
 
-def describe(dimension: Dimension) -> str:
-    """The dimension in words: "a length", or "in m^2/s" where it has no name."""
-    return _NAMES[dimension] if dimension in _NAMES else f"in {symbol_of(dimension)}"
+def describe(dimension: Dimension, *, with_unit: bool = False) -> str:
+    """The dimension in words: "a length", or "in m^2/s" where it has no name; "a length, in m" with its unit."""
+    if dimension not in _NAMES:
+        return f"in {symbol_of(dimension)}"
+    words, unit = _NAMES[dimension]
+    return f"{words}, in {unit}" if with_unit and unit else words
 
 
 def symbol_of(dimension: Dimension) -> str:

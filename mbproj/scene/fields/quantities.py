@@ -67,7 +67,7 @@ class Number(Field[float]):
             return None
         if self.unit is not None and value.dimension is not None and not agrees(self.unit, value.dimension):
             mine = f"is in {self.unit}" if self.unit else "has no unit"
-            message = f"{label(path)} {mine}, this is {describe(value.dimension)}"
+            message = f"{label(path)} {mine}, this is {describe(value.dimension, with_unit=True)}"
             reading.report(message, node.place, unit_hint(node.text, tree))
             return None
         reading.units[path] = unit_text(self.unit, value.dimension)

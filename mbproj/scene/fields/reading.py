@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from mbproj.scene.text.nodes import CasesNode, Node, ScalarNode
 
 if TYPE_CHECKING:
     from mbproj.functions.program import Program
+    from mbproj.scene.expressions.dimensions import Found
     from mbproj.scene.text.reading_cache import ReadingCache
 
 
@@ -32,7 +33,8 @@ class Reading:
     """The state of one reading, to which fields add. `names` are the parameters (None: wrong, and reported), `items`
     the names of each block's items. `notes` are on legal input that may be a mistake. `units` are the SI units of the
     numbers by path, where they are known. `kept` has the values of an earlier reading, or stores those of this one.
-    `inner` are the full names of the short names that expressions may use within an item."""
+    `inner` are the full names of the short names that expressions may use within an item. `dimension_of` returns the
+    dimension of a signal, a state, or a name with a point, None where it is not known."""
 
     items: Mapping[str, Collection[str]] = field(default_factory=dict)
     names: dict[str, Value | None] = field(default_factory=dict)
@@ -42,6 +44,7 @@ class Reading:
     units: dict[KeyPath, str] = field(default_factory=dict)
     kept: ReadingCache | None = None
     inner: Mapping[str, str] = field(default_factory=dict)
+    dimension_of: Callable[[str, Reading], Dimension | None] = lambda name, reading: None
 
     def read(self, kind: Any, node: Node, path: KeyPath) -> Any:
         """The value of the field `kind` at `path`. It comes from an earlier reading where nothing has changed that it
@@ -99,15 +102,17 @@ class Reading:
         return frozenset(symbol for symbol in SYMBOLS for names in named if symbol in names)
 
     def program(
-        self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int]
-    ) -> tuple[Program, Dimension | None] | None:
-        """The program of the node's tree and the dimension of its value; None where it is wrong, which is reported."""
+        self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int], known: Mapping[str, Found]
+    ) -> tuple[Program, Found] | None:
+        """The program of the node's tree and the dimension of its value; None where it is wrong, which is reported.
+        `known` are the dimensions of variables."""
         from mbproj.functions.program import Program
         from mbproj.scene.expressions.compiled import compiled
 
         try:
-            code, dimension = compiled(tree, self.names, variables) if tree is not None else ((), None)
-            return (Program(code, node.text.strip()), dimension) if code else None
+            if tree is not None:
+                code, found = compiled(tree, self.names, variables, known)
+                return Program(code, node.text.strip()), found
         except ExpressionError as error:
             self.report(error.message, node.place_at(error.at), error.hint)
         except Unavailable:

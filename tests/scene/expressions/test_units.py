@@ -172,9 +172,14 @@ def test_values_and_dimensions(text: str) -> None:
     assert (found.number, found.dimension) == (pytest.approx(number, rel=1e-15), dimension)
 
 
-@pytest.mark.parametrize("text", ["x", "2*x", "x + 1 m", "1 kg / x", "x**2", "min(x, 1 m)", "(2 m)**x", "-x"])
+@pytest.mark.parametrize("text", ["x", "2*x", "x + 1", "1 kg / x", "x**2", "min(x, 1)", "(2 m)**x", "-x"])
 def test_what_follows_from_a_number_without_unit_may_be_anything(text: str) -> None:
     assert value(text, x=Value(2.0, None)).dimension is None
+
+
+@pytest.mark.parametrize("text", ["x + 1 m", "1 m - x", "min(x, 1 m)", "clip(x, -1 m, 2*x)", "2*(x + 1 m)"])
+def test_a_sum_has_the_unit_of_the_terms_that_have_one(text: str) -> None:
+    assert value(text, x=Value(2.0, None)).dimension == LENGTH
 
 
 def test_a_unit_binds_to_what_stands_right_before_it() -> None:

@@ -29,25 +29,32 @@ from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node
 
 
-def _unit(text: str) -> str:
-    """The name in results of a unit of SI. Raises Unfit for a text that is none."""
+def _unit(text: str) -> Dimension:
+    """The dimension of a unit of SI. Raises Unfit for a text that is none."""
     unit = unit_at(text, 0)
     if unit is None or text[unit[1] :].strip():
         raise Unfit(f"is '{text}', which is no unit", "write it as in kg*m^2/s, V, A or bar")
     if (unit[0].multiply, unit[0].divide) != (1.0, 1.0):
         raise Unfit(f"is '{text}', which is not of SI", f"signals are in SI: {called(unit[0].dimension)}")
-    return called(unit[0].dimension)
+    return unit[0].dimension
 
 
 def _signal(
-    name: str, value: tuple[Program, Dimension | None] | None = None, unit: str | None = None, **block: ControlBlock
+    name: str,
+    value: tuple[Program, Dimension | None] | None = None,
+    unit: Dimension | None = None,
+    **block: ControlBlock,
 ) -> Signal | Expanded:
-    """The signal of an expression `value`, or the items that replace the one given block."""
+    """The signal of an expression `value`, or the items that replace the one given block. Raises Unfit where the
+    expression is in another unit."""
     if value is None:
         (only,) = block.values()
-        return only.expanded(name, unit)
+        return only.expanded(name, None if unit is None else called(unit))
     program, dimension = value
-    return Signal(name, program, unit_name(dimension) if unit is None else unit)
+    if unit is not None and dimension is not None and not unit.agrees(dimension):
+        found = describe(dimension, with_unit=True)
+        raise Unfit(f"is in {called(unit)}, and its expression is {found}", "check the units of both")
+    return Signal(name, program, unit_name(unit if unit is not None else dimension))
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from mbproj.plugins import blamed
 from mbproj.scene.blocks.elements import ELEMENTS, ElementType
 from mbproj.scene.blocks.forces.force_types import OWN_RECORDS, TWO_ENDS
 from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.dimensions import Found
 from mbproj.scene.expressions.evaluate import RESERVED, Value
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import TIME as SECONDS
@@ -135,7 +136,8 @@ def _formula(
     try:
         tree = parse(text, frozenset(dimensions))
         symbols = {key: at for at, key in enumerate(dimensions)}
-        _, dimension = compiled(tree, {}, symbols, dimensions)
+        known = {key: Found.of(each) for key, each in dimensions.items()}
+        dimension = compiled(tree, {}, symbols, known)[1].dimension
     except ExpressionError as error:
         raise _unfit(name, f"'{text}': {error}", error.hint) from error
     if dimension is not None and not dimension_of(unit).agrees(dimension):

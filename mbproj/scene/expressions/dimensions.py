@@ -1,0 +1,193 @@
+"""The dimension of an expression: what follows from those of its parts, and which parts do not fit each other.
+
+A number without unit is in SI, in the unit that its place asks for. So it fits every term of a sum. Beside a quantity
+with a unit it is a pure number: `2 * 3 m` is a length. Beside what moves it may be a gain in any unit: `20*pin.angle`
+may be a torque. Beside the time it may be a rate: `0.1*t` may be a length, and `sin(3*t)` is a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from mbproj.dataclass import dataclass
+from mbproj.scene.expressions.syntax_tree import Binary, Call, ExpressionError, QuantityNode
+from mbproj.scene.expressions.unit_text import unit_of
+from mbproj.scene.expressions.units import ANGLE, BARE, TIME, Dimension, describe
+
+if TYPE_CHECKING:
+    from mbproj.scene.expressions.evaluate import ExpressionFunction
+
+
+class Origin(Enum):
+    """What a dimension comes from, which decides what numbers without unit beside it may be."""
+
+    NUMBER = 0  # numbers without unit
+    PURE = 1  # ratios, and functions such as the sine
+    FIXED = 2  # quantities with a unit, and products with one
+    TIME = 3  # the time alone, and numbers
+    MOVING = 4  # coordinates, signals and states with a unit
+    MIXED = 5  # sums of FIXED and others
+
+
+#: Those beside which a number may be a gain in any unit.
+_TAKES_GAIN = (Origin.MOVING, Origin.MIXED)
+
+
+@dataclass(frozen=True)
+class Found:
+    """The dimension of an expression, None where it is not known, and its origin. `loose`: numbers without unit may
+    bring powers of the time into it."""
+
+    dimension: Dimension | None
+    origin: Origin = Origin.FIXED
+    loose: bool = False
+
+    @staticmethod
+    def of(dimension: Dimension | None) -> Found:
+        """That of a constant."""
+        return Found(dimension, Origin.NUMBER if dimension == BARE else Origin.FIXED)
+
+    @property
+    def certain(self) -> Dimension | None:
+        """The dimension, where numbers without unit leave no other one possible; else None, or BARE."""
+        if self.origin is Origin.TIME:
+            return BARE
+        return None if self.loose else self.dimension
+
+    def agrees(self, wanted: Dimension) -> bool:
+        """Whether the expression may stand for a quantity of this dimension."""
+        if self.dimension is None or self.origin is Origin.TIME:
+            return True
+        if self.loose:
+            return wanted._replace(time=0).agrees(self.dimension._replace(time=0))
+        return wanted.agrees(self.dimension)
+
+
+UNKNOWN = Found(None, Origin.MOVING)
+_PURE = Found(BARE, Origin.PURE)
+_ANY_RATE = Found(BARE, Origin.TIME, loose=True)
+#: The time, in expressions of it.
+OF_TIME = Found(TIME, Origin.TIME)
+
+
+def of_quantity(tree: QuantityNode, operand: Found) -> Found:
+    """The dimension of an operand with a unit behind it. Raises ExpressionError where it has a unit already."""
+    if operand.dimension not in (None, BARE) and operand.origin is not Origin.TIME:
+        raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
+    return Found(unit_of(tree.unit).dimension)
+
+
+def of_binary(tree: Binary, left: Found, right: Found, exponent: float | None) -> Found:
+    """The dimension of a sum, product or power. `exponent` is the number on the right, None where that is no
+    constant."""
+    if tree.operator == "**":
+        return _power(tree, left, right, exponent)
+    if tree.operator in "+-":
+        return _common(tree.at, [left, right])
+    over = right if tree.operator == "*" or right.dimension is None else _raised(right, -1)
+    return _product(left, over)
+
+
+def of_call(tree: Call, function: ExpressionFunction, arguments: Sequence[Found]) -> Found:
+    """The dimension of a function's value."""
+    if function.paired:
+        x, y = _common(tree.at, [arguments[0], *arguments[1::2]]), _common(tree.at, arguments[2::2])
+        constant = arguments[0].origin in (Origin.NUMBER, Origin.FIXED)
+        return y if constant or y.origin is not Origin.NUMBER or x.dimension is None else UNKNOWN
+    if not function.same:
+        for each in arguments:
+            if each.dimension not in (None, BARE, ANGLE) and each.origin is not Origin.TIME:
+                raise ExpressionError(f"'{tree.function}' cannot take {describe(each.dimension)}", tree.at)
+    common = _common(tree.at, arguments)
+    if function.result is None:
+        return _raised(common, function.power)
+    if all(each.origin in (Origin.NUMBER, Origin.FIXED) for each in arguments):
+        return Found.of(function.result)
+    return _PURE if function.result == BARE else Found(function.result, Origin.MOVING)
+
+
+def _raised(found: Found, exponent: float) -> Found:
+    if found.dimension is None or exponent == 1.0:
+        return found
+    origin = Origin.MOVING if found.origin is Origin.MIXED else found.origin
+    return Found(found.dimension**exponent, origin, found.loose)
+
+
+def _power(tree: Binary, left: Found, right: Found, exponent: float | None) -> Found:
+    if right.dimension not in (None, BARE) and right.origin is not Origin.TIME:
+        raise ExpressionError(f"an exponent has no unit, this is {describe(right.dimension, with_unit=True)}", tree.at)
+    if left.dimension == BARE:
+        origins = (left.origin, right.origin)
+        if origins == (Origin.NUMBER, Origin.NUMBER):
+            return left
+        return _ANY_RATE if left.origin is Origin.TIME else _PURE
+    return UNKNOWN if exponent is None or None in (left.dimension, right.dimension) else _raised(left, exponent)
+
+
+def _product(left: Found, right: Found) -> Found:
+    if left.dimension is None or right.dimension is None:
+        return UNKNOWN
+    dimension, loose = left.dimension * right.dimension, left.loose or right.loose
+    origins = (left.origin, right.origin)
+    if Origin.FIXED in origins:
+        return _PURE if dimension == BARE and Origin.NUMBER not in origins else Found(dimension, Origin.FIXED, loose)
+    if Origin.NUMBER in origins:
+        other = right if left.origin is Origin.NUMBER else left
+        if other.origin is Origin.TIME:
+            return _ANY_RATE
+        gain = other.origin in _TAKES_GAIN and other.dimension != BARE
+        return UNKNOWN if gain else Found(BARE, Origin.NUMBER)
+    moves = [each for each in origins if each is not Origin.PURE]
+    if Origin.TIME in moves:
+        return Found(dimension, Origin.TIME, loose) if {*moves} == {Origin.TIME} else UNKNOWN
+    return Found(dimension, moves[0] if len(moves) == 1 else Origin.MOVING if moves else Origin.PURE)
+
+
+def _common(at: int, terms: Sequence[Found]) -> Found:
+    """The common dimension of terms that are added or compared; numbers without unit take it. Raises ExpressionError
+    where dimensions differ."""
+    known = [each for each in terms if each.dimension is not None]
+    with_unit = [each for each in known if each.dimension != BARE]
+    for first, second in pairwise(with_unit):
+        _check_alike(at, first, second)
+    origins = {each.origin for each in known}
+    if not with_unit:
+        if len(known) < len(terms):
+            return UNKNOWN
+        return next(
+            (each for each in (_ANY_RATE, _PURE) if each.origin in origins),
+            Found(BARE, Origin.MOVING if Origin.MOVING in origins else Origin.NUMBER),
+        )
+    dimension, loose = with_unit[0].dimension, any(each.loose for each in known)
+    fixed = any(each.origin in (Origin.FIXED, Origin.MIXED) for each in with_unit)
+    if Origin.TIME in origins:
+        if not fixed:
+            return UNKNOWN if Origin.MOVING in origins else _rate(dimension, with_unit, known)
+        return Found(dimension, Origin.TIME if dimension == TIME else Origin.FIXED, loose)
+    if len(known) < len(terms):
+        return Found(dimension, Origin.MIXED, loose) if fixed else UNKNOWN
+    if {each.origin for each in with_unit} == {Origin.FIXED}:
+        return Found(dimension, Origin.FIXED, loose)
+    return Found(dimension, Origin.MIXED if fixed else Origin.MOVING, loose)
+
+
+def _rate(dimension: Dimension | None, with_unit: Sequence[Found], known: Sequence[Found]) -> Found:
+    """The sum of terms of the time; numbers beside it may be in any unit."""
+    return Found(dimension, Origin.TIME) if len(with_unit) == len(known) else _ANY_RATE
+
+
+def _check_alike(at: int, first: Found, second: Found) -> None:
+    """Raises ExpressionError where two terms with units cannot be added."""
+    assert first.dimension is not None
+    assert second.dimension is not None
+    if {first.origin, second.origin} == {Origin.TIME, Origin.MOVING}:
+        return  # the time may stand for 1 of any unit each second
+    loose = first.loose or second.loose
+    one, two = (each._replace(time=0) if loose else each for each in (first.dimension, second.dimension))
+    if not one.agrees(two):
+        raise ExpressionError(
+            f"{describe(first.dimension)} and {describe(second.dimension)} cannot be added or compared", at
+        )
