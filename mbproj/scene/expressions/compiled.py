@@ -27,6 +27,7 @@ from mbproj.scene.expressions.syntax_tree import (
     Negative,
     NumberNode,
     QuantityNode,
+    children,
     names,
     walk,
 )
@@ -53,7 +54,7 @@ def compiled(
     if not names(tree) & variables.keys():
         _refuse_unknown(tree, parameters, variables)
         value = evaluate(tree, parameters)
-        return number(value.number), Found.of(value.dimension)
+        return number(value.number), Found.of(value.dimension, scaled=_has_bare_number(tree))
     match tree:
         case NameNode():
             if tree.name in parameters:
@@ -72,6 +73,15 @@ def compiled(
         case Call():
             return _call(tree, parameters, variables, known)
     raise AssertionError(tree)
+
+
+def _has_bare_number(tree: Expression) -> bool:
+    """Whether a number without unit is in the expression, other than an exponent."""
+    if isinstance(tree, Binary) and tree.operator == "**":
+        return _has_bare_number(tree.left)
+    if isinstance(tree, QuantityNode):
+        return False
+    return isinstance(tree, NumberNode) or any(map(_has_bare_number, children(tree)))
 
 
 def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variables) -> None:

@@ -1,8 +1,9 @@
 """The dimension of an expression: what follows from those of its parts, and which parts do not fit each other.
 
 A number without unit is in SI, in the unit that its place asks for. So it fits every term of a sum. Beside a quantity
-with a unit it is a pure number: `2 * 3 m` is a length. Beside what moves it may be a gain in any unit: `20*pin.angle`
-may be a torque. Beside the time it may be a rate: `0.1*t` may be a length, and `sin(3*t)` is a number.
+with a unit it is a pure number: `2 * 3 m` is a length. Beside what moves it may be a gain in any unit, which may be 1:
+`20*pin.angle` and `pin.angle - 0.1` may be torques, and `pin.angle` is an angle. Beside the time it may be a rate:
+`0.1*t` may be a length, and `sin(3*t)` is a number.
 """
 
 from __future__ import annotations
@@ -29,26 +30,28 @@ class Origin(Enum):
     FIXED = 2  # quantities with a unit, and products with one
     TIME = 3  # the time alone, and numbers
     MOVING = 4  # coordinates, signals and states with a unit
-    MIXED = 5  # sums of FIXED and others
+    SHIFTED = 5  # sums of MOVING and numbers
+    MIXED = 6  # sums of FIXED and others
 
 
 #: Those beside which a number may be a gain in any unit.
-_TAKES_GAIN = (Origin.MOVING, Origin.MIXED)
+_TAKES_GAIN = (Origin.MOVING, Origin.SHIFTED, Origin.MIXED)
 
 
 @dataclass(frozen=True)
 class Found:
-    """The dimension of an expression, None where it is not known, and its origin. `loose`: numbers without unit may
-    bring powers of the time into it."""
+    """The dimension of an expression, None where it is not known, and its origin. `scaled`: it is FIXED, with a number
+    without unit as a factor. `loose`: such a number may bring powers of the time into it."""
 
     dimension: Dimension | None
     origin: Origin = Origin.FIXED
     loose: bool = False
+    scaled: bool = False
 
     @staticmethod
-    def of(dimension: Dimension | None) -> Found:
+    def of(dimension: Dimension | None, *, scaled: bool = False) -> Found:
         """That of a constant."""
-        return Found(dimension, Origin.NUMBER if dimension == BARE else Origin.FIXED)
+        return Found(dimension, Origin.NUMBER if dimension == BARE else Origin.FIXED, scaled=scaled)
 
     @property
     def certain(self) -> Dimension | None:
@@ -59,7 +62,7 @@ class Found:
 
     def agrees(self, wanted: Dimension) -> bool:
         """Whether the expression may stand for a quantity of this dimension."""
-        if self.dimension is None or self.origin is Origin.TIME:
+        if self.dimension is None or self.origin in (Origin.TIME, Origin.SHIFTED):
             return True
         if self.loose:
             return wanted._replace(time=0).agrees(self.dimension._replace(time=0))
@@ -133,7 +136,11 @@ def _product(left: Found, right: Found) -> Found:
     dimension, loose = left.dimension * right.dimension, left.loose or right.loose
     origins = (left.origin, right.origin)
     if Origin.FIXED in origins:
-        return _PURE if dimension == BARE and Origin.NUMBER not in origins else Found(dimension, Origin.FIXED, loose)
+        if dimension == BARE and Origin.NUMBER not in origins:
+            return _PURE
+        scaled = left.scaled or right.scaled
+        loose = loose or (scaled and Origin.TIME in origins)
+        return Found(dimension, Origin.FIXED, loose, scaled or Origin.NUMBER in origins)
     if Origin.NUMBER in origins:
         other = right if left.origin is Origin.NUMBER else left
         if other.origin is Origin.TIME:
@@ -143,7 +150,8 @@ def _product(left: Found, right: Found) -> Found:
     moves = [each for each in origins if each is not Origin.PURE]
     if Origin.TIME in moves:
         return Found(dimension, Origin.TIME, loose) if {*moves} == {Origin.TIME} else UNKNOWN
-    return Found(dimension, moves[0] if len(moves) == 1 else Origin.MOVING if moves else Origin.PURE)
+    several = Origin.SHIFTED if Origin.SHIFTED in moves else Origin.MOVING
+    return Found(dimension, moves[0] if len(moves) == 1 else several if moves else Origin.PURE)
 
 
 def _common(at: int, terms: Sequence[Found]) -> Found:
@@ -165,13 +173,14 @@ def _common(at: int, terms: Sequence[Found]) -> Found:
     fixed = any(each.origin in (Origin.FIXED, Origin.MIXED) for each in with_unit)
     if Origin.TIME in origins:
         if not fixed:
-            return UNKNOWN if Origin.MOVING in origins else _rate(dimension, with_unit, known)
+            return UNKNOWN if origins & {*_TAKES_GAIN} else _rate(dimension, with_unit, known)
         return Found(dimension, Origin.TIME if dimension == TIME else Origin.FIXED, loose)
     if len(known) < len(terms):
         return Found(dimension, Origin.MIXED, loose) if fixed else UNKNOWN
     if {each.origin for each in with_unit} == {Origin.FIXED}:
         return Found(dimension, Origin.FIXED, loose)
-    return Found(dimension, Origin.MIXED if fixed else Origin.MOVING, loose)
+    shifted = not {each.origin for each in known} <= {Origin.MOVING}
+    return Found(dimension, Origin.MIXED if fixed else Origin.SHIFTED if shifted else Origin.MOVING, loose)
 
 
 def _rate(dimension: Dimension | None, with_unit: Sequence[Found], known: Sequence[Found]) -> Found:
@@ -183,7 +192,7 @@ def _check_alike(at: int, first: Found, second: Found) -> None:
     """Raises ExpressionError where two terms with units cannot be added."""
     assert first.dimension is not None
     assert second.dimension is not None
-    if {first.origin, second.origin} == {Origin.TIME, Origin.MOVING}:
+    if {first.origin, second.origin} in ({Origin.TIME, Origin.MOVING}, {Origin.TIME, Origin.SHIFTED}):
         return  # the time may stand for 1 of any unit each second
     loose = first.loose or second.loose
     one, two = (each._replace(time=0) if loose else each for each in (first.dimension, second.dimension))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.coordinates import COORDINATES
+from mbproj.scene.expressions.dimensions import Found
 from mbproj.scene.expressions.evaluate import RESERVED
 from mbproj.scene.expressions.units import BARE, Dimension, called
 from mbproj.scene.fields.fields import Field, Schema
@@ -19,16 +20,15 @@ EXPRESSION = Function(None, names_channels=True)
 
 
 @dataclass(frozen=True)
-class _Expression(Field["tuple[Program, Dimension | None]"]):
-    """A function of channels (coordinates, signals, states), with its dimension where its terms tell that."""
+class _Expression(Field["tuple[Program, Found]"]):
+    """A function of channels (coordinates, signals, states), with its dimension."""
 
     @property
     def expects(self) -> str:
         return "an expression of t, coordinates, signals and states"
 
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Dimension | None] | None:
-        pair = EXPRESSION.with_dimension(node, path, reading)
-        return None if pair is None else (pair[0], pair[1].certain)
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Found] | None:
+        return EXPRESSION.with_dimension(node, path, reading)
 
     def schema(self) -> Schema:
         return {**EXPRESSION.schema(), "description": self.expects}

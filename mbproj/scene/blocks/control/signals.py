@@ -18,6 +18,7 @@ from mbproj.scene.blocks.control.blocks import BLOCKS, ControlBlock, Expanded
 from mbproj.scene.blocks.control.expression import NOT_FREE, VALUE, unit_name
 from mbproj.scene.blocks.expectations import MEASURE, Measure
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
+from mbproj.scene.expressions.dimensions import Found
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.unit_text import unit_at
 from mbproj.scene.expressions.units import BARE, TIME, Dimension, called, describe
@@ -41,7 +42,7 @@ def _unit(text: str) -> Dimension:
 
 def _signal(
     name: str,
-    value: tuple[Program, Dimension | None] | None = None,
+    value: tuple[Program, Found] | None = None,
     unit: Dimension | None = None,
     **block: ControlBlock,
 ) -> Signal | Expanded:
@@ -50,11 +51,11 @@ def _signal(
     if value is None:
         (only,) = block.values()
         return only.expanded(name, None if unit is None else called(unit))
-    program, dimension = value
-    if unit is not None and dimension is not None and not unit.agrees(dimension):
-        found = describe(dimension, with_unit=True)
-        raise Unfit(f"is in {called(unit)}, and its expression is {found}", "check the units of both")
-    return Signal(name, program, unit_name(unit if unit is not None else dimension))
+    program, found = value
+    if unit is not None and found.dimension is not None and not found.agrees(unit):
+        its = describe(found.dimension, with_unit=True)
+        raise Unfit(f"is in {called(unit)}, and its expression is {its}", "check the units of both")
+    return Signal(name, program, unit_name(found.certain if unit is None else unit))
 
 
 @dataclass(frozen=True)
@@ -84,13 +85,13 @@ _SIGNAL: Field[Signal | Expanded] = Alternatives(
 
 def _state(
     name: str,
-    derivative: tuple[Program, Dimension | None],
+    derivative: tuple[Program, Found],
     initial: Value | None = None,
     scale: Value | None = None,
 ) -> ScalarState:
     """The record of a state. Its unit is that of its numbers, else that of its derivative times a second. Raises Unfit
     where these differ."""
-    rate, of_rate = derivative
+    rate, of_rate = derivative[0], derivative[1].certain
     given = [each.dimension for each in (initial, scale) if each is not None and each.dimension not in (None, BARE)]
     dimension = given[0] if given else None
     for other in given[1:]:
