@@ -27,7 +27,7 @@ def are_several(values: Any) -> bool:
 
 
 def same_bits(value: Any, other: Any) -> bool:
-    """Return whether two values are equal, and the same zero where they are 0: atan2(-0.0, -1) is not atan2(0.0, -1)."""
+    """Return whether two values are equal, and 0 of the same sign: atan2(-0.0, -1) is not atan2(0.0, -1)."""
     same: bool = value == other
     return same and (not isinstance(value, float) or math.copysign(1.0, value) == math.copysign(1.0, other))
 

@@ -20,8 +20,8 @@ from mbproj.scene.blocks.observables import (
     Observable,
     passage_of,
 )
+from mbproj.scene.expressions.dimensions import describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.units import describe
 from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference
 from mbproj.scene.fields.containers import NAME, Complaint, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema, Text

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from mbproj.errors import choose_from
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in
+from mbproj.scene.expressions.dimensions import describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.units import describe
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.records import Joint, KeyPath, Passage

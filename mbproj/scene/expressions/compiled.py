@@ -31,8 +31,7 @@ from mbproj.scene.expressions.syntax_tree import (
     names,
     walk,
 )
-from mbproj.scene.expressions.unit_text import similar_unit
-from mbproj.scene.expressions.units import SYMBOLS
+from mbproj.scene.expressions.units import SYMBOLS, similar_unit
 
 _OPERATORS: Mapping[str, Op] = MappingProxyType(
     {"+": Op.ADD, "-": Op.SUBTRACT, "*": Op.MULTIPLY, "/": Op.DIVIDE, "**": Op.POWER_OF}

@@ -1,4 +1,4 @@
-"""The dimension of an expression: what follows from those of its parts, and which parts do not fit each other.
+"""Dimensions in words, and the dimension of an expression: what follows from its parts, and which do not fit.
 
 A number without unit is in SI, in the unit that its place asks for. So it fits every term of a sum. Beside a quantity
 with a unit it is a pure number: `2 * 3 m` is a length. Beside what moves it may be a gain in any unit, which may be 1:
@@ -8,15 +8,41 @@ with a unit it is a pure number: `2 * 3 m` is a length. Beside what moves it may
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from itertools import pairwise
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from mbproj.dataclass import dataclass
 from mbproj.scene.expressions.syntax_tree import Binary, Call, ExpressionError, QuantityNode
-from mbproj.scene.expressions.unit_text import unit_of
-from mbproj.scene.expressions.units import ANGLE, BARE, TIME, Dimension, describe
+from mbproj.scene.expressions.units import (
+    ACCELERATION,
+    ANGLE,
+    ANGULAR_VELOCITY,
+    BARE,
+    CURRENT,
+    DAMPING,
+    DENSITY,
+    FLOW,
+    FORCE,
+    INDUCTANCE,
+    INERTIA,
+    LENGTH,
+    MASS,
+    POWER,
+    PRESSURE,
+    RESISTANCE,
+    STIFFNESS,
+    TIME,
+    TORQUE,
+    TORSION_DAMPING,
+    TORSION_STIFFNESS,
+    VELOCITY,
+    VOLTAGE,
+    Dimension,
+    unit_of,
+)
 
 if TYPE_CHECKING:
     from mbproj.scene.expressions.evaluate import ExpressionFunction
@@ -87,7 +113,7 @@ def of_binary(tree: Binary, left: Found, right: Found, exponent: float | None) -
     """The dimension of a sum, product or power. `exponent` is the number on the right, None where that is no
     constant."""
     if tree.operator == "**":
-        return _power(tree, left, right, exponent)
+        return _to_power(tree, left, right, exponent)
     if tree.operator in "+-":
         return _common(tree.at, [left, right])
     over = right if tree.operator == "*" or right.dimension is None else _raised(right, -1)
@@ -119,7 +145,7 @@ def _raised(found: Found, exponent: float) -> Found:
     return Found(found.dimension**exponent, origin, found.loose)
 
 
-def _power(tree: Binary, left: Found, right: Found, exponent: float | None) -> Found:
+def _to_power(tree: Binary, left: Found, right: Found, exponent: float | None) -> Found:
     if right.dimension not in (None, BARE) and right.origin is not Origin.TIME:
         raise ExpressionError(f"an exponent has no unit, this is {describe(right.dimension, with_unit=True)}", tree.at)
     if left.dimension == BARE:
@@ -200,3 +226,64 @@ def _check_alike(at: int, first: Found, second: Found) -> None:
         raise ExpressionError(
             f"{describe(first.dimension)} and {describe(second.dimension)} cannot be added or compared", at
         )
+
+
+#: The symbols of the base units, from which the unit of a dimension without a name is composed.
+_SYMBOLS = ("m", "kg", "s", "rad", "A")
+#: Quantities in words, and their units as scenes have them.
+_NAMES: Mapping[Dimension, tuple[str, str]] = MappingProxyType(
+    {
+        LENGTH: ("a length", "m"),
+        MASS: ("a mass", "kg"),
+        TIME: ("a time", "s"),
+        ANGLE: ("an angle", "rad"),
+        VELOCITY: ("a velocity", "m/s"),
+        ANGULAR_VELOCITY: ("an angular velocity", "rad/s"),
+        ACCELERATION: ("an acceleration", "m/s^2"),
+        INERTIA: ("a moment of inertia", "kg*m^2"),
+        DENSITY: ("a density", "kg/m^3"),
+        FORCE: ("a force", "N"),
+        TORQUE: ("a torque", "N*m"),
+        STIFFNESS: ("a stiffness", "N/m"),
+        DAMPING: ("a damping", "N*s/m"),
+        TORSION_STIFFNESS: ("a torsional stiffness", "N*m/rad"),
+        TORSION_DAMPING: ("a torsional damping", "N*m*s/rad"),
+        POWER: ("a power", "W"),
+        PRESSURE: ("a pressure", "Pa"),
+        FLOW: ("a flow", "m^3/s"),
+        CURRENT: ("a current", "A"),
+        VOLTAGE: ("a voltage", "V"),
+        RESISTANCE: ("a resistance", "ohm"),
+        INDUCTANCE: ("an inductance", "H"),
+        BARE: ("a number without unit", ""),
+    }
+)
+#: The names in results of SI units that have a name of their own.
+_OWN_NAMES: Mapping[Dimension, str] = MappingProxyType(
+    {FORCE: "N", TORQUE: "N m", POWER: "W", PRESSURE: "Pa", VOLTAGE: "V", RESISTANCE: "ohm", INDUCTANCE: "H"}
+)
+
+
+def describe(dimension: Dimension, *, with_unit: bool = False) -> str:
+    """The dimension in words: "a length", or "in m^2/s" where it has no name; "a length, in m" with its unit."""
+    if dimension not in _NAMES:
+        return f"in {symbol_of(dimension)}"
+    words, unit = _NAMES[dimension]
+    return f"{words}, in {unit}" if with_unit and unit else words
+
+
+def symbol_of(dimension: Dimension) -> str:
+    """The SI unit of a dimension, composed of base units: "kg*m/s^2"; "1" for a number without unit."""
+    powers = [(symbol, power) for symbol, power in zip(_SYMBOLS, dimension, strict=True) if power]
+    above = "*".join(_power(symbol, power) for symbol, power in powers if power > 0)
+    below = "".join("/" + _power(symbol, -power) for symbol, power in powers if power < 0)
+    return f"{above or '1'}{below}"
+
+
+def called(dimension: Dimension) -> str:
+    """The name of the SI unit of a dimension in results: its own name, where it has one, else `symbol_of`."""
+    return _OWN_NAMES.get(dimension, symbol_of(dimension))
+
+
+def _power(symbol: str, power: float) -> str:
+    return symbol if power == 1 else f"{symbol}^{power:g}"

@@ -22,8 +22,7 @@ from mbproj.scene.expressions.syntax_tree import (
     NumberNode,
     QuantityNode,
 )
-from mbproj.scene.expressions.unit_text import similar_unit, unit_of
-from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension
+from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, similar_unit, unit_of
 from mbproj.several import are_several, each_case, finite_value
 
 

@@ -15,8 +15,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from mbproj.dataclass import dataclass
-from mbproj.scene.expressions.unit_text import UnclearUnit, similar_unit, unit_at
-from mbproj.scene.expressions.units import Unit
+from mbproj.scene.expressions.units import UnclearUnit, Unit, similar_unit, unit_at
 
 
 class ExpressionError(Exception):

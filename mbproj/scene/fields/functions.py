@@ -12,10 +12,10 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import did_you_mean
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.functions.table import CubicTable, periodic, polygon, spline
-from mbproj.scene.expressions.dimensions import OF_TIME, Found, Origin
+from mbproj.scene.expressions.dimensions import OF_TIME, Found, Origin, describe
 from mbproj.scene.expressions.evaluate import CONSTANTS
 from mbproj.scene.expressions.syntax_tree import Expression, NameNode, names, walk
-from mbproj.scene.expressions.units import SYMBOLS, describe
+from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS
 from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema
@@ -63,7 +63,8 @@ class Function(Field[Program]):
             return None
         reads = tuple(reading.inner.get(name, name) for name in reads)
         program, found = replace(pair[0], reads=reads), pair[1]
-        if self.unit is not None and not found.agrees(dimension_of(self.unit)):
+        pure = self.unit != "" or found.certain in (None, BARE, ANGLE)
+        if self.unit is not None and not (pure and found.agrees(dimension_of(self.unit))):
             assert found.dimension is not None
             wanted = f"is in {self.unit}" if self.unit else "has no unit"
             message = f"{label(path)} {wanted}, this is {describe(found.dimension, with_unit=True)}"

@@ -11,10 +11,10 @@ from typing import Any, final
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Problem
+from mbproj.scene.expressions.dimensions import describe, symbol_of
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.syntax_tree import Binary, Expression, QuantityNode
-from mbproj.scene.expressions.unit_text import unit_of
-from mbproj.scene.expressions.units import BARE, Dimension, describe, symbol_of
+from mbproj.scene.expressions.units import BARE, Dimension, unit_of
 from mbproj.scene.fields.checks import direction
 from mbproj.scene.fields.fields import Converted, Field, List, Schema
 from mbproj.scene.fields.reading import Reading, label

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import field
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 from mbproj.dataclass import dataclass
@@ -12,7 +13,7 @@ from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import Expression, ExpressionError, NumberNode, names, parse
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
 from mbproj.scene.records import KeyPath
-from mbproj.scene.text.nodes import CasesNode, Node, ScalarNode
+from mbproj.scene.text.nodes import CasesNode, MappingNode, Node, ScalarNode, SequenceNode, as_mapping
 
 if TYPE_CHECKING:
     from mbproj.functions.program import Program
@@ -151,3 +152,38 @@ def either(names: Iterable[str]) -> str:
 def label(path: KeyPath) -> str:
     """The name of the value at `path` in messages, by the nearest key."""
     return next((f"'{key}'" for key in reversed(path) if isinstance(key, str)), "a scene")
+
+
+#: The blocks whose items other items may name.
+_REFERRED = ("bodies", "curves", "joints", "forces", "motions", "markers", "signals", "states", "controllers")
+#: The blocks whose items declare units of what expressions name, and the keys of an item that do so.
+_DECLARING, _DECLARED_BY = ("signals", "states", "controllers", "forces"), ("unit", "type", "initial", "scale")
+
+
+def items_of(root: MappingNode) -> dict[str, dict[str, None]]:
+    """The names of the items that others may name, by block; an item may have faults."""
+    blocks = {key: as_mapping(root.values[key]) for key in _REFERRED if key in root.values}
+    return {key: dict.fromkeys(block.keys) for key, block in blocks.items() if block is not None}
+
+
+def declares_units(changes: Mapping[str, object]) -> bool:
+    """Whether changes, by path, may change the unit of a name, so that all expressions have to be checked again."""
+    paths = [path.split(".") for path in changes]
+    return any(path[0] in _DECLARING and (len(path) < 3 or path[-1] in _DECLARED_BY) for path in paths)
+
+
+def number_at(root: MappingNode, path: str, reading: Reading) -> float:
+    """The number at a path, or of the parameter with this name; NaN where there is no constant number."""
+    keys = path.split(".")
+    node: Node = root
+    for key in keys if len(keys) > 1 else ("parameters", *keys):
+        inside = node.values.get(key) if isinstance(node, MappingNode) else None
+        if isinstance(node, SequenceNode) and key.isdecimal() and int(key) < len(node.items):
+            inside = node.items[int(key)]
+        if inside is None:
+            return nan
+        node = inside
+    if not isinstance(node, ScalarNode):
+        return nan
+    value = reading.value(node, reading.parse(node))
+    return nan if value is None else value.number

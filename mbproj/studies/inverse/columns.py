@@ -12,7 +12,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.plain_number import plain_number
-from mbproj.scene.expressions.unit_text import unit_of
+from mbproj.scene.expressions.units import unit_of
 from mbproj.scene.fields.quantities import agrees
 
 #: The largest CSV file that is read, bytes.

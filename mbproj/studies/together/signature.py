@@ -37,8 +37,8 @@ class Signature:
 
 
 def values_of(cases: Sequence[Sequence[float | str]]) -> list[Any]:
-    """The values of B cases, (B, k), as k values of one scene. Numbers that differ become Lanes, -0.0 and 0.0 too. Raises OneByOne where
-    texts differ."""
+    """The values of B cases, (B, k), as k values of one scene. Numbers that differ become Lanes, as 0.0 and -0.0 do.
+    Raises OneByOne where texts differ."""
     columns = []
     for column in zip(*cases, strict=True):
         if all(same_bits(each, column[0]) for each in column):

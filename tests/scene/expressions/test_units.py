@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mbproj.scene.expressions.dimensions import describe
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
-from mbproj.scene.expressions.unit_text import COMPOUNDS, unit_of
 from mbproj.scene.expressions.units import (
     ANGLE,
     ANGULAR_VELOCITY,
     BARE,
+    COMPOUNDS,
     DAMPING,
     DENSITY,
     INERTIA,
@@ -26,7 +27,7 @@ from mbproj.scene.expressions.units import (
     TORQUE,
     VELOCITY,
     Dimension,
-    describe,
+    unit_of,
 )
 from tests.scene.good_scene import read_with
 

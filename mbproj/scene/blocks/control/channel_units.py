@@ -6,8 +6,7 @@ from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.elements import ELEMENTS, SPRINGS, element_type
 from mbproj.scene.expressions.evaluate import Unavailable, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
-from mbproj.scene.expressions.unit_text import unit_at
-from mbproj.scene.expressions.units import BARE, TIME, Dimension
+from mbproj.scene.expressions.units import BARE, TIME, Dimension, unit_at
 from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode

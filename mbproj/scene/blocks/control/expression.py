@@ -5,9 +5,9 @@ from __future__ import annotations
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.expressions.dimensions import Found
+from mbproj.scene.expressions.dimensions import Found, called
 from mbproj.scene.expressions.evaluate import RESERVED
-from mbproj.scene.expressions.units import BARE, Dimension, called
+from mbproj.scene.expressions.units import BARE, Dimension
 from mbproj.scene.fields.fields import Field, Schema
 from mbproj.scene.fields.functions import Function
 from mbproj.scene.fields.reading import Reading

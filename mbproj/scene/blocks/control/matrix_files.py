@@ -96,9 +96,8 @@ def _numbers(path: Path) -> Mapping[str, list[list[float]]]:
     """The rows of a text file of numbers with commas or blanks between them. Raises _Unfit where it has other text."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
-        rows = [
-            [*map(plain_number, line.replace(",", " ").split())] for line in lines if line.strip() and line[0] != "#"
-        ]
+        cells = [line.replace(",", " ").split() for line in lines if line.strip() and line[0] != "#"]
+        rows = [[*map(plain_number, row)] for row in cells]
     except (OSError, ValueError) as error:
         raise _Unfit(f"'{path.name}' is no table of numbers: {error}", "write it with numpy.savetxt, say") from None
     if not rows:

@@ -18,10 +18,9 @@ from mbproj.scene.blocks.control.blocks import BLOCKS, ControlBlock, Expanded
 from mbproj.scene.blocks.control.expression import NOT_FREE, VALUE, unit_name
 from mbproj.scene.blocks.expectations import MEASURE, Measure
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
-from mbproj.scene.expressions.dimensions import Found
+from mbproj.scene.expressions.dimensions import Found, called, describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.unit_text import unit_at
-from mbproj.scene.expressions.units import BARE, TIME, Dimension, called, describe
+from mbproj.scene.expressions.units import BARE, TIME, Dimension, unit_at
 from mbproj.scene.fields.choices import Alternatives
 from mbproj.scene.fields.containers import Named, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Schema, Text

@@ -9,9 +9,9 @@ from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, ScalarState, Signal
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.control.expression import unit_name
-from mbproj.scene.expressions.dimensions import Found
+from mbproj.scene.expressions.dimensions import Found, describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.units import BARE, describe
+from mbproj.scene.expressions.units import BARE
 from mbproj.scene.fields.reading import Unfit
 
 #: An expression and its dimension.
