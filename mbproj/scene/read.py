@@ -245,7 +245,7 @@ def _check_times(blocks: Mapping[str, Any], reading: Reading) -> None:
 
 def _reading(root: MappingNode) -> Reading:
     """A new reading of a document."""
-    channel = partial(calling("mbproj.scene.blocks.control.channel_units:dimension_in"), root)
+    channel = partial(calling("mbproj.scene.blocks.control.channel_units:dimension_in"), root, {})
     return Reading(items=items_of(root), places={(): root.place}, dimension_of=channel)
 
 

@@ -241,3 +241,18 @@ def test_a_number_of_an_element_that_is_not_real_is_said(said):
 def test_a_default_that_is_not_real_is_said():
     with pytest.raises(mbproj.InputError, match="the default of 'c' is 1j, which is no real number"):
         mbproj.register_force("spring", **{**SPRING, "defaults": {"c": 1j}})
+
+
+def test_the_coordinate_of_a_formula_is_not_taken_for_seconds():
+    """In `5 N/m*s` the s could be the coordinate or the second, in a formula and in an expression of an element."""
+    said = "'s' could be the unit s, or the 's' that is named here; write "
+    with pytest.raises(mbproj.InputError, match=f"{said}.5 N/m.\\*s for what 's' names"):
+        mbproj.register_force("spring", along="m", force="-5 N/m*s", parameters={})
+
+    def make(name, s):
+        return Element(name, reads=(s,), forces=(Force(s, "-5 N*m/min*s"),))
+
+    mbproj.register_element("spring", make, along="rad", parameters={})
+    with pytest.raises(mbproj.InputError, match=f"element 'F'.*{said}"):
+        mbproj.run(mbproj.read_scene_text(PENDULUM.replace("FORCE", "type: spring, joint: A")))
+    mbproj.register_force("spring", along="m", force="-(5 N/m)*s", parameters={})

@@ -86,6 +86,12 @@ class Found:
             return BARE
         return None if self.loose else self.dimension
 
+    def is_pure(self, *others: Dimension) -> bool:
+        """Whether it may be a number without unit, or of one of these other dimensions."""
+        if self.dimension is None or self.origin is Origin.TIME:
+            return True
+        return (self.dimension._replace(time=0) if self.loose else self.dimension) in (BARE, *others)
+
     def agrees(self, wanted: Dimension) -> bool:
         """Whether the expression may stand for a quantity of this dimension."""
         if self.dimension is None or self.origin in (Origin.TIME, Origin.SHIFTED):
@@ -104,7 +110,7 @@ OF_TIME = Found(TIME, Origin.TIME)
 
 def of_quantity(tree: QuantityNode, operand: Found) -> Found:
     """The dimension of an operand with a unit behind it. Raises ExpressionError where it has a unit already."""
-    if operand.dimension not in (None, BARE) and operand.origin is not Origin.TIME:
+    if not operand.is_pure():
         raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
     return Found(unit_of(tree.unit).dimension)
 
@@ -128,7 +134,8 @@ def of_call(tree: Call, function: ExpressionFunction, arguments: Sequence[Found]
         return y if constant or y.origin is not Origin.NUMBER or x.dimension is None else UNKNOWN
     if not function.same:
         for each in arguments:
-            if each.dimension not in (None, BARE, ANGLE) and each.origin is not Origin.TIME:
+            if not each.is_pure(ANGLE):
+                assert each.dimension is not None
                 raise ExpressionError(f"'{tree.function}' cannot take {describe(each.dimension)}", tree.at)
     common = _common(tree.at, arguments)
     if function.result is None:
@@ -146,7 +153,8 @@ def _raised(found: Found, exponent: float) -> Found:
 
 
 def _to_power(tree: Binary, left: Found, right: Found, exponent: float | None) -> Found:
-    if right.dimension not in (None, BARE) and right.origin is not Origin.TIME:
+    if not right.is_pure():
+        assert right.dimension is not None
         raise ExpressionError(f"an exponent has no unit, this is {describe(right.dimension, with_unit=True)}", tree.at)
     if left.dimension == BARE:
         origins = (left.origin, right.origin)

@@ -5,9 +5,9 @@ the symbols, as in kg*mm^2, N·s/mm, N/(m*s), 1/s.
     factor = (symbol | (unit)) [^ number | ² | ³]
 
 A symbol may be a name of the scene as well, as a parameter `m`. Right behind a number it is the unit: `2 m`. Further on
-it is the unit where nothing else can stand: before a power (`2 kg*m^2`), before a symbol that is no name (`2 N*m/rad`),
-within parentheses that have such a symbol (`2 (kg*m)`), and in the usual units of `COMPOUNDS` without spaces (`2 N*m`,
-`40 kN/m`). Elsewhere it could be both, as in `2 kg*m` and `2 N * m`, which is an error.
+it is the unit where nothing else can stand. That is before a power (`2 kg*m^2`), before a symbol that is no name
+(`2 N*m/rad`), and within parentheses that have such a symbol (`2 (kg*m)`). So it is in the usual units of `COMPOUNDS`
+without spaces: `2 N*m`, `40 kN/m`. Elsewhere it could be both, as in `2 kg*m` and `2 N * m`, which is an error.
 """
 
 from __future__ import annotations

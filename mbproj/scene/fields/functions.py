@@ -68,7 +68,8 @@ class Function(Field[Program]):
             assert found.dimension is not None
             wanted = f"is in {self.unit}" if self.unit else "has no unit"
             message = f"{label(path)} {wanted}, this is {describe(found.dimension, with_unit=True)}"
-            reading.report(message, node.place, unit_hint(node.text, tree))
+            scaled = "a number without unit is a pure number beside these: give it its unit" if found.scaled else None
+            reading.report(message, node.place, unit_hint(node.text, tree) or scaled)
             return None
         if self.unit == "rad":
             note_degrees(node, path, reading)

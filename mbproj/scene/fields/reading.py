@@ -178,7 +178,7 @@ def number_at(root: MappingNode, path: str, reading: Reading) -> float:
     node: Node = root
     for key in keys if len(keys) > 1 else ("parameters", *keys):
         inside = node.values.get(key) if isinstance(node, MappingNode) else None
-        if isinstance(node, SequenceNode) and key.isdecimal() and int(key) < len(node.items):
+        if isinstance(node, SequenceNode) and key.isascii() and key.isdecimal() and int(key) < len(node.items):
             inside = node.items[int(key)]
         if inside is None:
             return nan

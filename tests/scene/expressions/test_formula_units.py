@@ -42,6 +42,18 @@ FITS = [
     "2*k*L*t/T",
     "0.5*(3 kg)*v**2/L",
     "F*0.3*t",
+    "F*sin(2*pi*t/T)",
+    "F*exp(-3*t/T)*cos(w*t + 2*pi*t/T)",
+    "F*2**(3*t/T)",
+    "F*min(1, 3*t/T)",
+    "k*(displacement - 0.05*sin(2*pi*t/T))",
+    "k*displacement*(1 + displacement/L)",
+    "clip(-k*displacement, -50, 50)",
+    "table(displacement, 0 mm, 0 N, 100 mm, 50 N)",
+    "F*clip(displacement_dot/0.01, -1, 1)",
+    "(3 W)/max(displacement_dot, 0.1)",
+    "k*(0.1*pin.angle*(1 m) - displacement)",
+    "F*tip.x/hypot(tip.x, tip.z)",
     "F*(1 - t/2)",
     "F*max(0, min(1, (2.5 - t)/0.2))",
     "F*max(0, min(1, (2.5 s - t)/0.2))",
@@ -95,6 +107,7 @@ MISFITS = {
     "F*sin(displacement)": "'sin' cannot take a length",
     "F*exp(pin.angle_dot)": "'exp' cannot take an angular velocity",
     "F*2**displacement": "an exponent has no unit, this is a length, in m",
+    "(2 kg)*9.81*sin(pin.angle)": "'force' is in N, this is a mass, in kg",
     "displacement mm": "'mm' stands after what has a unit already",
 }
 
@@ -126,6 +139,11 @@ def test_the_error_is_at_the_formula() -> None:
         read_scene_text(with_force("L*k*t"), "f")
     (problem,) = raised.value.problems
     assert str(problem).splitlines()[0] == "f:24:57: error: 'force' is in N, this is in m*kg/s"
+
+
+def test_a_number_without_unit_beside_a_quantity_gets_a_hint() -> None:
+    with pytest.raises(InputError, match="a number without unit is a pure number beside these: give it its unit"):
+        read_scene_text(with_force("(3 kg)*9.81*cos(pin.angle)"), "f")
 
 
 #: A block with a formula that does not fit, by the field that has it.

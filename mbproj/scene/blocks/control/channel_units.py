@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.elements import ELEMENTS, SPRINGS, element_type
 from mbproj.scene.expressions.evaluate import Unavailable, evaluate
@@ -15,32 +17,44 @@ from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 DECLARING = ("initial", "scale")
 
 
-def dimension_in(root: MappingNode, name: str, reading: Reading) -> Dimension | None:
-    """The dimension of what an expression in the scene `root` calls by this name; None where it is not known."""
-    name = reading.inner.get(name, name)
-    item, _, part = name.rpartition(".")
-    if not item:
-        return _of_signal(root, name) or _of_state(_at(root, "states", name), reading)
-    coordinate = part.removesuffix("_dot")
-    unit = None
-    if _at(root, "joints", item) is not None:
+#: The items of each block by their names in expressions, which write _ for a hyphen.
+Items = dict[str, Mapping[str, Node]]
+
+
+def dimension_in(root: MappingNode, items: Items, name: str, reading: Reading) -> Dimension | None:
+    """The dimension of what an expression in the scene `root` calls by this name; None where it is not known. `items`
+    is empty at first, and is filled here."""
+
+    def item(block: str, name: str) -> Node | None:
+        if block not in items:
+            own = _at(root, block)
+            values = own.values.items() if isinstance(own, MappingNode) else ()
+            items[block] = {key.replace("-", "_"): node for key, node in values}
+        return items[block].get(name)
+
+    owner, _, part = reading.inner.get(name, name).rpartition(".")
+    if not owner:
+        return _of_signal(item("signals", part)) or _of_state(item("states", part), reading)
+    coordinate, unit = part.removesuffix("_dot"), None
+    if item("joints", owner) is not None:
         unit = COORDINATES.get(coordinate)
-    elif _at(root, "markers", item) is not None:
+    elif item("markers", owner) is not None:
         unit = "m" if coordinate in ("x", "y", "z") else None
-    elif (controller := _at(root, "controllers", item)) is not None:
+    elif (controller := item("controllers", owner)) is not None:
         held = (_at(controller, block, part) for block in ("hold", "states"))
         return next((_of_state(each, reading) for each in held if each is not None), None)
     else:
-        return _of_force(root, item, part)
+        force = item("forces", owner)
+        return _of_force(item("forces", owner.rpartition(".")[0]) if force is None else force, part)
     if unit is None:
         return None
     dimension = dimension_of(unit)
     return dimension * TIME**-1 if part.endswith("_dot") else dimension
 
 
-def _of_signal(root: MappingNode, name: str) -> Dimension | None:
+def _of_signal(node: Node | None) -> Dimension | None:
     """The dimension of a signal's declared unit. A text that is no unit is reported where it is read."""
-    unit = _at(_at(root, "signals", name), "unit")
+    unit = _at(node, "unit")
     found = unit_at(unit.text, 0) if isinstance(unit, ScalarNode) else None
     return None if found is None else found[0].dimension
 
@@ -59,10 +73,8 @@ def _of_state(node: Node | None, reading: Reading) -> Dimension | None:
     return None
 
 
-def _of_force(root: MappingNode, name: str, part: str) -> Dimension | None:
+def _of_force(force: Node | None, part: str) -> Dimension | None:
     """The dimension of "spring.force", "spring.length" and its rate, and "motor.current", a state of an element."""
-    force = _at(root, "forces", name)
-    force = _at(root, "forces", name.rpartition(".")[0]) if force is None else force  # "door.angle.force"
     if force is None:
         return None
     if part in ("length", "length_dot"):
@@ -77,12 +89,7 @@ def _of_force(root: MappingNode, name: str, part: str) -> Dimension | None:
 
 
 def _at(node: Node | None, *keys: str) -> Node | None:
-    """The node at these keys, where an expression writes _ for a hyphen; None where there is none."""
+    """The node at these keys; None where there is none."""
     for key in keys:
-        if not isinstance(node, MappingNode):
-            return None
-        inside = node.values.get(key)
-        if inside is None and "_" in key:
-            inside = next((each for name, each in node.values.items() if name.replace("-", "_") == key), None)
-        node = inside
+        node = node.values.get(key) if isinstance(node, MappingNode) else None
     return node
