@@ -52,7 +52,7 @@ class Origin(Enum):
     """What a dimension comes from, which decides what numbers without unit beside it may be."""
 
     NUMBER = 0  # numbers without unit
-    PURE = 1  # ratios, and functions such as the sine
+    PURE = 1  # ratios, and functions such as the sine, whose factor may be 1 of any unit too
     FIXED = 2  # quantities with a unit, and products with one
     TIME = 3  # the time alone, and numbers
     MOVING = 4  # coordinates, signals and states with a unit
@@ -175,17 +175,16 @@ def _product(left: Found, right: Found) -> Found:
         scaled = left.scaled or right.scaled
         loose = loose or (scaled and Origin.TIME in origins)
         return Found(dimension, Origin.FIXED, loose, scaled or Origin.NUMBER in origins)
-    if Origin.NUMBER in origins:
-        other = right if left.origin is Origin.NUMBER else left
+    if not {Origin.NUMBER, Origin.PURE}.isdisjoint(origins):
+        factor, other = (left, right) if left.origin in (Origin.NUMBER, Origin.PURE) else (right, left)
+        if other.origin in _TAKES_GAIN and other.dimension != BARE:
+            return UNKNOWN
         if other.origin is Origin.TIME:
-            return _ANY_RATE
-        gain = other.origin in _TAKES_GAIN and other.dimension != BARE
-        return UNKNOWN if gain else Found(BARE, Origin.NUMBER)
-    moves = [each for each in origins if each is not Origin.PURE]
-    if Origin.TIME in moves:
-        return Found(dimension, Origin.TIME, loose) if {*moves} == {Origin.TIME} else UNKNOWN
-    several = Origin.SHIFTED if Origin.SHIFTED in moves else Origin.MOVING
-    return Found(dimension, moves[0] if len(moves) == 1 else several if moves else Origin.PURE)
+            return _ANY_RATE if factor.origin is Origin.NUMBER else other
+        return Found(BARE, Origin.NUMBER if Origin.NUMBER in origins else Origin.PURE)
+    if Origin.TIME in origins:
+        return Found(dimension, Origin.TIME, loose) if {*origins} == {Origin.TIME} else UNKNOWN
+    return Found(dimension, Origin.SHIFTED if Origin.SHIFTED in origins else Origin.MOVING, loose)
 
 
 def _common(at: int, terms: Sequence[Found]) -> Found:

@@ -165,9 +165,10 @@ _RUN_TOGETHER |= {"Ns": "N*s", "Nms": "N*m*s"}
 
 
 class UnclearUnit(Exception):
-    """A symbol that could be a unit, or what has its name in the scene: the `word`, the character of the text `at`
-    which it is, where what is certainly a unit ends, where the whole unit would end, and whether parentheses around all
-    of it settle that it is one."""
+    """A symbol that could be a unit, or what has its name in the scene.
+
+    `word`: the symbol; `at`: its character in the text; `certain`: where what is surely a unit ends; `end`: where the
+    whole unit would end; `settles`: whether parentheses around the whole make it a unit."""
 
     def __init__(self, word: str, at: int, certain: int, end: int, settles: bool) -> None:
         super().__init__(word)

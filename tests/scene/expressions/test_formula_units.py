@@ -42,6 +42,7 @@ FITS = [
     "2*k*L*t/T",
     "0.5*(3 kg)*v**2/L",
     "F*0.3*t",
+    "sin(t)/rail_1.displacement - rail_1.displacement_dot",
     "F*sin(2*pi*t/T)",
     "F*exp(-3*t/T)*cos(w*t + 2*pi*t/T)",
     "F*2**(3*t/T)",
