@@ -57,7 +57,7 @@ def by_arrays(
 
 
 def common_values(paths: Sequence[str], values: Sequence[float | str]) -> tuple[str, ...]:
-    """Return the values that must be equal in all cases of a group: texts and settings of the run. They are texts, which
-    differ where a bit does."""
+    """Return the values that must be equal in all cases of a group: texts and settings of the run. They are returned as
+    texts, which differ where a bit does."""
     pairs = zip(paths, values, strict=True)
     return tuple(repr(each) for path, each in pairs if isinstance(each, str) or path.startswith(f"{SIMULATION}."))

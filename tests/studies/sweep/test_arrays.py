@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
 from mbproj.kernel import core
 from mbproj.mechanisms_folder import mechanism
-from mbproj.scene.expressions.evaluate import Value
 from mbproj.studies.sweep import case
 from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.row import Status
@@ -125,9 +126,14 @@ def test_settings_that_are_zeros_of_both_signs_are_apart():
     assert len({common_values(("a", "b"), (zero, 1.0)) for zero in (0.0, -0.0)}) == 1
 
 
+@dataclass(frozen=True)
+class Quantity:
+    number: float
+
+
 def test_records_that_differ_in_the_sign_of_a_zero_differ():
     for values in ((0.0, -0.0), (-0.0, 0.0, 0.0)):
-        made = as_one([Value(each) for each in values])
+        made = as_one([Quantity(each) for each in values])
         assert made.number.values.tobytes() == np.array(values).tobytes()
         (column,) = values_of([(each,) for each in values])
         assert column.values.tobytes() == np.array(values).tobytes()
