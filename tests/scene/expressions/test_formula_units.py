@@ -69,6 +69,8 @@ FITS = [
     "K*clip(20*error, -12, 12)/L",
     "K*table(rail_1.displacement, 0, 0, 1, 24)/L",
     "5*tanh(100*displacement_dot)",
+    "-5*tanh(displacement_dot)",
+    "n*sin(displacement) + pin.angle",
     "M*pin.angle/L",
     "M*tip.x/L**2",
     "pull.force + K*U/L + pd.u/L",
