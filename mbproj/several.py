@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any, TypeVar
@@ -23,6 +24,12 @@ def is_several(value: Any) -> bool:
 def are_several(values: Any) -> bool:
     """Return whether values, or some of those in a sequence, are of several cases."""
     return isinstance(values, Several) or (isinstance(values, (list, tuple)) and any(map(are_several, values)))
+
+
+def same_bits(value: Any, other: Any) -> bool:
+    """Return whether two values are equal, and 0 of the same sign: atan2(-0.0, -1) is not atan2(0.0, -1)."""
+    same: bool = value == other
+    return same and (not isinstance(value, float) or math.copysign(1.0, value) == math.copysign(1.0, other))
 
 
 def finite_value(compute: Callable[..., Any], values: Sequence[Any]) -> Any:

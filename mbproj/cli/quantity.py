@@ -74,8 +74,10 @@ class Millimetres(click.ParamType):  # type: ignore[type-arg]
         """Return the numbers in mm, a tuple of one or two."""
         if isinstance(value, tuple):
             return value
+        from mbproj.plain_number import plain_number
+
         try:
-            lengths = tuple(float(part.strip().removesuffix("mm")) for part in value.split(","))
+            lengths = tuple(plain_number(part.strip().removesuffix("mm")) for part in value.split(","))
         except ValueError:
             lengths = ()
         if len(lengths) not in (1, 2):

@@ -7,6 +7,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
+from mbproj.plain_number import plain_number
 from mbproj.scene.fields.inertia import impossible
 from mbproj.scene.fields.rotations import from_axis_angle, from_euler, to_matrix
 
@@ -53,7 +54,7 @@ def unit(vector: Array) -> Array:
 def numbers(text: str, count: int, place: Place, what: str) -> Array:
     """The `count` finite numbers in a text. Raises InputError at `place` where there are fewer or more."""
     try:
-        values = np.array([float(part) for part in text.split()])
+        values = np.array([plain_number(part) for part in text.split()])
     except ValueError:
         values = np.zeros(0)
     if len(values) != count or not np.isfinite(values).all():

@@ -9,6 +9,7 @@ from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.chains import Coordinates
 from mbproj.formats.mechanism import Bare, GivenSignal, ImportedMechanism, Signals
 from mbproj.formats.yaml_text import number
+from mbproj.plain_number import plain_number
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.text.document import compose
@@ -22,7 +23,7 @@ def read_pose(path: Path) -> dict[str, float]:
     coordinates: dict[str, float] = {}
     for name, node in nodes.items():
         try:
-            coordinates[name] = float(_text(node))
+            coordinates[name] = plain_number(_text(node))
         except ValueError:
             problems.append(Problem(f"'{name}' needs a number", node.place, "give it in rad or m"))
     if problems:

@@ -39,6 +39,17 @@ def register_projection(
     PROJECTIONS.add(name, entry, method)
 
 
+def _real(symbol: str, value: object, shape: tuple[int, ...]) -> Array:
+    """Return the numbers that a formula returned as an array. Raises TypeError or ValueError where they are not real
+    numbers in this shape: a cast would drop imaginary parts."""
+    numbers = np.asarray(value)
+    if numbers.shape != shape:
+        raise ValueError(f"{symbol} has the shape {numbers.shape}, not {shape}")
+    if numbers.dtype.kind not in "fiu":
+        raise TypeError(f"{symbol} has numbers of the type {numbers.dtype}, which are not real")
+    return numbers.astype(float, copy=False)
+
+
 def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
     """Return a factory of the method; errors of the method name it. LinAlgError means that a correction does not
     exist."""
@@ -47,8 +58,12 @@ def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
         def call(self: Any, *given: Array) -> Any:
             with blamed(f"'{formula}' of projection method '{name}'", np.linalg.LinAlgError):
                 value = getattr(method, formula)(self, *given)
-                if formula == "correction" and np.shape(value) != (given[1].shape[1],):
-                    raise ValueError(f"Δ has the shape {np.shape(value)}, not {(given[1].shape[1],)}")
+                if formula == "correction":
+                    return _real("Δ", value, (given[1].shape[1],))
+                if formula == "stabilised":
+                    return _real("γ", value, given[0].shape)
+                if not (value is None or isinstance(value, str)):
+                    raise TypeError(f"it returns {value!r}, which is no text and not None")
                 return value
 
         return call

@@ -7,26 +7,23 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from math import nan
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import load
+from mbproj.registry import calling, load
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
 from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.fields.reading import Reading, in_text_order
+from mbproj.scene.fields.reading import Reading, declares_units, in_text_order, items_of, number_at
 from mbproj.scene.grammar import SCENE
 from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
 from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import (
     MappingNode,
-    Node,
     ScalarNode,
-    SequenceNode,
-    as_mapping,
     describe,
     document,
     flow,
@@ -40,8 +37,6 @@ if TYPE_CHECKING:
     from mbproj.functions.curves.track import Track
     from mbproj.scene.text.reading_cache import ReadingCache
 
-#: The blocks whose items other items may name.
-_REFERRED = ("bodies", "curves", "joints", "forces", "motions", "markers", "signals", "states", "controllers")
 #: The blocks whose expressions may name signals, states and coordinates.
 WITH_EXPRESSIONS = ("forces", "signals", "states", "controllers")
 _NOTHING: Mapping[str, Any] = {}
@@ -102,31 +97,35 @@ class SceneText:
 
     def units(self) -> Mapping[KeyPath, str]:
         """The SI units of the scene's numbers, by their paths, where they are known."""
-        reading = Reading(items=_items(self.root), places={(): self.root.place})
+        reading = _reading(self.root)
         SCENE.read(self.root, (), reading)
         return reading.units
 
     def numbers(self, paths: Sequence[str], parameters: Mapping[str, object] = _NOTHING) -> list[float]:
         """The numbers at these paths, in SI, with these changes; NaN where the scene has none there, or no constant."""
         root, _ = _changed(self.root, parameters)
-        reading = Reading(items=_items(root), places={(): root.place})
+        reading = _reading(root)
         SCENE.read(root, (), reading)
-        return [_number_at(root, path, reading) for path in paths]
+        return [number_at(root, path, reading) for path in paths]
 
     def scene(self, parameters: Mapping[str, object] = _NOTHING, simulation: Mapping[str, object] = _NOTHING) -> Scene:
         """The scene with these changes, as `read_scene` takes them."""
         root, wrong_changes = _changed(self.root, parameters)
         root, from_files, wrong_files = _with_matrices(root, self.path)
-        # The first reading stores nothing, since most texts are read once; nor do readings of several cases.
-        of_cases = any(isinstance(value, Several) for value in parameters.values())
-        kept = self._kept
-        if kept is None and self._is_read and not of_cases:
+        # The first reading stores nothing, since most texts are read once; nor do readings of several cases, or with
+        # other units, in which expressions that name them are checked again.
+        of_cases, other_units = (
+            any(isinstance(value, Several) for value in parameters.values()),
+            declares_units(parameters),
+        )
+        kept = None if other_units else self._kept
+        if kept is None and self._is_read and not of_cases and not other_units:
             from mbproj.scene.text.reading_cache import ReadingCache
 
             kept = ReadingCache()
         places = {**(self._kept.places if self._kept else {}), (): root.place}
         problems = [*self._problems, *wrong_changes, *wrong_files]
-        reading = Reading(items=_items(root), places=places, problems=problems, kept=kept)
+        reading = replace(_reading(root), places=places, problems=problems, kept=kept)
         with _without_cycles():
             blocks: Mapping[str, Any] | None = SCENE.read(root, (), reading)
         settings = _settings(root, blocks, simulation, reading)
@@ -195,23 +194,6 @@ def _with_matrices(root: MappingNode, scene: Path | None) -> tuple[MappingNode, 
     return filled
 
 
-def _number_at(root: MappingNode, path: str, reading: Reading) -> float:
-    """The number at a path, or of the parameter with this name; NaN where there is no constant number."""
-    keys = path.split(".")
-    node: Node = root
-    for key in keys if len(keys) > 1 else ("parameters", *keys):
-        inside = node.values.get(key) if isinstance(node, MappingNode) else None
-        if isinstance(node, SequenceNode) and key.isdecimal() and int(key) < len(node.items):
-            inside = node.items[int(key)]
-        if inside is None:
-            return nan
-        node = inside
-    if not isinstance(node, ScalarNode):
-        return nan
-    value = reading.value(node, reading.parse(node))
-    return nan if value is None else value.number
-
-
 class _LastText(threading.local):
     """The text that a thread has read last, and its `SceneText`."""
 
@@ -261,10 +243,10 @@ def _check_times(blocks: Mapping[str, Any], reading: Reading) -> None:
         reading.report(complaint.message, reading.places[complaint.path], complaint.hint)
 
 
-def _items(root: MappingNode) -> dict[str, dict[str, None]]:
-    """The names of the items that others may name, by block; an item may have faults."""
-    blocks = {key: as_mapping(root.values[key]) for key in _REFERRED if key in root.values}
-    return {key: dict.fromkeys(block.keys) for key, block in blocks.items() if block is not None}
+def _reading(root: MappingNode) -> Reading:
+    """A new reading of a document."""
+    channel = partial(calling("mbproj.scene.blocks.control.channel_units:dimension_in"), root, {})
+    return Reading(items=items_of(root), places={(): root.place}, dimension_of=channel)
 
 
 def _settings(

@@ -57,7 +57,7 @@ def test_mistakes(runs: Path) -> None:
             ["--absolute", "marker/position=1"],
             "--absolute: error: there is no quantity 'marker/position'; did you mean 'markers/position'?\n",
         ),
-        (["--absolute", "bodies/position=1 kg"], "--absolute: error: '--absolute' is in m, this is a mass\n"),
+        (["--absolute", "bodies/position=1 kg"], "--absolute: error: '--absolute' is in m, this is a mass, in kg\n"),
     ):
         done = mbproj("compare-results", "a.h5", "b.h5", *options, folder=runs)
         assert (done.returncode, done.stderr) == (2, message)

@@ -223,6 +223,7 @@ FILES = {
     "none": (None, "is not there"),
     "outside": ("../k.csv", "is not there"),
     "words": ("1, a", "is no table of numbers"),
+    "underscores": ("1, 8_9", "is no table of numbers"),
     "empty": ("# nothing", "has no numbers"),
     "no model": ("1, 2", "is no linear model"),
     "ragged": ("1, 2\n3", "1 numbers in row 2"),

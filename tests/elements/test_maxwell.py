@@ -123,7 +123,7 @@ def test_a_search_without_an_end_stops_early(monkeypatch):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("stiffness: 400", "stiffness: 400 N*m", "'stiffness' is in N/m, this is a torque"),
+        ("stiffness: 400", "stiffness: 400 N*m", "'stiffness' is in N/m, this is a torque, in N\\*m"),
         (", stiffness: 400", "", "missing key 'stiffness'"),
         ("joint: rail", "joint: pin", "joint 'pin' is revolute and has no displacement to act on"),
         ("joint: rail,", "", "missing key 'joint', 'points' or 'bodies'"),

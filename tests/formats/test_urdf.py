@@ -61,6 +61,7 @@ WRONG = {
     '<link name="a"/>\n<link name="a"/>': "model.urdf:3: error: a second link 'a'",
     '<link name="a"/>\n<link name="b"/>': "model.urdf:3: error: the model has 2 links without a parent",
     '<link name="a">\n<inertial><mass value="nan"/></inertial></link>': "model.urdf:3: error: 'value' of <mass>",
+    '<link name="a">\n<inertial><mass value="1_0"/></inertial></link>': "model.urdf:3: error: 'value' of <mass>",
     '<link name="a"><inertial>\n<inertia ixx="-1" iyy="1" izz="1"/></inertial></link>': (
         "model.urdf:3: error: the inertia has a negative principal moment"
     ),

@@ -83,6 +83,6 @@ def test_an_expectation_is_in_the_unit_of_what_it_is_about():
     (found,) = read_scene_text(smooth.replace("friction: brake, q", "force: brake, q")).expectations
     assert (found.of, found.unit) == ("force", "N*m")
     wrong = expecting("friction: brake, quantity: force").replace("value: 1", "value: 1 N")
-    assert errors(wrong) == ["f.yaml:8:57: error: 'force' is in N*m, this is a force"]
+    assert errors(wrong) == ["f.yaml:8:57: error: 'force' is in N*m, this is a force, in N"]
     (state,) = read_scene_text(expecting("friction: brake, quantity: state")).expectations
     assert state.unit == ""

@@ -119,7 +119,7 @@ def test_a_time_of_a_run_and_of_its_file_give_the_same(folder):
     ("arguments", "said"),
     [
         (["--at", "sometime"], "--at: error: unknown place 'sometime'; give start"),
-        (["--at", "1 m"], "--at: error: '--at' is in s, this is a length"),
+        (["--at", "1 m"], "--at: error: '--at' is in s, this is a length, in m"),
         (["--at", "0.3", "--from", "r.h5"], "--from: error: 'r.h5' has no sample at t = 0.3 s; its nearest is at 0.25"),
         (["--from", "r.h5"], "--from: error: it needs a time; give one of its samples: --at TIME"),
         (["--vary", "length"], "--vary: error: 'length' is not NAME=RANGE"),

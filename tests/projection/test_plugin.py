@@ -145,6 +145,74 @@ def test_a_method_that_fails_is_said_with_its_name(nearest):
         mbproj.run(FIVE_BAR, projection="raising", duration=0.02)
 
 
+#: What a correction may be in place of an array of floats, and the number's type that the message names.
+REAL = {
+    "list": lambda change: change.tolist(),
+    "tuple of numbers of NumPy": tuple,
+    "smaller floats": lambda change: change.astype(np.float32).astype(np.longdouble),
+}
+UNREAL = {
+    "complex": lambda change: change * (1.0 + 1e-9j),
+    "complex without an imaginary part": lambda change: change.astype(complex),
+    "object": lambda change: change.astype(object),
+    "<U": lambda change: [str(each) for each in change],
+    "inhomogeneous": lambda change: [[0.0], *change[1:]],
+    r"shape \(\)": lambda change: None,
+}
+
+
+@pytest.mark.parametrize("kind", REAL)
+def test_a_correction_may_be_any_real_numbers(nearest, kind):
+    class Other(Nearest):
+        def correction(self, M, C_q, violation):
+            return REAL[kind](super().correction(M, C_q, violation))
+
+    mbproj.register_projection("other", Other, summary="")
+    with mbproj.run(FIVE_BAR, projection="other", duration=0.05) as results:
+        assert np.abs(results["joints/violation"]).max() < 1e-6
+
+
+@pytest.mark.parametrize("kind", UNREAL)
+def test_a_correction_that_is_not_real_is_said_with_the_name_of_the_method(nearest, kind):
+    class Other(Nearest):
+        def correction(self, M, C_q, violation):
+            return UNREAL[kind](super().correction(M, C_q, violation))
+
+    mbproj.register_projection("other", Other, summary="")
+    said = rf"'correction' of projection method 'other', of a plug-in, has failed: .*{kind.partition(' ')[0]}"
+    with pytest.raises(mbproj.InputError, match=said if kind[0] != "s" else f"'other'.*{kind}"):
+        mbproj.run(FIVE_BAR, projection="other", duration=0.02)
+
+
+@pytest.mark.parametrize("wrong", [lambda gamma: gamma + 1e-9j, lambda gamma: gamma[:2], lambda gamma: "γ"])
+def test_a_stabilisation_that_is_not_real_is_said(nearest, wrong):
+    class Damped(Method):
+        stabilises = True
+
+        def stabilised(self, gamma, C, C_dot):
+            return wrong(gamma)
+
+    mbproj.register_projection("damped", Damped, summary="")
+    with pytest.raises(mbproj.InputError, match="'stabilised' of projection method 'damped', of a plug-in, has failed"):
+        mbproj.run(FIVE_BAR, projection="damped", duration=0.02, step=0.01, integrator="rk4", formulation="full")
+
+
+def test_a_refusal_that_is_no_text_is_said(nearest):
+    class Refusing(Nearest):
+        def refusal(self, M):
+            return np.linalg.det(M) == 0.0
+
+    mbproj.register_projection("refusing", Refusing, summary="")
+    with pytest.raises(mbproj.InputError, match=r"'refusal' of projection method 'refusing'.* no text and not None"):
+        mbproj.run(FIVE_BAR, projection="refusing", duration=0.02)
+
+
+@pytest.mark.parametrize("coefficient", [0.5j, np.complex128(0.5 + 1j), "1_0/20", "１/２"])
+def test_a_coefficient_of_a_tableau_is_a_real_number(coefficient):
+    with pytest.raises(mbproj.InputError, match="which is no number"):
+        mbproj.register_integrator("midpoint", order=2, a=[[coefficient]], b=[0, 1], summary="")
+
+
 def test_another_code_is_another_study(nearest):
     before = plugins.marks()
     mbproj.register_projection("nearest", type("Other", (Nearest,), {"__module__": "elsewhere"}), summary="changed")

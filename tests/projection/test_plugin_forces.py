@@ -9,7 +9,8 @@ import pytest
 
 import mbproj
 from mbproj import parts, plugins
-from mbproj.elements import Element, Force, State, called
+from mbproj.elements import Element, Force, Row, State, called
+from mbproj.functions.program import Program, number
 from mbproj.integrate import holds_up_to, tableau_of
 from mbproj.integrate.steppers.order_conditions import density, trees
 from mbproj.registry import integrators
@@ -211,3 +212,47 @@ def test_code_that_fails_is_said_with_its_name():
     mbproj.register_element("empty", lambda name, s: None, along="m", parameters={})
     with pytest.raises(mbproj.InputError, match=r"it makes None, which is no mbproj\.elements\.Element"):
         mbproj.run(scene(f"type: empty, {POINTS}"))
+
+
+#: Elements with a number that is not real, and what the message names.
+UNREAL = {
+    "'start' of state 'x'": {"states": (State("x", "0", start=0.5j),)},
+    "'scale' of state 'x'": {"states": (State("x", "0", scale=np.complex128(1 + 1j)),)},
+    "the inertia of": {"inertias": {"A.angle": 1 + 1e-9j}},
+    "a place of the length 'left'": {"lengths": {"left": ((0.0, 1j, 0.0), "rod")}},
+    "'constant' of row 'r'": {"rows": (Row("r", {"A.angle": 1.0}, constant="0.5"),)},
+    "'of' of row 'r'": {"rows": (Row("r", {"A.angle": np.complex128(1j)}),)},
+    "constant": {"stores": Program(number(1j))},
+}
+
+
+@pytest.mark.parametrize("said", UNREAL)
+def test_a_number_of_an_element_that_is_not_real_is_said(said):
+    def make(name, s, **values):
+        return Element(name, reads=(s,), **UNREAL[said])
+
+    mbproj.register_element("unreal", make, along="rad", parameters={})
+    text = PENDULUM.replace("FORCE", "type: unreal, joint: A")
+    with pytest.raises(mbproj.InputError, match=r"'unreal', of a plug-in, has failed: TypeError: .*no real") as error:
+        mbproj.run(mbproj.read_scene_text(text))
+    assert said in str(error.value)
+
+
+def test_a_default_that_is_not_real_is_said():
+    with pytest.raises(mbproj.InputError, match="the default of 'c' is 1j, which is no real number"):
+        mbproj.register_force("spring", **{**SPRING, "defaults": {"c": 1j}})
+
+
+def test_the_coordinate_of_a_formula_is_not_taken_for_seconds():
+    """In `5 N/m*s` the s could be the coordinate or the second, in a formula and in an expression of an element."""
+    said = "'s' could be the unit s, or the 's' that is named here; write "
+    with pytest.raises(mbproj.InputError, match=f"{said}.5 N/m.\\*s for what 's' names"):
+        mbproj.register_force("spring", along="m", force="-5 N/m*s", parameters={})
+
+    def make(name, s):
+        return Element(name, reads=(s,), forces=(Force(s, "-5 N*m/min*s"),))
+
+    mbproj.register_element("spring", make, along="rad", parameters={})
+    with pytest.raises(mbproj.InputError, match=f"element 'F'.*{said}"):
+        mbproj.run(mbproj.read_scene_text(PENDULUM.replace("FORCE", "type: spring, joint: A")))
+    mbproj.register_force("spring", along="m", force="-(5 N/m)*s", parameters={})

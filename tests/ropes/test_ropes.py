@@ -203,7 +203,7 @@ WRONG = {
         "{sheave: load, at: [0, 0, -0.5], radius: 0.05, bends: left}",
         "a sheave at the end",
     ),
-    "type: rope": ("type: rope\n    length: 1 kg", "'length' is in m, this is a mass"),
+    "type: rope": ("type: rope\n    length: 1 kg", "'length' is in m, this is a mass, in kg"),
     "at: [-0.1, 0, -0.5]": ("at: [-0.1, 0.2, -0.5]", "leans by .* deg out of the plane of its sheaves"),
     "{point: load, at": ("{point: lod, at", "unknown body 'lod'"),
     "type: rope\n": (

@@ -82,7 +82,7 @@ def test_changes_are_what_a_scene_that_says_so_itself_has():
             "--set bodies.bar1.mass.x: error: 'bodies.bar1.mass' is 'mass' and has no keys; give a path to a value of "
             "the scene",
         ),
-        ("bodies.bar1.mass", "2 m", "--set bodies.bar1.mass: error: 'mass' is in kg, this is a length"),
+        ("bodies.bar1.mass", "2 m", "--set bodies.bar1.mass: error: 'mass' is in kg, this is a length, in m"),
         ("bodies.bar1.mass", "-1", "--set bodies.bar1.mass: error: 'mass' must be at least 0, found -1"),
         ("simulation.stpe", "1", "--set simulation.stpe: error: unknown key 'stpe'; did you mean 'step'?"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import fields
 
 import pytest
@@ -52,6 +53,12 @@ def test_every_parameter_and_mass_changed_in_turn(path):
             assert raised.value.problems == error.problems
             continue
         same(again.scene(change), expected)
+
+
+def test_zeros_of_both_signs_are_two_values():
+    text = SceneText(TEXT.replace("position: [0, 0, 3]", "position: [0, 0, 'atan2(slow, -1) / (1 rad)']"), "a")
+    places = [text.scene({"slow": zero}).bodies[1].position[2] for zero in (0.0, 0.0, -0.0, 0.0)]
+    assert places == [math.pi, math.pi, -math.pi, math.pi]
 
 
 def test_what_does_not_follow_from_what_changed_is_not_read_again():

@@ -140,7 +140,7 @@ WRONG_OPTIONS: tuple[tuple[dict[str, Any], list[str]], ...] = (
         ],
     ),
     ({"step": float("nan")}, ["--step: error: numbers must be finite"]),
-    ({"duration": "10 m"}, ["--duration: error: 'duration' is in s, this is a length"]),
+    ({"duration": "10 m"}, ["--duration: error: 'duration' is in s, this is a length, in m"]),
     ({"duration": "1 +"}, ["--duration: error: the expression ends too early"]),
     ({"integrator": "rk"}, ["--integrator: error: unknown integrator 'rk'; did you mean 'rk4'?"]),
     ({"project_position": "maybe"}, ["--project-position: error: 'position' needs true or false, found 'maybe'"]),

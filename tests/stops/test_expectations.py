@@ -70,4 +70,4 @@ def test_a_force_that_is_a_stop_is_expected_as_a_stop():
 
 def test_units_of_what_is_expected_are_those_of_the_stop():
     (found,) = errors(expecting("stop: hinge.angle.high, quantity: force, at: end, value: 3 N, absolute: 1"))
-    assert found == "f.yaml:10:66: error: 'force' is in N*m, this is a force"
+    assert found == "f.yaml:10:66: error: 'force' is in N*m, this is a force, in N"

@@ -101,7 +101,7 @@ WRONG = [
         "--angle: error: 'angle' must be between 0 and 180 deg; it is counted from hanging straight down",
     ),
     ("pendulum", {"length": "0"}, "--length: error: '--length' must be greater than 0, found 0"),
-    ("pendulum", {"mass": "1 m"}, "--mass: error: '--mass' is in kg, this is a length"),
+    ("pendulum", {"mass": "1 m"}, "--mass: error: '--mass' is in kg, this is a length, in m"),
     ("chain", {"links": "2.5"}, "--links: error: '--links' needs a whole number, found '2.5'"),
     ("ladder", {"loops": "5001"}, "--loops: error: 'loops' is at most 5000, found 5001; give fewer"),
     (

@@ -11,6 +11,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.formats.included import include, inside, is_missing
 from mbproj.formats.xml import XmlElement
+from mbproj.plain_number import plain_number
 
 #: The most bytes of a mesh that is read.
 MOST_MESH_BYTES = 64_000_000
@@ -180,7 +181,7 @@ def _is_infinite(text: str) -> bool:
 
 def _number(text: str) -> float | None:
     try:
-        return float(text)
+        return plain_number(text)
     except ValueError:
         return None
 

@@ -24,6 +24,7 @@ from mbproj.formats.sdf.scopes import Scope, number, scopes_of, text, vector
 from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
+from mbproj.plain_number import plain_number
 from mbproj.scene.records import GROUND
 
 #: SDF's default gravity of a world, in m/s².
@@ -253,7 +254,7 @@ def _colour(visual: XmlElement) -> str | None:
     material = visual.first("material")
     given = text(material, "diffuse") if material is not None else ""
     try:
-        parts = [float(part) for part in given.split()]
+        parts = [plain_number(part) for part in given.split()]
     except ValueError:
         return None
     return colour(parts) if len(parts) >= 3 and np.isfinite(parts).all() else None

@@ -19,6 +19,7 @@ from mbproj.formats.urdf.loops import loops_beside, loops_in
 from mbproj.formats.urdf.model import Urdf, UrdfJoint, number, origin_of, read_urdf_model
 from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
+from mbproj.plain_number import plain_number
 from mbproj.scene.records import GROUND
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -142,7 +143,7 @@ def _say_unread(mechanism: ImportedMechanism, shown: str, dynamics: XmlElement) 
         if name in ("damping", "friction", "spring_stiffness", "spring_reference"):
             continue
         try:
-            nothing = float(text) == 0.0
+            nothing = plain_number(text) == 0.0
         except ValueError:
             nothing = False
         if not nothing:

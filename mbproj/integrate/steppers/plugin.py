@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from fractions import Fraction
+from numbers import Real
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -79,9 +80,10 @@ def _texts(numbers: Sequence[Coefficient]) -> list[str]:
     """Return numbers as the files of tableaus have them. Raises InputError for one that is no finite number."""
     texts = []
     for each in numbers:
-        text = str(each) if isinstance(each, str | Fraction) else repr(float(each))
+        real = isinstance(each, Real) and not isinstance(each, Fraction)
+        text = repr(float(each)) if real else str(each)
         try:
-            finite = bool(np.isfinite(vector([text])[0]))
+            finite = text.isascii() and "_" not in text and bool(np.isfinite(vector([text])[0]))
         except (ValueError, ZeroDivisionError):
             finite = False
         if not finite:

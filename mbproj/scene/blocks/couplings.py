@@ -84,7 +84,7 @@ COUPLER: Mapping[str, Field[Any]] = {
     "function": WithUnit(
         Alternatives(
             (
-                Function(None, ("s",), (COORDINATE,)),
+                Function(None, ("s",), (COORDINATE,), units=()),
                 Converted(
                     table(None, None, ("natural", "clamped", "periodic")),
                     lambda found: Program(tabulated(found, variable(COORDINATE))),

@@ -20,8 +20,8 @@ from mbproj.scene.blocks.observables import (
     Observable,
     passage_of,
 )
+from mbproj.scene.expressions.dimensions import describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.units import describe
 from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference
 from mbproj.scene.fields.containers import NAME, Complaint, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema, Text
@@ -188,7 +188,9 @@ def fits(name: str, given: Given, observable: Observable, unit: str | None) -> I
     for where, value in [*numbers, *(((key,), given[key]) for key in ("absolute", *BOUNDS) if key in given)]:
         if unit is not None and not agrees(unit, value.dimension):
             mine = f"is in {unit}" if unit else "has no unit"
-            yield Complaint(_place(given, path, where), f"'{what}' {mine}, this is {describe(value.dimension)}")
+            yield Complaint(
+                _place(given, path, where), f"'{what}' {mine}, this is {describe(value.dimension, with_unit=True)}"
+            )
     if "relative" in given and not any(part.number for part in given["value"]):
         yield Complaint((*path, "relative"), "a relative tolerance of the value 0 is 0", "give an 'absolute' tolerance")
 

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 from mbproj.errors import choose_from
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in
+from mbproj.scene.expressions.dimensions import describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.units import describe
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.records import Joint, KeyPath, Passage
@@ -70,7 +70,7 @@ def of_coordinates(joints: Mapping[str, Joint], expected: Mapping[str, Mapping[s
         elif isinstance(at, GivenPassage):
             unit = COORDINATES[at.coordinate.rpartition(".")[2]]
             if at.value.dimension is not None and not agrees(unit, at.value.dimension):
-                message = f"'{at.coordinate}' is in {unit}, this is {describe(at.value.dimension)}"
+                message = f"'{at.coordinate}' is in {unit}, this is {describe(at.value.dimension, with_unit=True)}"
                 yield Complaint((*path, "at"), message)
 
 

@@ -9,16 +9,14 @@ from types import MappingProxyType
 from mbproj.errors import did_you_mean
 from mbproj.functions.program import Code, Instruction, Op, apply, number, variable
 from mbproj.functions.table import polygon
+from mbproj.scene.expressions.dimensions import UNKNOWN, Found, Origin, of_binary, of_call, of_quantity
 from mbproj.scene.expressions.evaluate import (
     CONSTANTS,
     Value,
-    binary_dimension,
-    call_dimension,
     evaluate,
     function_of,
     increasing,
     not_here,
-    quantity_dimension,
 )
 from mbproj.scene.expressions.syntax_tree import (
     Binary,
@@ -29,10 +27,11 @@ from mbproj.scene.expressions.syntax_tree import (
     Negative,
     NumberNode,
     QuantityNode,
+    children,
     names,
     walk,
 )
-from mbproj.scene.expressions.units import SYMBOLS, Dimension, similar_unit
+from mbproj.scene.expressions.units import SYMBOLS, similar_unit
 
 _OPERATORS: Mapping[str, Op] = MappingProxyType(
     {"+": Op.ADD, "-": Op.SUBTRACT, "*": Op.MULTIPLY, "/": Op.DIVIDE, "**": Op.POWER_OF}
@@ -41,39 +40,75 @@ _OPERATORS: Mapping[str, Op] = MappingProxyType(
 Variables = Mapping[str, int]
 Parameters = Mapping[str, Value | None]
 #: The dimensions of variables, by name.
-Dimensions = Mapping[str, Dimension]
+Dimensions = Mapping[str, Found]
 
 
 def compiled(
     tree: Expression, parameters: Parameters, variables: Variables, known: Dimensions = MappingProxyType({})
-) -> tuple[Code, Dimension | None]:
-    """The program of the tree, and the dimension of its value, None where it is not known; `known` are those of
-    variables.
+) -> tuple[Code, Found]:
+    """The program of the tree, and the dimension of its value; `known` are those of variables. Units that do not fit
+    each other are no error where numbers or names without unit may bring others (`may_be_any`).
 
     Raises ExpressionError and Unavailable as `evaluate` does, and where a variable has the name of a parameter.
     """
+    return _compiled(tree, parameters, variables, known, may_be_any(tree, parameters, known))
+
+
+def _compiled(
+    tree: Expression, parameters: Parameters, variables: Variables, known: Dimensions, lenient: bool
+) -> tuple[Code, Found]:
+    """`compiled`; `lenient`: parts whose units do not fit each other have no known dimension, and are no error."""
     if not names(tree) & variables.keys():
         _refuse_unknown(tree, parameters, variables)
         value = evaluate(tree, parameters)
-        return number(value.number), value.dimension
+        return number(value.number), Found.of(value.dimension, scaled=_has_bare_number(tree))
     match tree:
         case NameNode():
             if tree.name in parameters:
                 clash = f"'{tree.name}' is a parameter, and a variable here"
                 raise ExpressionError(clash, tree.at, "give the parameter another name")
-            return variable(variables[tree.name]), known.get(tree.name)
+            return variable(variables[tree.name]), known.get(tree.name, UNKNOWN)
         case Negative():
-            code, dimension = compiled(tree.operand, parameters, variables, known)
+            code, dimension = _compiled(tree.operand, parameters, variables, known, lenient)
             return apply(Op.NEGATE, code), dimension
         case QuantityNode():
-            code, dimension = compiled(tree.operand, parameters, variables, known)
+            code, dimension = _compiled(tree.operand, parameters, variables, known, lenient)
             one = evaluate(replace(tree, operand=NumberNode(1.0, tree.at)), {})
-            return apply(Op.MULTIPLY, code, number(one.number)), quantity_dimension(tree, dimension)
+            return apply(Op.MULTIPLY, code, number(one.number)), of_quantity(tree, dimension)
         case Binary():
-            return _binary(tree, parameters, variables, known)
+            return _binary(tree, parameters, variables, known, lenient)
         case Call():
-            return _call(tree, parameters, variables, known)
+            return _call(tree, parameters, variables, known, lenient)
     raise AssertionError(tree)
+
+
+def may_be_any(tree: Expression, parameters: Parameters, known: Dimensions) -> bool:
+    """Whether a name of the expression has no known unit, or all its numbers are without unit, in SI."""
+    given = {name: parameters[name] for name in names(tree) & parameters.keys()}
+    units = [known.get(name, UNKNOWN).dimension for name in names(tree) - parameters.keys() - CONSTANTS.keys()]
+    units += [value.dimension for value in given.values() if value is not None]
+    fixed = any(known[name].origin is Origin.FIXED for name in names(tree) & known.keys())
+    has_unit = fixed or bool(given) or any(isinstance(node, QuantityNode) for node, _ in walk(tree))
+    return None in units or (_has_bare_number(tree) and not has_unit)
+
+
+def _fitting(of: Callable[[], Found], lenient: bool) -> Found:
+    """The dimension of a part. Raises ExpressionError where its units do not fit each other, unless `lenient`."""
+    try:
+        return of()
+    except ExpressionError:
+        if lenient:
+            return UNKNOWN
+        raise
+
+
+def _has_bare_number(tree: Expression) -> bool:
+    """Whether a number without unit is in the expression, other than an exponent."""
+    if isinstance(tree, Binary) and tree.operator == "**":
+        return _has_bare_number(tree.left)
+    if isinstance(tree, QuantityNode):
+        return False
+    return isinstance(tree, NumberNode) or any(map(_has_bare_number, children(tree)))
 
 
 def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variables) -> None:
@@ -88,21 +123,24 @@ def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variabl
 
 
 def _binary(
-    tree: Binary, parameters: Parameters, variables: Variables, known: Dimensions
-) -> tuple[Code, Dimension | None]:
-    left, left_dimension = compiled(tree.left, parameters, variables, known)
-    right, right_dimension = compiled(tree.right, parameters, variables, known)
+    tree: Binary, parameters: Parameters, variables: Variables, known: Dimensions, lenient: bool
+) -> tuple[Code, Found]:
+    left, left_dimension = _compiled(tree.left, parameters, variables, known, lenient)
+    right, right_dimension = _compiled(tree.right, parameters, variables, known, lenient)
     constant = right[0].operand if len(right) == 1 and right[0].op is Op.CONSTANT else None
-    dimension = binary_dimension(tree, left_dimension, right_dimension, constant)
+    dimension = _fitting(lambda: of_binary(tree, left_dimension, right_dimension, constant), lenient)
     if tree.operator == "**" and constant is not None:
         return (*left, Instruction(Op.POWER, constant)), dimension
     return apply(_OPERATORS[tree.operator], left, right), dimension
 
 
-def _call(tree: Call, parameters: Parameters, variables: Variables, known: Dimensions) -> tuple[Code, Dimension | None]:
+def _call(
+    tree: Call, parameters: Parameters, variables: Variables, known: Dimensions, lenient: bool
+) -> tuple[Code, Found]:
     function = function_of(tree, [*parameters, *variables])
-    arguments = [compiled(argument, parameters, variables, known) for argument in tree.arguments]
-    dimension = call_dimension(tree, function, [dimension for _, dimension in arguments])
+    arguments = [_compiled(argument, parameters, variables, known, lenient) for argument in tree.arguments]
+    found = [dimension for _, dimension in arguments]
+    dimension = _fitting(lambda: of_call(tree, function, found), lenient)
     if tree.function in _WRITTEN_OUT:
         return _WRITTEN_OUT[tree.function](tree, [code for code, _ in arguments]), dimension
     op = Op.ABS if tree.function == "hypot" and len(arguments) == 1 else Op[tree.function.upper()]

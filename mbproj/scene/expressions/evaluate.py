@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import choose_from, did_you_mean
+from mbproj.scene.expressions.dimensions import Found, of_binary, of_call, of_quantity
 from mbproj.scene.expressions.syntax_tree import (
     Binary,
     Call,
@@ -21,7 +22,7 @@ from mbproj.scene.expressions.syntax_tree import (
     NumberNode,
     QuantityNode,
 )
-from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, describe, similar_unit, unit_of
+from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, similar_unit, unit_of
 from mbproj.several import are_several, each_case, finite_value
 
 
@@ -158,44 +159,20 @@ def not_here(tree: NameNode) -> ExpressionError:
 
 
 def _with_unit(tree: QuantityNode, operand: Value) -> Value:
-    dimension, unit = quantity_dimension(tree, operand.dimension), unit_of(tree.unit)
+    dimension, unit = of_quantity(tree, Found.of(operand.dimension)).dimension, unit_of(tree.unit)
     scaled = _finite(tree.at, operator.mul, operand.number, unit.multiply)
     return Value(_finite(tree.at, operator.truediv, scaled, unit.divide), dimension)
 
 
-def quantity_dimension(tree: QuantityNode, operand: Dimension | None) -> Dimension:
-    """The dimension of an operand with a unit behind it. Raises ExpressionError where it has a unit already."""
-    if operand not in (None, BARE):
-        raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
-    return unit_of(tree.unit).dimension
-
-
 def _binary(tree: Binary, left: Value, right: Value) -> Value:
     number = _finite(tree.at, _OPERATORS[tree.operator], left.number, right.number)
-    return Value(number, binary_dimension(tree, left.dimension, right.dimension, right.number))
-
-
-def binary_dimension(
-    tree: Binary, left: Dimension | None, right: Dimension | None, exponent: float | None
-) -> Dimension | None:
-    """The dimension of a sum, product or power. `exponent` is the number on the right, None where that is no
-    constant."""
-    if tree.operator == "**":
-        if right not in (None, BARE):
-            raise ExpressionError(f"an exponent has no unit, this is {describe(right)}", tree.at)
-        if exponent is None or left is None or (right is None and left != BARE):
-            return BARE if left == BARE else None
-        return left**exponent
-    if tree.operator in "+-":
-        return _common(tree.at, [left, right])
-    if left is None or right is None:
-        return None
-    return left * (right if tree.operator == "*" else right**-1)
+    found = of_binary(tree, Found.of(left.dimension), Found.of(right.dimension), right.number)
+    return Value(number, found.dimension)
 
 
 def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None]) -> Value:
     function = function_of(tree, names)
-    dimension = call_dimension(tree, function, [argument.dimension for argument in arguments])
+    dimension = of_call(tree, function, [Found.of(argument.dimension) for argument in arguments]).dimension
     if function.paired:
         increasing(tree, [argument.number for argument in arguments[1::2]])
     return Value(_finite(tree.at, function.compute, *(argument.number for argument in arguments)), dimension)
@@ -223,38 +200,6 @@ def increasing(tree: Call, numbers: Sequence[float]) -> None:
     for before, after in pairwise(numbers):
         if not after > before:
             raise ExpressionError(f"'{tree.function}' has x = {after:g} after {before:g}", tree.at, "x must increase")
-
-
-def call_dimension(tree: Call, function: ExpressionFunction, arguments: list[Dimension | None]) -> Dimension | None:
-    """The dimension of a function's value."""
-    if function.paired:
-        _common(tree.at, [arguments[0], *arguments[1::2]])
-        return _common(tree.at, arguments[2::2])
-    if not function.same:
-        _dimensionless(tree, arguments)
-    common = _common(tree.at, arguments)
-    if function.result is not None:
-        return function.result
-    return common**function.power if common is not None else None
-
-
-def _dimensionless(tree: Call, arguments: list[Dimension | None]) -> None:
-    for dimension in arguments:
-        if dimension not in (None, BARE, ANGLE):
-            raise ExpressionError(f"'{tree.function}' cannot take {describe(dimension)}", tree.at)
-
-
-def _common(at: int, dimensions: list[Dimension | None]) -> Dimension | None:
-    """The common dimension of terms that are added or compared; numbers without unit take it. Raises ExpressionError
-    where dimensions differ."""
-    if any(dimension is None for dimension in dimensions):
-        return None
-    common = BARE
-    for dimension in dimensions:
-        if dimension is not None and not common.agrees(dimension):
-            raise ExpressionError(f"{describe(common)} and {describe(dimension)} cannot be added or compared", at)
-        common = dimension if common == BARE and dimension is not None else common
-    return common
 
 
 def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:

@@ -2,7 +2,7 @@
 value.
 
 sum     = [+ -] product {(+ | -) product}        ** binds tighter than a sign before it, and to the right
-operand = (number | name | name(sum, ...) | (sum)) [unit]          `units` has what a unit is
+operand = (number | name | name(sum, ...) | (sum)) [unit]          `unit_text` has what a unit is
 
 The token before a name decides whether the name is a unit, or a parameter or function.
 """
@@ -15,7 +15,7 @@ from functools import lru_cache
 from typing import TypeAlias
 
 from mbproj.dataclass import dataclass
-from mbproj.scene.expressions.units import similar_unit, unit_at
+from mbproj.scene.expressions.units import UnclearUnit, Unit, similar_unit, unit_at
 
 
 class ExpressionError(Exception):
@@ -39,6 +39,7 @@ _NAME = r"[A-Za-z_][A-Za-z0-9_]*(?:\.[A-Za-z_][A-Za-z0-9_]*)*"
 _PATTERN = re.compile(
     rf"\s*(?:(?P<number>{_NUMBER})|(?P<name>{_NAME})|(?P<operator>\*\*|[-+*/(),])|(?P<wrong>.)|$)", re.S
 )
+_FIRST_SYMBOL = re.compile(r"[(\s]*([A-Za-z_]+)")
 #: A name right after one of these can only be a unit.
 _ENDS_OPERAND = ("number", "name", ")")
 HINTS = {
@@ -50,27 +51,45 @@ HINTS = {
 }
 
 
-def tokens(text: str, parameters: Set[str] = frozenset()) -> Iterator[Token]:
-    """The tokens of `text` in order, then one of kind "end"; operators are their own kind. `parameters` are names that
-    are no units after * or /, because the scene has parameters of these names.
+def tokens(text: str, named: Set[str] = frozenset()) -> Iterator[Token]:
+    """The tokens of `text` in order, then one of kind "end"; operators are their own kind. `named` are the symbols of
+    units that are names here, as of a parameter.
 
-    Raises ExpressionError for a character or a unit that is unknown.
+    Raises ExpressionError for a character or a unit that is unknown, or a symbol that could be a unit or what it names.
     """
-    at, before = 0, ""
+    at, before, operand = 0, "", ""
     while (match := _PATTERN.match(text, at)) is not None and match.lastgroup is not None:
         kind, start = match.lastgroup, match.start(match.lastgroup)
         word, at = match[kind], match.end()
         if kind == "wrong":
             raise ExpressionError(f"unexpected '{word}'", start, HINTS.get(word))
-        if kind in ("name", "number") and before in _ENDS_OPERAND:
-            unit = unit_at(text, start, parameters)
+        if (kind in ("name", "number") and before in _ENDS_OPERAND) or (word == "(" and before in ("number", ")")):
+            unit = _unit(text, start, named, operand)
             if unit is None and kind == "name":
                 raise ExpressionError(f"unknown unit '{word}'", start, similar_unit(word) or "write * to multiply")
             if unit is not None:
                 kind, word, at = "unit", text[start : unit[1]], unit[1]
-        before = word if kind == "operator" else kind
+        before, operand = word if kind == "operator" else kind, word if kind == "number" else ".."
         yield Token(before, word, start)
     yield Token("end", "", len(text.rstrip()))
+
+
+def _unit(text: str, at: int, named: Set[str], operand: str) -> tuple[Unit, int] | None:
+    """`unit_at` behind an operand. Raises ExpressionError where a symbol could be both."""
+    try:
+        return unit_at(text, at, named)
+    except UnclearUnit as unclear:
+        whole, certain = text[at : unclear.end], text[at : unclear.certain]
+        word, rest = unclear.word, text[unclear.certain : unclear.end]
+        named_by = f"({operand} {certain}){rest}" if certain else f"{operand}*{whole}"
+        as_unit = f"{operand} ({whole})" if unclear.settles else f"(1 {word})"
+        hint = f"write {named_by} for what '{word}' names, {as_unit} for the unit"
+        raise unclear_name(word, unclear.at, hint) from None
+
+
+def unclear_name(word: str, at: int, hint: str) -> ExpressionError:
+    """The error of a symbol that could be a unit, or what has its name in the scene."""
+    return ExpressionError(f"'{word}' could be the unit {word}, or the '{word}' that is named here", at, hint)
 
 
 MAX_LENGTH = 1000
@@ -123,16 +142,16 @@ Expression: TypeAlias = "NumberNode | NameNode | QuantityNode | Negative | Binar
 
 
 @lru_cache(maxsize=4096)
-def parse(text: str, parameters: Set[str] = frozenset()) -> Expression:
-    """The tree of `text`, at most MAX_LENGTH characters and MAX_DEPTH levels. `parameters` are the names of units that
-    are names of parameters in this scene. Raises ExpressionError."""
+def parse(text: str, named: Set[str] = frozenset()) -> Expression:
+    """The tree of `text`, at most MAX_LENGTH characters and MAX_DEPTH levels. `named` has the names that it may use, as
+    of parameters; those that are symbols of units too decide what is a unit. Raises ExpressionError."""
     if len(text) > MAX_LENGTH:
         raise ExpressionError(
             f"the expression has {len(text)} characters, at most {MAX_LENGTH} are allowed",
             0,
             "name parts of it under 'parameters'",
         )
-    parser = _ExpressionParser(text, parameters)
+    parser = _ExpressionParser(text, named)
     tree = parser.expression(0, 1)
     parser.expect("end")
     if depth(tree) > MAX_DEPTH:
@@ -186,8 +205,8 @@ _SIGN = 5
 class _ExpressionParser:
     """Precedence climbing over the tokens of one text."""
 
-    def __init__(self, text: str, parameters: Set[str]) -> None:
-        self._tokens = tokens(text, parameters)
+    def __init__(self, text: str, named: Set[str]) -> None:
+        self._tokens, self._named = tokens(text, named), named
         self._next = next(self._tokens)
 
     def expression(self, binding: int, level: int) -> Expression:
@@ -218,6 +237,10 @@ class _ExpressionParser:
         if self._next.kind != "unit":
             return operand
         unit = self._advance()
+        first = _FIRST_SYMBOL.match(unit.text)
+        if first is not None and first[1] in self._named and names(operand):
+            hint = f"write * to multiply, or *(1 {unit.text}) for the unit"
+            raise unclear_name(first[1], unit.at + first.start(1), hint)
         if self._next.kind == "**":
             raise ExpressionError(
                 "it is unclear what '**' after a unit applies to",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Set
+from collections.abc import Callable, Collection, Iterable, Mapping, Set
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -12,9 +12,10 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import did_you_mean
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.functions.table import CubicTable, periodic, polygon, spline
+from mbproj.scene.expressions.dimensions import OF_TIME, Found, Origin, describe
 from mbproj.scene.expressions.evaluate import CONSTANTS
 from mbproj.scene.expressions.syntax_tree import Expression, NameNode, names, walk
-from mbproj.scene.expressions.units import SYMBOLS, describe
+from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS
 from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.fields import Converted, Field, List, Schema
@@ -27,12 +28,14 @@ from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode
 @dataclass(frozen=True)
 class Function(Field[Program]):
     """A number in `unit` (None: any), from an expression that may name `variables` beside parameters: the time, and in
-    the law of a force its coordinate and its rate. Programs know these by the numbers `operands`. With
-    `names_channels` the expression may also name signals, states, and names with a point, as pin.angle."""
+    the law of a force its coordinate and its rate. Programs know these by the numbers `operands`; `units` are those of
+    the variables, where they are known. With `names_channels` the expression may also name signals, states, and names
+    with a point, as pin.angle."""
 
     unit: str | None
     variables: tuple[str, ...] = ("t",)
     operands: tuple[int, ...] = (TIME, COORDINATE, RATE)
+    units: tuple[str, ...] = ("s",)
     names_channels: bool = False
 
     @property
@@ -41,27 +44,45 @@ class Function(Field[Program]):
         return f"{number} or an expression of {', '.join(self.variables)}"
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> Program | None:
+        pair = self.with_dimension(node, path, reading)
+        return None if pair is None else pair[0]
+
+    def with_dimension(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Found] | None:
+        """The function and the dimension of its value; None where it is wrong, which is reported."""
         if not isinstance(node, ScalarNode) or not node.text.strip():
             self.reject(node, path, reading)
             return None
-        tree = reading.parse(node)
+        tree = reading.parse(node, self.variables)
         variables = dict(zip(self.variables, self.operands, strict=False))
         reads = channels_in(tree, variables, reading) if self.names_channels and tree is not None else ()
         if self.names_channels and tree is not None and is_misspelt(tree, {*variables, *reads}, node, reading):
             return None
-        pair = reading.program(node, tree, variables | {name: CHANNELS + at for at, name in enumerate(reads)})
+        channels = {name: CHANNELS + at for at, name in enumerate(reads)}
+        pair = reading.program(node, tree, variables | channels, self._dimensions(reads, reading))
         if pair is None:
             return None
         reads = tuple(reading.inner.get(name, name) for name in reads)
-        program, dimension = replace(pair[0], reads=reads), pair[1]
-        if self.unit is not None and dimension is not None and not dimension_of(self.unit).agrees(dimension):
-            message = f"{label(path)} is in {self.unit}, this is {describe(dimension)}"
-            reading.report(message, node.place, unit_hint(node.text, tree))
+        program, found = replace(pair[0], reads=reads), pair[1]
+        pure = self.unit != "" or found.certain in (None, BARE, ANGLE)
+        if self.unit is not None and not (pure and found.agrees(dimension_of(self.unit))):
+            assert found.dimension is not None
+            wanted = f"is in {self.unit}" if self.unit else "has no unit"
+            message = f"{label(path)} {wanted}, this is {describe(found.dimension, with_unit=True)}"
+            scaled = "a number without unit is a pure number beside these: give it its unit" if found.scaled else None
+            reading.report(message, node.place, unit_hint(node.text, tree) or scaled)
             return None
         if self.unit == "rad":
             note_degrees(node, path, reading)
-        reading.units[path] = unit_text(self.unit, dimension)
-        return program
+        reading.units[path] = unit_text(self.unit, found.certain)
+        return program, found
+
+    def _dimensions(self, channels: Iterable[str], reading: Reading) -> dict[str, Found]:
+        """The dimensions of the variables and channels that have known ones."""
+        of_variables = zip(self.variables, self.units, strict=False)
+        own = {name: Found(dimension_of(unit), Origin.MOVING) for name, unit in of_variables}
+        given = {name: reading.dimension_of(name, reading) for name in channels}
+        read = {name: Found(each, Origin.MOVING) for name, each in given.items() if each is not None}
+        return {**own, **read, **({"t": OF_TIME} if "t" in own else {})}
 
     def schema(self) -> Schema:
         return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S"}

@@ -11,9 +11,10 @@ from typing import Any, final
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Problem
+from mbproj.scene.expressions.dimensions import describe, symbol_of
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.syntax_tree import Binary, Expression, QuantityNode
-from mbproj.scene.expressions.units import BARE, Dimension, describe, symbol_of, unit_of
+from mbproj.scene.expressions.units import BARE, Dimension, unit_of
 from mbproj.scene.fields.checks import direction
 from mbproj.scene.fields.fields import Converted, Field, List, Schema
 from mbproj.scene.fields.reading import Reading, label
@@ -66,7 +67,7 @@ class Number(Field[float]):
             return None
         if self.unit is not None and value.dimension is not None and not agrees(self.unit, value.dimension):
             mine = f"is in {self.unit}" if self.unit else "has no unit"
-            message = f"{label(path)} {mine}, this is {describe(value.dimension)}"
+            message = f"{label(path)} {mine}, this is {describe(value.dimension, with_unit=True)}"
             reading.report(message, node.place, unit_hint(node.text, tree))
             return None
         reading.units[path] = unit_text(self.unit, value.dimension)

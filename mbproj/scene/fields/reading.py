@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import field
+from math import nan
 from typing import TYPE_CHECKING, Any
 
 from mbproj.dataclass import dataclass
@@ -12,10 +13,11 @@ from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import Expression, ExpressionError, NumberNode, names, parse
 from mbproj.scene.expressions.units import SYMBOLS, Dimension
 from mbproj.scene.records import KeyPath
-from mbproj.scene.text.nodes import CasesNode, Node, ScalarNode
+from mbproj.scene.text.nodes import CasesNode, MappingNode, Node, ScalarNode, SequenceNode, as_mapping
 
 if TYPE_CHECKING:
     from mbproj.functions.program import Program
+    from mbproj.scene.expressions.dimensions import Found
     from mbproj.scene.text.reading_cache import ReadingCache
 
 
@@ -32,7 +34,8 @@ class Reading:
     """The state of one reading, to which fields add. `names` are the parameters (None: wrong, and reported), `items`
     the names of each block's items. `notes` are on legal input that may be a mistake. `units` are the SI units of the
     numbers by path, where they are known. `kept` has the values of an earlier reading, or stores those of this one.
-    `inner` are the full names of the short names that expressions may use within an item."""
+    `inner` are the full names of the short names that expressions may use within an item. `dimension_of` returns the
+    dimension of a signal, a state, or a name with a point, None where it is not known."""
 
     items: Mapping[str, Collection[str]] = field(default_factory=dict)
     names: dict[str, Value | None] = field(default_factory=dict)
@@ -42,6 +45,7 @@ class Reading:
     units: dict[KeyPath, str] = field(default_factory=dict)
     kept: ReadingCache | None = None
     inner: Mapping[str, str] = field(default_factory=dict)
+    dimension_of: Callable[[str, Reading], Dimension | None] = lambda name, reading: None
 
     def read(self, kind: Any, node: Node, path: KeyPath) -> Any:
         """The value of the field `kind` at `path`. It comes from an earlier reading where nothing has changed that it
@@ -65,12 +69,13 @@ class Reading:
         """Record a problem; the reading goes on."""
         self.problems.append(Problem(message, place, hint))
 
-    def parse(self, node: ScalarNode) -> Expression | None:
-        """The tree of an expression; None where it is wrong, which is reported at the character."""
+    def parse(self, node: ScalarNode, variables: Iterable[str] = ()) -> Expression | None:
+        """The tree of an expression that may name `variables` beside parameters; None where it is wrong, which is
+        reported at the character."""
         if isinstance(node, CasesNode):
             return NumberNode(node.numbers, 0)
         try:
-            return parse(node.text, self._no_units())
+            return parse(node.text, self._named_as_units(variables))
         except ExpressionError as error:
             self.report(error.message, node.place_at(error.at), error.hint)
             return None
@@ -87,21 +92,28 @@ class Reading:
                 return True
         return False
 
-    def _no_units(self) -> frozenset[str]:
-        """The symbols of units that are names of parameters, signals or states in this scene."""
-        named = (self.names, self.inner, *(self.items.get(block, ()) for block in ("signals", "states")))
+    def _named_as_units(self, variables: Iterable[str]) -> frozenset[str]:
+        """The symbols of units that are names of parameters, signals, states or variables of this expression."""
+        named = (
+            tuple(variables),
+            self.names,
+            self.inner,
+            *(self.items.get(block, ()) for block in ("signals", "states")),
+        )
         return frozenset(symbol for symbol in SYMBOLS for names in named if symbol in names)
 
     def program(
-        self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int]
-    ) -> tuple[Program, Dimension | None] | None:
-        """The program of the node's tree and the dimension of its value; None where it is wrong, which is reported."""
+        self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int], known: Mapping[str, Found]
+    ) -> tuple[Program, Found] | None:
+        """The program of the node's tree and the dimension of its value; None where it is wrong, which is reported.
+        `known` are the dimensions of variables."""
         from mbproj.functions.program import Program
         from mbproj.scene.expressions.compiled import compiled
 
         try:
-            code, dimension = compiled(tree, self.names, variables) if tree is not None else ((), None)
-            return (Program(code, node.text.strip()), dimension) if code else None
+            if tree is not None:
+                code, found = compiled(tree, self.names, variables, known)
+                return Program(code, node.text.strip()), found
         except ExpressionError as error:
             self.report(error.message, node.place_at(error.at), error.hint)
         except Unavailable:
@@ -140,3 +152,38 @@ def either(names: Iterable[str]) -> str:
 def label(path: KeyPath) -> str:
     """The name of the value at `path` in messages, by the nearest key."""
     return next((f"'{key}'" for key in reversed(path) if isinstance(key, str)), "a scene")
+
+
+#: The blocks whose items other items may name.
+_REFERRED = ("bodies", "curves", "joints", "forces", "motions", "markers", "signals", "states", "controllers")
+#: The blocks whose items declare units of what expressions name, and the keys of an item that do so.
+_DECLARING, _DECLARED_BY = ("signals", "states", "controllers", "forces"), ("unit", "type", "initial", "scale")
+
+
+def items_of(root: MappingNode) -> dict[str, dict[str, None]]:
+    """The names of the items that others may name, by block; an item may have faults."""
+    blocks = {key: as_mapping(root.values[key]) for key in _REFERRED if key in root.values}
+    return {key: dict.fromkeys(block.keys) for key, block in blocks.items() if block is not None}
+
+
+def declares_units(changes: Mapping[str, object]) -> bool:
+    """Whether changes, by path, may change the unit of a name, so that all expressions have to be checked again."""
+    paths = [path.split(".") for path in changes]
+    return any(path[0] in _DECLARING and (len(path) < 3 or path[-1] in _DECLARED_BY) for path in paths)
+
+
+def number_at(root: MappingNode, path: str, reading: Reading) -> float:
+    """The number at a path, or of the parameter with this name; NaN where there is no constant number."""
+    keys = path.split(".")
+    node: Node = root
+    for key in keys if len(keys) > 1 else ("parameters", *keys):
+        inside = node.values.get(key) if isinstance(node, MappingNode) else None
+        if isinstance(node, SequenceNode) and key.isascii() and key.isdecimal() and int(key) < len(node.items):
+            inside = node.items[int(key)]
+        if inside is None:
+            return nan
+        node = inside
+    if not isinstance(node, ScalarNode):
+        return nan
+    value = reading.value(node, reading.parse(node))
+    return nan if value is None else value.number

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.errors import InputError, Problem
-from mbproj.scene.expressions.units import BARE, Dimension, symbol_of
+from mbproj.scene.expressions.dimensions import symbol_of
+from mbproj.scene.expressions.units import BARE, Dimension
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.read import SceneText

@@ -13,10 +13,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NoReturn
 
 from mbproj.errors import InputError, Place, Problem, choose_from
+from mbproj.scene.expressions.dimensions import describe as in_words
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import Dimension
-from mbproj.scene.expressions.units import describe as in_words
 from mbproj.scene.fields.fields import Field, Schema
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, label

@@ -90,7 +90,7 @@ def _inside(node: Node, keys: tuple[str, ...], depth: int, change: Change) -> No
         return change.node
     key = keys[depth]
     if isinstance(node, SequenceNode):
-        if not (key.isdigit() and int(key) < len(node.items)):
+        if not (key.isascii() and key.isdigit() and int(key) < len(node.items)):
             places = f"its places are 0 to {len(node.items) - 1}" if node.items else "it is empty"
             raise _NotThere(f"'{'.'.join(keys[:depth])}' is a list and has no place '{key}'", places)
         items = list(node.items)

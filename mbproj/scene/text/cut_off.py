@@ -8,28 +8,17 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
-from mbproj.errors import Place, Problem
-from mbproj.scene.text.nodes import Node, ScalarNode
+from mbproj.errors import Problem
+from mbproj.scene.text.nodes import Node, ScalarNode, WrittenKey
 
 #: The most pieces that are joined; a longer search would take time in lists of thousands.
 MOST = 50
 _WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
 
 
-class WrittenKey(NamedTuple):
-    """A key of a mapping as it was written, its place, and its value."""
-
-    key: Node
-    place: Place
-    value: Node
-
-
 def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
     """The items of a list in [ ], with values joined that commas have cut, and a problem for each of these."""
-    if not any(isinstance(item, ScalarNode) and "(" in item.text for item in items):
-        return list(items), []
     items_read: list[Node] = []
     problems = []
     at = 0

@@ -10,8 +10,7 @@ from typing import NamedTuple
 import yaml
 
 from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.text.cut_off import WrittenKey, whole_entries, whole_items
-from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode, WrittenKey
 from mbproj.scene.text.source import lines_of
 
 
@@ -172,7 +171,9 @@ class _Composer:
         items = []
         while not isinstance(inner := next(self._events), yaml.SequenceEndEvent):
             items.append(self._node(inner, depth + 1))
-        if getattr(event, "flow_style", False):
+        if getattr(event, "flow_style", False) and any("(" in _text(item) for item in items):
+            from mbproj.scene.text.cut_off import whole_items
+
             items, cuts = whole_items(items)
             self.problems += cuts
         return SequenceNode(tuple(items), self._place(event))
@@ -193,7 +194,9 @@ class _Composer:
             key = self._node(inner, depth + 1)
             place = key.place if isinstance(inner, yaml.ScalarEvent) else self._place(inner)
             entries.append(WrittenKey(key, place, self._node(next(self._events), depth + 1)))
-        if getattr(event, "flow_style", False):
+        if getattr(event, "flow_style", False) and any(_text(entry.value) == "" for entry in entries):
+            from mbproj.scene.text.cut_off import whole_entries
+
             entries, cuts = whole_entries(entries)
             self.problems += cuts
         return entries
@@ -227,3 +230,8 @@ class _Composer:
 
     def _report(self, message: str, place: Place, hint: str | None = None) -> None:
         self.problems.append(Problem(message, place, hint))
+
+
+def _text(node: Node) -> str:
+    """The text of a scalar; a blank for other nodes."""
+    return node.text if isinstance(node, ScalarNode) else " "

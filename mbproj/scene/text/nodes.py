@@ -6,7 +6,7 @@ import json
 import re
 from collections.abc import Mapping
 from numbers import Real
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
@@ -53,6 +53,14 @@ class MappingNode:
 
 
 Node: TypeAlias = "ScalarNode | SequenceNode | MappingNode"
+
+
+class WrittenKey(NamedTuple):
+    """A key of a mapping as it was written, its place, and its value."""
+
+    key: Node
+    place: Place
+    value: Node
 
 
 def describe(node: Node) -> str:

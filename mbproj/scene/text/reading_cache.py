@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from mbproj.errors import Place, Problem
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
-from mbproj.several import Several
+from mbproj.several import Several, same_bits
 
 Path: TypeAlias = "tuple[str | int, ...]"
 #: Parameters by name, and the names of the items of each block.
@@ -91,4 +91,7 @@ class ReadingCache:
 
 def _differ(value: Any, before: Any) -> bool:
     """Whether a parameter has another value; one of several cases has."""
-    return value is not before and (isinstance(getattr(value, "number", None), Several) or value != before)
+    if value is before:
+        return False
+    number, other = (getattr(each, "number", None) for each in (value, before))
+    return isinstance(number, Several) or value != before or not same_bits(number, other)

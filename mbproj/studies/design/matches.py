@@ -153,9 +153,13 @@ class Match:
         for part in self._components(quantity):
             names = self._names(quantity, part)
             asked = [self._headings[name] for name in names if name in self._headings]
-            number = next((known.index(name) for name in (*asked, *names) if name in known), None)
-            if number is not None:
-                by_part[part] = number
+            able = asked or [name for name in names if name in known]
+            if len(able) > 1:
+                both = f"'{able[0]}' and '{able[1]}' could both be '{names[0]}'"
+                place = Place(str(self._path), columns.heading_line)
+                self._reading.report(both, place, f"say which it is: columns: {{{names[0]}: HEADING}}")
+            if able:
+                by_part[part] = known.index(able[0])
         return by_part
 
     @property
@@ -169,11 +173,15 @@ class Match:
         if self._over == PATH:
             return np.zeros(len(columns.rows))
         asked = [self._headings[self._over]] if self._over in self._headings else []
-        names = [name.lower() for name in (*asked, *(TIME_NAMES if self._over == TIME else (self._over,)))]
-        number = next((k for k, (name, _) in enumerate(columns.headings) if name.lower() in names), None)
-        if number is None:
-            hint = f"say which it is: columns: {{{self._over}: HEADING}}; points without a time are over: path"
+        names = [name.lower() for name in asked or (TIME_NAMES if self._over == TIME else (self._over,))]
+        hint = f"say which it is: columns: {{{self._over}: HEADING}}; points without a time are over: path"
+        able = [k for k, (name, _) in enumerate(columns.headings) if name.lower() in names]
+        if not able:
             raise InputError(Problem(f"no column is of '{self._over}'", place, hint))
+        if len(able) > 1:
+            both = " and ".join(f"'{columns.headings[k][0]}'" for k in able[:2])
+            raise InputError(Problem(f"{both} could both be '{self._over}'", place, hint))
+        (number,) = able
         if self._over != TIME:
             return _values(columns, number, COORDINATES[self._over.partition(".")[2]], place)
         settings = settings_to_run(self._base, by_options=False)

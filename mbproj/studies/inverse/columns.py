@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
+from mbproj.plain_number import plain_number
 from mbproj.scene.expressions.units import unit_of
 from mbproj.scene.fields.quantities import agrees
 
@@ -33,13 +34,18 @@ class CsvTable:
 
 def read_columns(path: Path, asked: str) -> CsvTable:
     """Read the table in a file. `asked` is the option that named the file. Raises InputError with file and line where
-    the file is no table, or a cell is no finite number."""
+    the file is no table, two columns have one name, or a cell is no finite number."""
     lines = _lines(path, asked)
     if not lines:
         raise InputError(Problem("it is empty", Place(str(path)), "give a line of names, then a line for each sample"))
     first, cells = lines[0]
-    rows = np.array([_numbers(path, line, row, len(cells)) for line, row in lines[1:]], dtype=float)
     headings = tuple(_heading(cell) for cell in cells)
+    names = [name for name, _ in headings]
+    for name in names:
+        if name and names.count(name) > 1:
+            at = Place(str(path), first)
+            raise InputError(Problem(f"two columns are of '{name}'", at, "leave one of them out, or rename it"))
+    rows = np.array([_numbers(path, line, row, len(cells)) for line, row in lines[1:]], dtype=float)
     return CsvTable(headings, first, rows.reshape(-1, len(cells)), tuple(line for line, _ in lines[1:]))
 
 
@@ -90,7 +96,7 @@ def _numbers(path: Path, line: int, cells: list[str], count: int) -> list[float]
     if len(cells) != count:
         raise InputError(Problem(f"it has {len(cells)} cells, and the first line has {count}", place))
     try:
-        numbers = [float(cell) for cell in cells]
+        numbers = [plain_number(cell) for cell in cells]
     except ValueError:
         wrong = next(cell for cell in cells if not _is_number(cell))
         raise InputError(Problem(f"'{wrong.strip()}' is not a number", place, "give every sample a number")) from None
@@ -101,7 +107,7 @@ def _numbers(path: Path, line: int, cells: list[str], count: int) -> list[float]
 
 def _is_number(cell: str) -> bool:
     try:
-        float(cell)
+        plain_number(cell)
     except ValueError:
         return False
     return True

@@ -56,7 +56,8 @@ def by_arrays(
     return by_place
 
 
-def common_values(paths: Sequence[str], values: Sequence[float | str]) -> tuple[float | str, ...]:
-    """Return the values that must be equal in all cases of a group: texts and settings of the run."""
+def common_values(paths: Sequence[str], values: Sequence[float | str]) -> tuple[str, ...]:
+    """Return the values that must be equal in all cases of a group: texts and settings of the run. They are returned as
+    texts, which differ where a bit does."""
     pairs = zip(paths, values, strict=True)
-    return tuple(each for path, each in pairs if isinstance(each, str) or path.startswith(f"{SIMULATION}."))
+    return tuple(repr(each) for path, each in pairs if isinstance(each, str) or path.startswith(f"{SIMULATION}."))

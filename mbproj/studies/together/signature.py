@@ -19,6 +19,7 @@ from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system
 from mbproj.registry import AUTOMATIC, EQUILIBRIUM
 from mbproj.scene.records import Scene, Settings
+from mbproj.several import same_bits
 from mbproj.studies.measure.mechanism import Mechanism
 
 
@@ -36,11 +37,11 @@ class Signature:
 
 
 def values_of(cases: Sequence[Sequence[float | str]]) -> list[Any]:
-    """The values of B cases, (B, k), as k values of one scene. Numbers that differ become Lanes. Raises OneByOne where
-    texts differ."""
+    """The values of B cases, (B, k), as k values of one scene. Numbers that differ become Lanes, as 0.0 and -0.0 do.
+    Raises OneByOne where texts differ."""
     columns = []
     for column in zip(*cases, strict=True):
-        if all(each == column[0] for each in column):
+        if all(same_bits(each, column[0]) for each in column):
             columns.append(column[0])
         elif all(isinstance(each, float) for each in column):
             columns.append(Lanes(np.array(column)))
@@ -68,7 +69,7 @@ def as_one(records: Sequence[Any]) -> Any:
         return {key: as_one([each[key] for each in records]) for key in first}
     if isinstance(first, tuple):
         return tuple(as_one(each) for each in zip(*records, strict=True))
-    return first if all(each == first for each in records) else restacked(records)
+    return first if all(same_bits(each, first) for each in records) else restacked(records)
 
 
 def signature_of(scene: Scene, settings: Settings) -> Signature:

@@ -189,7 +189,7 @@ def test_bad_options_are_refused_before_anything_runs(tmp_path: Path) -> None:
         (["nowhere"], "error: there is no 'nowhere'; give scene files, or directories of them\n"),
         (["a.yaml", "--timeout", "1e300"], "--timeout: error: '--timeout' must be at most 1e+09, found 1e+300\n"),
         (["x" * 5000], f"error: '{'x' * 5000}': File name too long; give another path\n"),
-        (["a.yaml", "--timeout", "3 m"], "--timeout: error: '--timeout' is in s, this is a length\n"),
+        (["a.yaml", "--timeout", "3 m"], "--timeout: error: '--timeout' is in s, this is a length, in m\n"),
         (
             ["a.yaml", "--junit", "no/x.xml"],
             "error: cannot write 'no/x.xml': No such file or directory; choose another file with --junit\n",

@@ -111,7 +111,10 @@ def test_a_search_from_few_starts_says_that_it_is_not_sure(folder):
             ["free.yaml", "--hold", "A.angel"],
             "--hold: error: there is no coordinate 'A.angel'; did you mean 'A.angle'?",
         ),
-        (["free.yaml", "--hold", "A.angle=3 m"], "--hold A.angle: error: '--hold A.angle' is in rad, this is a length"),
+        (
+            ["free.yaml", "--hold", "A.angle=3 m"],
+            "--hold A.angle: error: '--hold A.angle' is in rad, this is a length, in m",
+        ),
         (["four_bar.yaml", "--set", "weight=2", "--write", "w"], "--write: error: --set has changed parameters"),
         (["missing.yaml"], "missing.yaml"),
     ],

@@ -106,7 +106,7 @@ def test_no_inertia_is_no_flywheel():
     "wrong, message",
     [
         ("reflected_inertia: -1", "'reflected_inertia' must be at least 0, found -1"),
-        ("reflected_inertia: 1 kg", "'reflected_inertia' is in kg*m^2, this is a mass"),
+        ("reflected_inertia: 1 kg", "'reflected_inertia' is in kg*m^2, this is a mass, in kg"),
         ("reflected_inertia: {displacement: 1}", "needs a number in kg*m^2, found a mapping"),
     ],
 )

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mbproj.scene.expressions.dimensions import describe
 from mbproj.scene.expressions.evaluate import Value, evaluate
-from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import (
     ANGLE,
     ANGULAR_VELOCITY,
@@ -26,7 +27,6 @@ from mbproj.scene.expressions.units import (
     TORQUE,
     VELOCITY,
     Dimension,
-    describe,
     unit_of,
 )
 from tests.scene.good_scene import read_with
@@ -88,7 +88,8 @@ def value(text: str, **known: Value) -> Value:
 
 
 def test_every_unit_in_si() -> None:
-    assert {unit: value(f"1 {unit}").number for unit in (*SYMBOLS, *COMPOUNDS)} == pytest.approx(SI, rel=1e-15)
+    assert {*SYMBOLS} <= {*SI}
+    assert {unit: value(f"1 {unit}").number for unit in SI} == pytest.approx(SI, rel=1e-15)
 
 
 @settings(derandomize=True, deadline=None)
@@ -172,9 +173,14 @@ def test_values_and_dimensions(text: str) -> None:
     assert (found.number, found.dimension) == (pytest.approx(number, rel=1e-15), dimension)
 
 
-@pytest.mark.parametrize("text", ["x", "2*x", "x + 1 m", "1 kg / x", "x**2", "min(x, 1 m)", "(2 m)**x", "-x"])
+@pytest.mark.parametrize("text", ["x", "2*x", "x + 1", "1 kg / x", "x**2", "min(x, 1)", "(2 m)**x", "-x"])
 def test_what_follows_from_a_number_without_unit_may_be_anything(text: str) -> None:
     assert value(text, x=Value(2.0, None)).dimension is None
+
+
+@pytest.mark.parametrize("text", ["x + 1 m", "1 m - x", "min(x, 1 m)", "clip(x, -1 m, 2*x)", "2*(x + 1 m)"])
+def test_a_sum_has_the_unit_of_the_terms_that_have_one(text: str) -> None:
+    assert value(text, x=Value(2.0, None)).dimension == LENGTH
 
 
 def test_a_unit_binds_to_what_stands_right_before_it() -> None:
@@ -184,33 +190,109 @@ def test_a_unit_binds_to_what_stands_right_before_it() -> None:
     assert value("1 + 2 mm").number == 1.002
 
 
-#: The rule on names that are a unit's and a parameter's; all three parameters are 10 and without unit.
+#: Units of which some symbols are parameters too; all parameters are 10 and without unit.
 BESIDE_PARAMETERS = {
-    "2 m": 2.0,  # right after a number it is the unit
-    "2 kg*g": 20.0,  # after * and / it is the parameter,
-    "2 kg * g": 20.0,
-    "2 kg/s": 0.2,
-    "2 kg/(s)": 0.2,
-    "2 kg*mm*m": 0.02,
-    "5 N*m": 5.0,  # but not in the compounds that are listed, without spaces,
-    "5 N*m*s/rad": 5.0,
-    "5 N*m*s": 50.0,
-    "3 m/s^2": 3.0,
-    "5 N * m": 50.0,  # with spaces it is
+    "2 m": 2.0,  # right behind a number it is the unit,
+    "25 1/s": 25.0,
+    "3 m/s^2": 3.0,  # and before a power,
+    "2 kg*m^2": 2.0,
+    "3 N/(s^2)": 3.0,
+    "5 N*m*s/rad": 5.0,  # before a symbol that is no parameter,
+    "2 kN * s/cm": 2e5,
+    "2 kN/(s*mm)": 2e6,
+    "7 (kN/m)": 7e3,  # beside one in parentheses,
+    "3 (kg*g)": 3e-3,
+    "5 N*m": 5.0,  # and in the usual units without spaces
+    "3 kN*m": 3e3,
+    "7 kN/m": 7e3,
+    "7 kg/s": 7.0,
+    "2 N*m*s": 2.0,
+    "30 l/s": 0.03,
+    "7 kN/m*h": 7e4,
+    "2*m": 20.0,  # after an operator it is the parameter,
     "m/s": 1.0,
-    "5 m*m": 50.0,
+    "m*g*h": 1000.0,
+    "(2 m)/h": 0.2,
+    "(5 N)*m": 50.0,  # and after parentheses
+    "m * 3 m/s^2 * h": 300.0,
+    "2 N*(m + 1)": 22.0,
+    "2 N*max(m, 3)": 20.0,
+    "h mm": 0.01,
 }
+#: The symbol that could be both, and its place.
+UNCLEAR = {
+    "2 kg*g": ("g", 5),
+    "3 N * m": ("m", 6),
+    "2 m*m": ("m", 4),
+    "2 kg/(s)": ("s", 6),
+    "2 N/(m*s)": ("s", 7),
+    "4 m/s^2 * m": ("m", 10),
+    "2 N/m*s": ("s", 6),
+    "1 kg*m**2": ("m", 5),
+    "1 N*m**2": ("m", 4),
+    "2 (m)": ("m", 3),
+    "m g": ("g", 2),
+    "(m + h) s": ("s", 8),
+}
+NAMED = {name: Value(10.0, None) for name in ("m", "s", "g", "h")}
 
 
 @pytest.mark.parametrize("text", BESIDE_PARAMETERS)
-def test_a_name_that_is_a_parameter_stays_one(text: str) -> None:
-    known = {name: Value(10.0, None) for name in ("m", "s", "g")}
-    assert evaluate(parse(text, frozenset(known)), known).number == pytest.approx(BESIDE_PARAMETERS[text], rel=1e-15)
+def test_where_a_symbol_is_a_unit_beside_a_parameter_of_its_name(text: str) -> None:
+    found = evaluate(parse(text, frozenset(NAMED)), NAMED).number
+    assert found == pytest.approx(BESIDE_PARAMETERS[text], rel=1e-15)
+
+
+@pytest.mark.parametrize("text", UNCLEAR)
+def test_a_symbol_that_could_be_both_is_an_error_that_names_both(text: str) -> None:
+    word, at = UNCLEAR[text]
+    with pytest.raises(ExpressionError) as error:
+        parse(text, frozenset(NAMED))
+    assert (error.value.message, error.value.at) == (
+        f"'{word}' could be the unit {word}, or the '{word}' that is named here",
+        at,
+    )
+
+
+def test_the_hint_has_both_meanings() -> None:
+    with pytest.raises(ExpressionError) as error:
+        parse("3 kg*g", frozenset(NAMED))
+    assert error.value.hint == "write (3 kg)*g for what 'g' names, 3 (kg*g) for the unit"
+    for text, number in (("(3 kg)*g", 30.0), ("3 (kg*g)", 0.003)):
+        assert evaluate(parse(text, frozenset(NAMED)), NAMED).number == number
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.sampled_from(sorted(COMPOUNDS)), st.integers(1, 10**6), st.sets(st.sampled_from(sorted(SYMBOLS))))
+def test_a_usual_unit_behind_a_number_is_the_same_whatever_the_parameters_are(
+    unit: str, number: int, named: set[str]
+) -> None:
+    known = {name: Value(7.0, None) for name in named}
+    assert evaluate(parse(f"{number} {unit}", frozenset(known)), known) == value(f"{number} {unit}")
+
+
+@settings(derandomize=True, deadline=None)
+@given(st.lists(FACTORS, min_size=1, max_size=4), st.sets(st.sampled_from(sorted(SYMBOLS))), st.data())
+def test_no_unit_is_silently_another_one_beside_parameters(
+    factors: list[tuple[str, int]], named: set[str], data: st.DataObject
+) -> None:
+    """With any names, a number with a unit has the value that it has without them, or is an error."""
+    text = "3 "
+    for at, (symbol, power) in enumerate(factors):
+        sign = data.draw(st.sampled_from(["/", " / ", "*", "·", " * "])) if at else ""
+        text += sign + (symbol if power == 1 else f"{symbol}^{power}")
+    known = {name: Value(7.0, None) for name in named}
+    try:
+        found = evaluate(parse(text, frozenset(known)), known)
+    except ExpressionError as error:
+        assert "could be the unit" in error.message
+    else:
+        assert found == value(text)
 
 
 def test_a_scene_knows_all_its_parameters_when_it_reads_the_first() -> None:
-    given = "{crank_length: 0.08, weight: 2 kg*g, torque: 5 N*m, g: 9.81, m: 3}"
-    scene = read_with("{crank_length: 0.08, rod_length: 0.3}", given, parameters={"weight": "3 kg*g"})
+    given = "{crank_length: 0.08, weight: (2 kg)*g, torque: 5 N*m, g: 9.81, m: 3}"
+    scene = read_with("{crank_length: 0.08, rod_length: 0.3}", given, parameters={"weight": "(3 kg)*g"})
     assert scene.parameters == {"crank_length": 0.08, "weight": 3 * 9.81, "torque": 5.0, "g": 9.81, "m": 3.0}
 
 

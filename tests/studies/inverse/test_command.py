@@ -79,6 +79,8 @@ def test_a_marker_in_millimetres_and_results_tell_the_same_motion(tmp_path):
         ("time, A.angle (furlong)\n" + "0,0\n" * 7, "unknown unit 'furlong'"),
         ("A.angle\n" + "0\n" * 7, "it needs a column 'time (s)'"),
         ("time, A.angle\n0,0\n1,x\n", "given.csv:3: error: 'x' is not a number"),
+        ("time, A.angle\n0,0\n1,4_5\n", "given.csv:3: error: '4_5' is not a number"),
+        ("time, A.angle, A.angle\n" + "0,0,0\n" * 7, "given.csv:1: error: two columns are of 'A.angle'"),
         ("time, A.angle\n0,0\n1\n", "given.csv:3: error: it has 1 cells"),
         ("time, A.angle\n0,0\n1,nan\n", "given.csv:3: error: a number is not finite"),
         ("time, A.angle\n0,0\n1,1\n2,2\n", "it has 3 samples"),

@@ -29,10 +29,10 @@ title: A pendulum
 MEASURE = "  drop: {marker: end, quantity: position, component: z, at: end}\n"
 
 
-def write(folder: Path, vary: str, measure: str = MEASURE, more: str = "") -> Path:
+def write(folder: Path, vary: str, measure: str = MEASURE, more: str = "", scene: str = SCENE) -> Path:
     """The scene and folder/spec.yaml."""
     folder.mkdir(parents=True, exist_ok=True)
-    (folder / "pendulum.yaml").write_text(SCENE, encoding="utf-8")
+    (folder / "pendulum.yaml").write_text(scene, encoding="utf-8")
     path = folder / "spec.yaml"
     path.write_text(f"sweep: 1\nscene: pendulum.yaml\nvary:\n{vary}measure:\n{measure}{more}", encoding="utf-8")
     return path

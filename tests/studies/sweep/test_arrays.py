@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -11,8 +13,9 @@ from mbproj.studies.sweep import case
 from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
-from mbproj.studies.together.groups import FEWEST
-from tests.studies.sweep.specs import swept, write
+from mbproj.studies.together.groups import FEWEST, common_values
+from mbproj.studies.together.signature import as_one, values_of
+from tests.studies.sweep.specs import SCENE, swept, write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")
 
@@ -106,6 +109,34 @@ def test_groups_go_by_what_is_decided(tmp_path):
     rows, alone = by_arrays_and_alone(path)
     assert all(row.by_arrays for row in rows)
     assert [row.values for row in rows] == [own.values for own in alone]
+
+
+def test_zeros_of_both_signs_are_two_cases(tmp_path):
+    """atan2(0, -1) is π, atan2(-0, -1) is -π: here the length is 1.03 m, or 0.97 m."""
+    text = SCENE.replace("length: 1 m, fails: 0", "x: 0, length: '1 m + 0.03 m * atan2(x, -1) / pi', fails: 0")
+    path = write(tmp_path, f"  parameters.x: [0.0, -0.0]\n  bodies.bar.mass: 1:2:{COUNT}\n", scene=text)
+    rows, alone = by_arrays_and_alone(path)
+    assert all(row.by_arrays for row in rows)
+    assert [row.values for row in rows] == [own.values for own in alone]
+    assert len({row.values for row in rows}) == 2 * COUNT
+
+
+def test_settings_that_are_zeros_of_both_signs_are_apart():
+    assert len({common_values(("simulation.a", "b"), (zero, 1.0)) for zero in (0.0, -0.0)}) == 2
+    assert len({common_values(("a", "b"), (zero, 1.0)) for zero in (0.0, -0.0)}) == 1
+
+
+@dataclass(frozen=True)
+class Quantity:
+    number: float
+
+
+def test_records_that_differ_in_the_sign_of_a_zero_differ():
+    for values in ((0.0, -0.0), (-0.0, 0.0, 0.0)):
+        made = as_one([Quantity(each) for each in values])
+        assert made.number.values.tobytes() == np.array(values).tobytes()
+        (column,) = values_of([(each,) for each in values])
+        assert column.values.tobytes() == np.array(values).tobytes()
 
 
 def test_the_sweep_says_how_many(tmp_path):

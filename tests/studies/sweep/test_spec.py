@@ -11,10 +11,10 @@ from tests.studies.sweep.specs import MEASURE, complaints, write
 
 def test_units_come_from_the_scene_and_else_from_the_sweep(tmp_path):
     vary = (
-        "  length: 0.8 m:1.2 m:3\n  bodies.bar.mass: [1, 2]\n  simulation.projection: [gopm, gpopm]\n  fails: [0 kg]\n"
+        "  length: 0.8 m:1.2 m:3\n  bodies.bar.mass: [1, 2]\n  simulation.projection: [gopm, gpopm]\n  fails: [0 s]\n"
     )
     spec = read_spec(write(tmp_path, vary))
-    assert dict(spec.units) == {"length": "m", "bodies.bar.mass": "kg", "simulation.projection": "", "fails": "kg"}
+    assert dict(spec.units) == {"length": "m", "bodies.bar.mass": "kg", "simulation.projection": "", "fails": "s"}
     assert spec.design.count == 12
     assert spec.measures[0].unit == "m"
 
@@ -34,7 +34,10 @@ def test_units_come_from_the_scene_and_else_from_the_sweep(tmp_path):
             "  bodies.bar.mass: [1, 2 m, 3, -1]\n  length: -1:1:3\n",
             MEASURE,
             "",
-            ["4:24: error: 'mass' is in kg, this is a length", "4:32: error: 'mass' must be at least 0, found -1"],
+            [
+                "4:24: error: 'mass' is in kg, this is a length, in m",
+                "4:32: error: 'mass' must be at least 0, found -1",
+            ],
         ),
         (
             "  simulation.projection: [gopm, gpomp]\n",

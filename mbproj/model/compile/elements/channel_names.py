@@ -157,7 +157,7 @@ class NamesOfSystem:
 def expression_of(element: Element, text: str, variables: Mapping[str, int]) -> Program:
     """Return an expression of an element as a program. Raises InputError where it cannot be read."""
     try:
-        return Program(compiled(parse(text), {}, variables)[0], text)
+        return Program(compiled(parse(text, frozenset(variables)), {}, variables)[0], text)
     except ExpressionError as error:
         raise InputError(Problem(f"element '{element.name}': '{text}': {error}", hint=error.hint)) from error
 

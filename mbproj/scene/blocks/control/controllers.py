@@ -19,8 +19,8 @@ from mbproj.functions.program import Program
 from mbproj.scene.blocks.control.expression import NOT_FREE, VALUE, unit_name
 from mbproj.scene.blocks.expectations import MEASURE
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
+from mbproj.scene.expressions.dimensions import Found
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.units import Dimension
 from mbproj.scene.fields.choices import Alternatives
 from mbproj.scene.fields.containers import Named, Record
 from mbproj.scene.fields.fields import Field, Schema
@@ -32,13 +32,13 @@ from mbproj.scene.text.nodes import Node, as_mapping
 
 def _hold(
     name: str,
-    value: tuple[Program, Dimension | None] | None = None,
+    value: tuple[Program, Found] | None = None,
     initial: Value | None = None,
-    next: tuple[Program, Dimension | None] | None = None,
+    next: tuple[Program, Found] | None = None,
 ) -> Held:
     given = value or next
     assert given is not None
-    program, dimension = given
+    program, dimension = given[0], given[1].certain
     if initial is not None and dimension is not None and initial.dimension is not None:
         if not initial.dimension.agrees(dimension):
             raise Unfit("has an initial value in another unit than its expression", "check the units of both")

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mbproj.errors import Place, Problem
+from mbproj.plain_number import plain_number
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, flow, from_value
 
 #: The matrices that a file gives, by the kind of block that names it.
@@ -95,7 +96,8 @@ def _numbers(path: Path) -> Mapping[str, list[list[float]]]:
     """The rows of a text file of numbers with commas or blanks between them. Raises _Unfit where it has other text."""
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
-        rows = [[*map(float, line.replace(",", " ").split())] for line in lines if line.strip() and line[0] != "#"]
+        cells = [line.replace(",", " ").split() for line in lines if line.strip() and line[0] != "#"]
+        rows = [[*map(plain_number, row)] for row in cells]
     except (OSError, ValueError) as error:
         raise _Unfit(f"'{path.name}' is no table of numbers: {error}", "write it with numpy.savetxt, say") from None
     if not rows:

@@ -18,8 +18,9 @@ from mbproj.scene.blocks.control.blocks import BLOCKS, ControlBlock, Expanded
 from mbproj.scene.blocks.control.expression import NOT_FREE, VALUE, unit_name
 from mbproj.scene.blocks.expectations import MEASURE, Measure
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
+from mbproj.scene.expressions.dimensions import Found, called, describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.units import BARE, TIME, Dimension, called, describe, unit_at
+from mbproj.scene.expressions.units import BARE, TIME, Dimension, unit_at
 from mbproj.scene.fields.choices import Alternatives
 from mbproj.scene.fields.containers import Named, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Schema, Text
@@ -28,25 +29,32 @@ from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import Node
 
 
-def _unit(text: str) -> str:
-    """The name in results of a unit of SI. Raises Unfit for a text that is none."""
+def _unit(text: str) -> Dimension:
+    """The dimension of a unit of SI. Raises Unfit for a text that is none."""
     unit = unit_at(text, 0)
     if unit is None or text[unit[1] :].strip():
         raise Unfit(f"is '{text}', which is no unit", "write it as in kg*m^2/s, V, A or bar")
     if (unit[0].multiply, unit[0].divide) != (1.0, 1.0):
         raise Unfit(f"is '{text}', which is not of SI", f"signals are in SI: {called(unit[0].dimension)}")
-    return called(unit[0].dimension)
+    return unit[0].dimension
 
 
 def _signal(
-    name: str, value: tuple[Program, Dimension | None] | None = None, unit: str | None = None, **block: ControlBlock
+    name: str,
+    value: tuple[Program, Found] | None = None,
+    unit: Dimension | None = None,
+    **block: ControlBlock,
 ) -> Signal | Expanded:
-    """The signal of an expression `value`, or the items that replace the one given block."""
+    """The signal of an expression `value`, or the items that replace the one given block. Raises Unfit where the
+    expression is in another unit."""
     if value is None:
         (only,) = block.values()
-        return only.expanded(name, unit)
-    program, dimension = value
-    return Signal(name, program, unit_name(dimension) if unit is None else unit)
+        return only.expanded(name, None if unit is None else called(unit))
+    program, found = value
+    if unit is not None and found.dimension is not None and not found.agrees(unit):
+        its = describe(found.dimension, with_unit=True)
+        raise Unfit(f"is in {called(unit)}, and its expression is {its}", "check the units of both")
+    return Signal(name, program, unit_name(found.certain if unit is None else unit))
 
 
 @dataclass(frozen=True)
@@ -76,13 +84,13 @@ _SIGNAL: Field[Signal | Expanded] = Alternatives(
 
 def _state(
     name: str,
-    derivative: tuple[Program, Dimension | None],
+    derivative: tuple[Program, Found],
     initial: Value | None = None,
     scale: Value | None = None,
 ) -> ScalarState:
     """The record of a state. Its unit is that of its numbers, else that of its derivative times a second. Raises Unfit
     where these differ."""
-    rate, of_rate = derivative
+    rate, of_rate = derivative[0], derivative[1].certain
     given = [each.dimension for each in (initial, scale) if each is not None and each.dimension not in (None, BARE)]
     dimension = given[0] if given else None
     for other in given[1:]:

@@ -63,5 +63,6 @@ TYPES = {
         },
         _dc_motor,
         ("voltage", "resistance", "inductance", "constant"),
+        states={"current": "A", "heat": "J"},
     ),
 }

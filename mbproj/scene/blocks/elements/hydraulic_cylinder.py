@@ -112,5 +112,6 @@ TYPES = {
         },
         _hydraulic_cylinder,
         ("opening", "supply", "flow", "drop", "area", "stroke", "dead_volume", "bulk_modulus"),
+        states={"pressure_1": "Pa", "pressure_2": "Pa", "heat": "J"},
     ),
 }

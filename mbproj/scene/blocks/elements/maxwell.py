@@ -32,11 +32,13 @@ TYPES = {
         {"stiffness": Number("N/m", above=0.0), "damping": Number("N*s/m", above=0.0)},
         partial(_maxwell, unit="m"),
         ("stiffness", "damping"),
+        states={"stretch": "m"},
     ),
     "torsion_maxwell": ElementType(
         "rad",
         {"stiffness": Number("N*m/rad", above=0.0), "damping": Number("N*m*s/rad", above=0.0)},
         partial(_maxwell, unit="rad"),
         ("stiffness", "damping"),
+        states={"stretch": "rad"},
     ),
 }

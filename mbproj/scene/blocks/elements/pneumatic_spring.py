@@ -64,5 +64,6 @@ TYPES = {
         },
         _pneumatic_spring,
         ("area", "volume", "pressure", "ambient"),
+        states={"heat": "J"},
     ),
 }

@@ -70,6 +70,7 @@ def _type(along: Literal["m", "rad"], force: str, limit: str) -> ElementType:
             OneOf(("position", "speed"), needed=True, hint="a servo holds one of them"),
             OneOf(("stiffness", "speed"), needed=True, hint="a position is held with a stiffness, a speed without"),
         ),
+        states={"heat": "J"},
     )
 
 

@@ -51,7 +51,7 @@ TYPES = {
     "speed_torque": ElementType(
         "rad",
         {
-            "torque": Function("N*m", ("t", "speed"), (TIME, RATE), names_channels=True),
+            "torque": Function("N*m", ("t", "speed"), (TIME, RATE), ("s", "rad/s"), names_channels=True),
             "command": Function("", names_channels=True),
             "gear": Number("", above=0.0),
             "friction": Number("N*m*s/rad", minimum=0.0),
@@ -59,5 +59,6 @@ TYPES = {
         },
         _speed_torque,
         ("torque",),
+        states={"heat": "J"},
     ),
 }

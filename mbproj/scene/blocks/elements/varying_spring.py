@@ -43,9 +43,9 @@ def _type(along: Literal["m", "rad"], force: str, free: str) -> ElementType:
         "stiffness": Number(f"{force}/{along}"),
         "damping": Number(f"{force}*s/{along}"),
         free: Number(along),
-        "table": Function(force, ("s",)),
+        "table": Function(force, ("s",), units=()),
     }
-    return ElementType(along, keys, partial(_spring, free=free))
+    return ElementType(along, keys, partial(_spring, free=free), states={"heat": "J"})
 
 
 #: The element types by the type of force that a scene gives.

@@ -81,7 +81,9 @@ def _law_keys(force: str, coordinate: str, unit: str, free: str) -> dict[str, Fi
         "stiffness": Varying(Number(per_unit, minimum=0.0)),
         "damping": Varying(Number(per_rate, minimum=0.0)),
         free: Varying(Number(unit, minimum=0.0) if free == "free_length" else position_in(unit)),
-        force: Function(value, ("t", coordinate, f"{coordinate}_dot"), names_channels=True),
+        force: Function(
+            value, ("t", coordinate, f"{coordinate}_dot"), units=("s", unit, f"{unit}/s"), names_channels=True
+        ),
         "table": table(unit, value, ("natural", "clamped", "linear")),
     }
 

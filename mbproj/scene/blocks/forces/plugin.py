@@ -6,22 +6,26 @@ along several coordinates, states with their rates, rows between coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from keyword import iskeyword
+from numbers import Real
 from typing import Literal
 
-from mbproj.elements import Element, Force
+from mbproj.elements import Element, Force, Place
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.plugins import blamed
 from mbproj.scene.blocks.elements import ELEMENTS, ElementType
 from mbproj.scene.blocks.forces.force_types import OWN_RECORDS, TWO_ENDS
 from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.dimensions import Found, describe
 from mbproj.scene.expressions.evaluate import RESERVED, Value
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import TIME as SECONDS
-from mbproj.scene.expressions.units import Dimension, describe
+from mbproj.scene.expressions.units import Dimension
 from mbproj.scene.fields.quantities import Number, dimension_of
+from mbproj.scene.text.nodes import plain
+from mbproj.several import Several
 
 #: The variables that the formula of a force, or of its energy, may name.
 OF_FORCE: Mapping[str, int] = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
@@ -91,9 +95,40 @@ def register_element(
             element = make(called, s, **{**(defaults or {}), **values})
             if not isinstance(element, Element):
                 raise TypeError(f"it makes {element!r}, which is no mbproj.elements.Element")
+            _check_real(element)
             return element
 
     _add(name, ElementType(along, keys, checked_make, _required(keys, defaults)), make)
+
+
+def _check_real(element: Element) -> None:
+    """Raises TypeError where a number of the element is not real: a cast would drop an imaginary part."""
+    numbers: dict[str, object] = {}
+    for state in element.states:
+        numbers |= {f"'start' of state '{state.name}'": state.start, f"'scale' of state '{state.name}'": state.scale}
+    for row in element.rows:
+        numbers |= {f"'of' of row '{row.name}', '{name}',": weight for name, weight in row.of.items()}
+        numbers |= {f"'constant' of row '{row.name}'": row.constant, f"'period' of row '{row.name}'": row.period or 0.0}
+    numbers |= {f"the inertia of '{name}'": inertia for name, inertia in element.inertias.items()}
+    for name, ends in element.lengths.items():
+        places = [end.location if isinstance(end, Place) else end for end in ends if not isinstance(end, str)]
+        numbers |= {f"a place of the length '{name}', {number!r},": number for place in places for number in place}
+    for program in _programs(element):
+        numbers |= {f"'{program.text or name}', {each!r},": each for name, each in _operands(program)}
+    for what, number in numbers.items():
+        if not isinstance(plain(number), Real | Several):
+            raise TypeError(f"{what} is {number!r}, which is no real number")
+
+
+def _programs(element: Element) -> Iterator[Program]:
+    """The programs of an element; its expressions have no other numbers than real ones."""
+    own = [each.rate for each in element.states] + [each.push for each in element.forces]
+    own += [each.function for each in element.rows if each.function is not None]
+    yield from (each for each in (*own, element.stores, element.lost) if isinstance(each, Program))
+
+
+def _operands(program: Program) -> Iterator[tuple[str, object]]:
+    yield from ((each.op.name.lower(), each.operand) for each in program.code)
 
 
 def _add(name: str, kind: ElementType, made_of: Callable[..., object] | str) -> None:
@@ -121,6 +156,9 @@ def _keys(
             dimension_of(unit)
         except (ExpressionError, ValueError) as error:
             raise _unfit(name, f"parameter '{key}': {error}", "units are as in a scene: N/m^3, kg*m^2") from error
+    for key, value in defaults.items():
+        if not isinstance(plain(value), Real):
+            raise _unfit(name, f"the default of '{key}' is {value!r}, which is no real number")
     for key in (*defaults, *positive):
         if key not in parameters:
             raise _unfit(name, f"there is no parameter '{key}'", f"parameters are: {', '.join(parameters)}")
@@ -135,7 +173,8 @@ def _formula(
     try:
         tree = parse(text, frozenset(dimensions))
         symbols = {key: at for at, key in enumerate(dimensions)}
-        _, dimension = compiled(tree, {}, symbols, dimensions)
+        known = {key: Found.of(each) for key, each in dimensions.items()}
+        dimension = compiled(tree, {}, symbols, known)[1].dimension
     except ExpressionError as error:
         raise _unfit(name, f"'{text}': {error}", error.hint) from error
     if dimension is not None and not dimension_of(unit).agrees(dimension):

@@ -9,12 +9,13 @@ from mbproj.dataclass import dataclass
 from mbproj.elements.controlled import Controller, ScalarState, Signal
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.control.expression import unit_name
+from mbproj.scene.expressions.dimensions import Found, describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.expressions.units import BARE, Dimension, describe
+from mbproj.scene.expressions.units import BARE
 from mbproj.scene.fields.reading import Unfit
 
-#: An expression and the dimension that its numbers give it.
-Given: TypeAlias = "tuple[Program, Dimension | None]"
+#: An expression and its dimension.
+Given: TypeAlias = "tuple[Program, Found]"
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class ControlBlock(ABC):
 def unit_like(of: Given, unit: str | None, *values: Value | None) -> str:
     """The unit of a block's value that has the dimension of its input `of`: `unit` where it is given, else the SI unit
     of that dimension, or of the `values`. Raises Unfit where the dimensions differ."""
-    dimension = None if of[1] == BARE else of[1]
+    dimension = None if of[1].certain == BARE else of[1].certain
     for value in values:
         if value is None or value.dimension in (None, BARE):
             continue
