@@ -15,22 +15,22 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import nearest, scaled_rows
+from mbproj.dynamics.assembly.assemble import scaled_rows
 from mbproj.dynamics.assembly.gauss_newton import moved, shortest
 from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.equations.kinematics import Pose, pose_of, twist_of
 from mbproj.dynamics.equations.motions import NO_DRIVE
 from mbproj.dynamics.rank.components import Component, component_rows
+from mbproj.dynamics.rank.lasting import NO_CONDITIONS, closed, floor_at
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
 from mbproj.dynamics.rank.row_space import self_stresses, unit_rows
 from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.euler_parameters import matrix_L
-from mbproj.model.system import Conditions, System
+from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 #: The number of directions that are followed, the number of random trials for them, and their seed.
 DIRECTIONS, TRIALS, SEED = 3, 12, 6
-NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ def _motions(system: System, pose: Pose) -> Array:
     is a basis of the allowed parts of random motions, more of them than there are degrees of freedom."""
     if system.bodies <= THRESHOLDS.large:
         _, values, vectors = np.linalg.svd(_joint_rows(system, pose), full_matrices=True)
-        return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
+        return np.asarray(vectors[np.count_nonzero(values > floor_at(system, pose)) :], dtype=float)
     rows, count = scaled_rows(system, pose, NO_CONDITIONS), THRESHOLDS.many_directions
     while True:
         count = min(2 * count, 6 * system.bodies)
@@ -80,11 +80,11 @@ def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
         if size < THRESHOLDS.no_motion:
             return
         aim = moved(system, reached, motion * (step / size))
-        closed, residual = nearest(system.at_positions, aim, NO_CONDITIONS, NO_DRIVE, THRESHOLDS.closed_to)
-        if np.abs(residual).max(initial=0.0) > THRESHOLDS.assembled or _far(system, closed, reached) < 0.1 * step:
+        there, residual = closed(system.at_positions, aim)
+        if np.abs(residual).max(initial=0.0) > THRESHOLDS.dependent or _far(system, there, reached) < 0.1 * step:
             return
-        yield pose_of(closed)
-        reached = closed
+        yield pose_of(there)
+        reached = there
 
 
 def _allowed(rows: Rows, direction: Array) -> Array:
