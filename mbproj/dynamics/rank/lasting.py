@@ -5,7 +5,7 @@ numbers of ten digits their distance from dependence is some 1e-10, with an axis
 pose near a singular one has such distances too. The motion tells them apart: leave the combinations in doubt out, and
 move. Those of a redundancy stay closed. Those of a nearly singular pose open, by the square of the way.
 
-The kernel decides so before a run (`mbproj.integrate.formulations.redundant_rows`), with its own rows and metric.
+Runs in the kernel ask the same where there are rows in doubt (`mbproj.integrate.formulations.redundant_rows`).
 """
 
 from __future__ import annotations
@@ -50,14 +50,14 @@ def _is_in_doubt(system: System, pose: Pose) -> bool:
 
 
 def _stays_closed(system: System, q: Array, rng: np.random.Generator) -> bool:
-    """Whether all rows stay closed on a short way along a random direction, while those in doubt are not held."""
+    """Whether all rows stay closed on a way along a random direction, while those in doubt are not held."""
     _, values, V = np.linalg.svd(scaled_rows(system, pose_of(q), NO_CONDITIONS).dense())
     free = V[int(np.count_nonzero(values > THRESHOLDS.in_doubt)) :]
     way = (free @ rng.normal(size=V.shape[1])) @ free
     size = float(np.abs(way).max(initial=0.0))
     if size < THRESHOLDS.no_motion:
         return True  # no motion is possible
-    _, left = closed(system.at_positions, moved(system, q, THRESHOLDS.short_way * way / size))
+    _, left = closed(system.at_positions, moved(system, q, THRESHOLDS.long_way * way / size))
     return bool(np.abs(left).max(initial=0.0) <= THRESHOLDS.dependent)
 
 

@@ -92,7 +92,7 @@ def _allowed(rows: Rows, direction: Array) -> Array:
     first scaled to unit length."""
     direction = direction / np.linalg.norm(direction, axis=0)
     for _ in range(2):
-        direction = direction - shortest(rows, rows.times(direction))
+        direction = direction - shortest(rows, rows.times(direction), least=THRESHOLDS.in_doubt)
     return direction
 
 
@@ -120,8 +120,8 @@ def branch_directions(system: System, pose: Pose, motions: Array, trials: Array)
         return motions
     if len(motions) > THRESHOLDS.many_directions:
         return trials @ motions
-    forms = _forms(system, pose, motions)
-    roots = [root for trial in trials if (root := _root(forms, trial)) is not None]
+    forms, none = _forms(system, pose, motions), floor_at(system, pose)
+    roots = [root for trial in trials if (root := _root(forms, trial, none)) is not None]
     return np.array(roots).reshape(-1, len(motions)) @ motions
 
 
@@ -148,16 +148,17 @@ def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
     return np.asarray(stresses @ tangent_gamma(system, pose, twist_of(pose, v.ravel()), NO_DRIVE), dtype=float)
 
 
-def _root(forms: Array, trial: Array) -> Array | None:
-    """Return a unit vector near `trial` at which all forms vanish, by Gauss-Newton; None where it finds none."""
+def _root(forms: Array, trial: Array, none: float) -> Array | None:
+    """Return a unit vector near `trial` at which all forms vanish, to `none`, by Gauss-Newton; None where it finds
+    none."""
     z = trial / np.linalg.norm(trial)
     for _ in range(THRESHOLDS.most_passes):
         slope = forms @ z
         values = slope @ z
-        if np.abs(values).max(initial=0.0) < THRESHOLDS.rounding:
+        if np.abs(values).max(initial=0.0) < THRESHOLDS.rounding * none / THRESHOLDS.dependent:
             break
         # only changes across z count: the forms are homogeneous, and a shorter z is no root
         across = slope - np.outer(values, z)
-        z = z - np.linalg.lstsq(2.0 * across, values, rcond=THRESHOLDS.dependent)[0]
+        z = z - np.linalg.lstsq(2.0 * across, values, rcond=none)[0]
         z = z / np.linalg.norm(z)
-    return z if np.abs(forms @ z @ z).max(initial=0.0) < THRESHOLDS.dependent else None
+    return z if np.abs(forms @ z @ z).max(initial=0.0) < none else None

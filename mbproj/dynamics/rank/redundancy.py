@@ -136,7 +136,7 @@ def _dependent_set(
     share = np.linalg.lstsq(unit_rows(others).T, first, rcond=None)[0] / np.linalg.norm(others, axis=1)
     weights = np.concatenate([[1.0], -share])
     rows = part.component.rows[members]
-    velocity, acceleration = sides.disagreement(rows, weights, float(np.abs(first - share @ others).sum()))
+    velocity, acceleration = sides.disagreement(rows, weights, part.floor)
     scale = system.row_scale[system.bodies :][rows]
     return DependentSet(
         rows=tuple(rows.tolist()),

@@ -41,15 +41,14 @@ class RightHandSides:
         wrong = np.abs(np.linalg.lstsq(part.rows, left, rcond=THRESHOLDS.dependent)[0]).max()
         return replace(self, doubt=float(wrong / max(np.abs(moving).max(), TINY)))
 
-    def disagreement(self, rows: Integers, weights: Array, left: float = 0.0) -> tuple[float, float]:
+    def disagreement(self, rows: Integers, weights: Array, floor: float) -> tuple[float, float]:
         """Return Σ weight × right-hand side of rows with Σ weight × row = 0 in C_q, for velocity and acceleration;
-        round-off counts as 0. `left`: the size of Σ weight × row, which the mechanism's rounded numbers leave."""
+        round-off counts as 0. Rows count as dependent up to the distance `floor`."""
         largest = float(np.abs(weights).max())
         quadratic = float(np.abs(weights * self.quadratic[rows]).sum()) + largest * self.speed**2
-        part = THRESHOLDS.dependent + left / largest
         return (
-            _beyond_round_off(weights * self.velocity[rows], part * largest * self.speed),
-            _beyond_round_off(weights * self.acceleration[rows], (part + 2.0 * self.doubt) * quadratic),
+            _beyond_round_off(weights * self.velocity[rows], floor * largest * self.speed),
+            _beyond_round_off(weights * self.acceleration[rows], (floor + 2.0 * self.doubt) * quadratic),
         )
 
 

@@ -28,7 +28,8 @@ class Dependence:
 
     `basis` are the places in the component of as many rows as the rank, and `dependent` those of the others. `held`
     (r, 6b) are independent combinations of the rows, joint by joint, and `owners` (r,) their joints and motions as
-    `system.rows` counts them. `scale` (k,) are the factors that scaled the rows."""
+    `system.rows` counts them. `scale` (k,) are the factors that scaled the rows. `floor` is the largest distance that
+    counts as dependent."""
 
     component: Component
     rows: Array
@@ -37,6 +38,7 @@ class Dependence:
     dependent: Integers
     held: Array
     owners: Integers
+    floor: float
 
     @property
     def unscaled(self) -> Array:
@@ -68,7 +70,7 @@ def independent(system: System, pose: Pose) -> Flags:
 def dependence_at(system: System, known: Dependence, pose: Pose) -> Dependence:
     """Return the dependence in a component at another pose, with the rows of the `known` basis before all others."""
     (rows,) = component_rows(system, pose, [known.component])
-    return _dependence(system, known.component, rows, floor_at(system, pose), known.basis)
+    return _dependence(system, known.component, rows, known.floor, known.basis)
 
 
 def _dependence(
@@ -86,7 +88,7 @@ def _dependence(
     rank = int(np.count_nonzero(np.linalg.svd(scaled, compute_uv=False) > floor))
     every = np.arange(len(of))
     if rank == len(of):
-        return Dependence(component, scaled, scale, every, every[:0], scaled, owners)
+        return Dependence(component, scaled, scale, every, every[:0], scaled, owners, floor)
     # Rows at velocity level come last: a dependent row at position level then depends on rows at position level alone,
     # so that leaving it out opens no joint.
     joints = _blocks([level, owners])
@@ -99,7 +101,7 @@ def _dependence(
     held = np.concatenate([scaled[:0], *(combinations for _, combinations in parts)])
     counts = [len(chosen) for chosen, _ in parts]
     of_held = np.repeat([owners[joint[0]] for joint in joints], counts)
-    return Dependence(component, scaled, scale, basis, np.setdiff1d(every, basis), held, of_held)
+    return Dependence(component, scaled, scale, basis, np.setdiff1d(every, basis), held, of_held, floor)
 
 
 def _blocks(keys: list[Array]) -> list[Integers]:
