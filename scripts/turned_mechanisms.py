@@ -2,8 +2,9 @@
 
 Each mechanism is turned as a whole by random and by tiny rotations, and its numbers are rounded to some digits. Degrees
 of freedom, the verdict and the exit codes must be those of the mechanism as it stands, and the distance from a singular
-pose nearly so. `python scripts/turned_mechanisms.py [NAME ...]` prints each disagreement and ends with 1 where there is
-one; without a name it takes all mechanisms, some minutes.
+pose nearly so. With rounded numbers an over-constrained loop may be refused, but then by all three. `python
+scripts/turned_mechanisms.py [NAME ...]` prints each disagreement and ends with 1 where there is one; without a name it
+takes all mechanisms, some minutes.
 """
 
 from __future__ import annotations
@@ -110,17 +111,19 @@ def disagreements(scene: Scene, formulations: tuple[str, ...] = ("auto", "full")
     upright = by_check(scene)
     of_runs = {name: by_run(scene, name) for name in formulations}
     for what, variant in [("as it stands", scene), *variants(scene)]:
-        found = by_check(variant)
+        found, ran = by_check(variant), {name: by_run(variant, name) for name in formulations}
+        for name, each in ran.items():
+            if (each[0] == 0) != (found[0] == 0) or (each[0] == 0 and each[1] != found[1]):
+                yield f"{what}: check says {found}, and {name} says {each}"
+        if "digits" in what and found[0]:
+            continue  # with rounded numbers an over-constrained loop may lock, and a stop be passed: all say so
         if found[:3] != upright[:3]:
             yield f"{what}: check says {found}, and of the mechanism as it stands {upright}"
-        elif found[3] is not None and abs(found[3] / upright[3] - 1.0) > NEAR:
+        elif found[3] is not None and upright[3] is not None and abs(found[3] / upright[3] - 1.0) > NEAR:
             yield f"{what}: distance {found[3]:.6g} for {upright[3]:.6g}"
-        for name in formulations:
-            ran = by_run(variant, name)
-            if ran[:2] != of_runs[name][:2]:
-                yield f"{what}: {name} says {ran}, and of the mechanism as it stands {of_runs[name]}"
-            if (ran[0] == 0) != (found[0] == 0) or (ran[1] is not None and ran[1] != found[1]):
-                yield f"{what}: check says {found}, and {name} says {ran}"
+        for name, each in ran.items():
+            if each[:2] != of_runs[name][:2]:
+                yield f"{what}: {name} says {each}, and of the mechanism as it stands {of_runs[name]}"
 
 
 def main(names: list[str]) -> int:

@@ -105,9 +105,9 @@ class Dependence:
         1e-6,
         "1",
         "numpy",
-        "rows at a distance between `dependent` and this depend on the others where they stay closed, to "
-        "`dependent`, in motions that do not hold them",
-        "a four-bar with an axis that is tilted by 1e-8 rad moves, with one tilted by 1e-7 it locks",
+        "rows nearer to the span of the others, but beyond round-off, depend on them where they stay so near and "
+        "closed, to `dependent`, in motions that do not hold them",
+        "a four-bar with an axis that is tilted by 5e-8 rad moves, with one tilted by 1e-7 it locks",
     )
     near_branch: float = threshold(
         0.05,

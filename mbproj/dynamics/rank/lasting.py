@@ -3,7 +3,7 @@
 Rows that depend on each other along the whole motion do so exactly only where the mechanism's numbers are exact. With
 numbers of ten digits their distance from dependence is some 1e-10, with an axis that is tilted by 1e-8 rad some 1e-8. A
 pose near a singular one has such distances too. The motion tells them apart: leave the combinations in doubt out, and
-move. Those of a redundancy stay closed. Those of a nearly singular pose open, by the square of the way.
+move. Those of a redundancy stay closed, and near to dependence. Those of a nearly singular pose leave it.
 
 Runs in the kernel ask the same where there are rows in doubt (`mbproj.integrate.formulations.redundant_rows`).
 """
@@ -11,6 +11,7 @@ Runs in the kernel ask the same where there are rows in doubt (`mbproj.integrate
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -31,34 +32,47 @@ NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
 
 def floor_at(system: System, pose: Pose) -> float:
     """Return the largest distance from dependence at which rows count as dependent at a closed pose: `dependent`, or
-    `in_doubt` where the rows between the two stay closed in motions that do not hold them."""
-    free = replace(system, motions=NO_MOTIONS)
-    if system.bodies > THRESHOLDS.large or not _is_in_doubt(free, pose):
-        return THRESHOLDS.dependent
-    q, rng = np.concatenate([pose.position, pose.orientation], axis=-1)[:-1].ravel(), np.random.default_rng(SEED)
-    stays = all(_stays_closed(free, q, rng) for _ in range(TRIALS))
-    return THRESHOLDS.in_doubt if stays else THRESHOLDS.dependent
-
-
-def _is_in_doubt(system: System, pose: Pose) -> bool:
-    """Whether a combination of the joints' rows is at a distance from dependence that may be either."""
+    `in_doubt` where rows beyond round-off, up to it, depend on the others along the motion."""
     loops = loops_of(system)
-    return any(
-        np.any((values > THRESHOLDS.dependent) & (values <= THRESHOLDS.in_doubt))
-        for values in (np.linalg.svd(rows, compute_uv=False) for rows in component_rows(system, pose, loops))
-    )
+    if not loops or system.bodies > THRESHOLDS.large:
+        return THRESHOLDS.dependent
+    return _floor(system, np.concatenate([pose.position, pose.orientation], axis=-1)[:-1].tobytes())
 
 
-def _stays_closed(system: System, q: Array, rng: np.random.Generator) -> bool:
-    """Whether all rows stay closed on a way along a random direction, while those in doubt are not held."""
+@lru_cache(maxsize=16)
+def _floor(system: System, coordinates: bytes) -> float:
+    """Return the result of `floor_at` at a pose q; one pose is asked for by many."""
+    free, q, rng = replace(system, motions=NO_MOTIONS), np.frombuffer(coordinates), np.random.default_rng(SEED)
+    small = _small_distances(free, q)
+    if not len(small):
+        return THRESHOLDS.dependent
+    is_in_doubt = bool(small.max() > THRESHOLDS.rounding)
+    for _ in range(TRIALS):
+        there, left = _moved_on(free, q, rng)
+        then = _small_distances(free, there)
+        is_in_doubt = is_in_doubt or bool(then.max(initial=0.0) > THRESHOLDS.rounding)
+        lasts = len(then) >= len(small) and np.abs(left).max(initial=0.0) <= THRESHOLDS.dependent
+        if not (lasts and is_in_doubt):
+            return THRESHOLDS.dependent
+    return THRESHOLDS.in_doubt
+
+
+def _small_distances(system: System, q: Array) -> Array:
+    """Return the singular values of the joints' rows that may be those of dependent ones."""
+    rows = component_rows(system, pose_of(q), loops_of(system))
+    values = [np.linalg.svd(each, compute_uv=False) for each in rows if len(each)]
+    return np.concatenate([each[each <= THRESHOLDS.in_doubt] for each in values] or [np.zeros(0)])
+
+
+def _moved_on(system: System, q: Array, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Return the pose some way along a random direction, and what is open there, while rows in doubt are not held."""
     _, values, V = np.linalg.svd(scaled_rows(system, pose_of(q), NO_CONDITIONS).dense())
     free = V[int(np.count_nonzero(values > THRESHOLDS.in_doubt)) :]
     way = (free @ rng.normal(size=V.shape[1])) @ free
     size = float(np.abs(way).max(initial=0.0))
     if size < THRESHOLDS.no_motion:
-        return True  # no motion is possible
-    _, left = closed(system.at_positions, moved(system, q, THRESHOLDS.long_way * way / size))
-    return bool(np.abs(left).max(initial=0.0) <= THRESHOLDS.dependent)
+        return q, np.zeros(0)  # no motion is possible
+    return closed(system.at_positions, moved(system, q, THRESHOLDS.long_way * way / size))
 
 
 def closed(system: System, q: Array) -> tuple[Array, Array]:

@@ -136,7 +136,8 @@ def _dependent_set(
     share = np.linalg.lstsq(unit_rows(others).T, first, rcond=None)[0] / np.linalg.norm(others, axis=1)
     weights = np.concatenate([[1.0], -share])
     rows = part.component.rows[members]
-    velocity, acceleration = sides.disagreement(rows, weights, part.floor)
+    drives = any(names[row].kind == "motion" for row in rows)
+    velocity, acceleration = sides.disagreement(rows, weights, THRESHOLDS.dependent if drives else part.floor)
     scale = system.row_scale[system.bodies :][rows]
     return DependentSet(
         rows=tuple(rows.tolist()),
