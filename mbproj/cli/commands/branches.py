@@ -14,6 +14,7 @@ from mbproj.cli.linear.options import scene_argument
 from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import ExitCode
+from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from mbproj.dynamics.assembly.assemblies import Assemblies, Assembly
@@ -101,10 +102,10 @@ def command(
         click.echo("\n".join(_lines(what.title or scene, system, all_assemblies)))
         for path in [*written, *([] if picture is None else [str(picture)])]:
             click.echo(path)
-        if all_assemblies.rarest < all_assemblies.share:
-            rare = f"an assembly was found that draws no more than {100.0 * all_assemblies.rarest:.2g} %"
+        if all_assemblies.is_unsure:
+            rare = f"assemblies that draw less than {100.0 * all_assemblies.share:.2g} % of the starts may be missed"
             more = f"search from more poses, --starts {4 * all_assemblies.starts}"
-            click.echo(f"note: {rare}, and others as rare may be missed; {more}", err=True)
+            click.echo(f"note: {rare}; {more}", err=True)
     return int(ExitCode.DONE)
 
 
@@ -130,8 +131,6 @@ def _draw(what: Scene, system: System, all_assemblies: Assemblies, picture: Path
 
 def _facts(system: System, all_assemblies: Assemblies) -> dict[str, Any]:
     """The assemblies as a dictionary for JSON, with stable keys."""
-    from mbproj.dynamics.assembly.assemblies import MISSED
-
     names = system.names.coordinates
     return {
         "assemblies": [
@@ -149,7 +148,7 @@ def _facts(system: System, all_assemblies: Assemblies) -> dict[str, Any]:
         "starts": all_assemblies.starts,
         "closed": all_assemblies.closed,
         "share": all_assemblies.share,
-        "missed": MISSED,
+        "missed": THRESHOLDS.missed,
     }
 
 
@@ -187,7 +186,5 @@ def _lines(title: str, system: System, all_assemblies: Assemblies) -> list[str]:
 
 
 def _doubt(all_assemblies: Assemblies) -> str:
-    from mbproj.dynamics.assembly.assemblies import MISSED
-
     share = f"{100.0 * all_assemblies.share:.2g} % of such starts or more"
-    return f"one that draws {share} was missed with a probability of at most {MISSED:g}"
+    return f"one that draws {share} was missed with a probability of at most {THRESHOLDS.missed:g}"

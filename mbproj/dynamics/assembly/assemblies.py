@@ -28,8 +28,6 @@ from mbproj.thresholds import THRESHOLDS
 
 #: The seed of the random starts, and the number of starts that are closed at once.
 SEED, AT_ONCE = 44, 200
-#: The probability with which an assembly was missed that draws more than the `share` of the starts.
-MISSED = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,8 +60,8 @@ class Assemblies:
     @property
     def share(self) -> float:
         """The share p of the starts: that an assembly was missed which draws more has at most the probability
-        `MISSED`."""
-        most = np.log(MISSED) - np.log(max(self.looks * (self.looks + 1), 1))
+        `missed` of the thresholds."""
+        most = np.log(THRESHOLDS.missed) - np.log(max(self.looks * (self.looks + 1), 1))
         low, high = 0.0, 1.0
         while high - low > THRESHOLDS.rounded * high:
             p = 0.5 * (low + high)
@@ -71,9 +69,11 @@ class Assemblies:
         return high
 
     @property
-    def rarest(self) -> float:
-        """The share of the starts that led to the assembly that was found least often."""
-        return min((each.hits for each in self.found), default=0) / self.starts
+    def is_unsure(self) -> bool:
+        """Whether an assembly was found that draws no more than the `share`, or so seldom that others like it may be
+        missed."""
+        rarest = min((each.hits for each in self.found), default=0)
+        return rarest < max(THRESHOLDS.found_often, self.share * self.starts)
 
 
 def freedom_left(system: System, state: State, held: Conditions) -> int:

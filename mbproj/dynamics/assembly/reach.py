@@ -13,8 +13,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.constraints import name_of
+from mbproj.arrays import Array, Flags, Integers
+from mbproj.constraints import Primitive, name_of
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import attached, pose_of
 from mbproj.dynamics.equations.motions import Drive
@@ -122,7 +122,7 @@ def _length(system: System, joint: int, held: Conditions, drive: Drive) -> float
     return float(np.linalg.norm(parts)) if len(parts) >= 3 else None
 
 
-def _members(bound: PrimitiveSet, joint: int) -> Iterator[tuple[object, int]]:
+def _members(bound: PrimitiveSet, joint: int) -> Iterator[tuple[Primitive, int]]:
     """The primitives of a joint, each with its first row."""
     for row in np.flatnonzero(bound.owner == joint).tolist():
         member = bound.layout.members[bound.layout.member[row]]
@@ -130,7 +130,7 @@ def _members(bound: PrimitiveSet, joint: int) -> Iterator[tuple[object, int]]:
             yield member.primitive, row
 
 
-def _rods(apart: Array, same: Array) -> float:
+def _rods(apart: Array, same: Flags) -> float:
     """Return the sum of the lengths between points of different bodies."""
     between = np.triu(np.where(np.isfinite(apart) & ~same, apart, 0.0))
     return float(between.sum())

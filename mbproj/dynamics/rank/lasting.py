@@ -68,11 +68,11 @@ def _moved_on(system: System, q: Array, rng: np.random.Generator) -> tuple[Array
     """Return the pose some way along a random direction, and what is open there, while rows in doubt are not held."""
     _, values, V = np.linalg.svd(scaled_rows(system, pose_of(q), NO_CONDITIONS).dense())
     free = V[int(np.count_nonzero(values > THRESHOLDS.in_doubt)) :]
-    way = (free @ rng.normal(size=V.shape[1])) @ free
+    way: Array = (free @ rng.normal(size=V.shape[1])) @ free
     size = float(np.abs(way).max(initial=0.0))
     if size < THRESHOLDS.no_motion:
         return q, np.zeros(0)  # no motion is possible
-    return closed(system.at_positions, moved(system, q, THRESHOLDS.long_way * way / size))
+    return closed(system.at_positions, moved(system, q, way * (THRESHOLDS.long_way / size)))
 
 
 def closed(system: System, q: Array) -> tuple[Array, Array]:

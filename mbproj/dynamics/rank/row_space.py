@@ -78,7 +78,7 @@ def _dependence(
 ) -> Dependence:
     bound, of = system.rows, component.rows
     level = system.is_velocity[system.bodies :][of]
-    blocks = _blocks([bound.owner[of], bound.is_length[of]])
+    blocks = _blocks(bound.owner[of], bound.is_length[of])
     scale = np.zeros(len(of))
     for block in blocks:
         size = float(np.linalg.norm(rows[block])) / np.sqrt(len(block))
@@ -91,7 +91,7 @@ def _dependence(
         return Dependence(component, scaled, scale, every, every[:0], scaled, owners, floor)
     # Rows at velocity level come last: a dependent row at position level then depends on rows at position level alone,
     # so that leaving it out opens no joint.
-    joints = _blocks([level, owners])
+    joints = _blocks(level, owners)
     if first is not None:
         joints = [first, *(rest for joint in joints if len(rest := np.setdiff1d(joint, first)))]
     parts = _taken(scaled, joints, rank)
@@ -104,7 +104,7 @@ def _dependence(
     return Dependence(component, scaled, scale, basis, np.setdiff1d(every, basis), held, of_held, floor)
 
 
-def _blocks(keys: list[Array]) -> list[Integers]:
+def _blocks(*keys: Integers | Flags) -> list[Integers]:
     """Return the places of equal keys (k,), in the order of the keys; the first key counts most."""
     table = np.stack([np.asarray(key, dtype=np.intp) for key in keys], axis=1)
     _, number = np.unique(table, axis=0, return_inverse=True)
