@@ -68,7 +68,7 @@ def _moved_on(system: System, q: Array, rng: np.random.Generator) -> tuple[Array
     """Return the pose some way along a random direction, and what is open there, while rows in doubt are not held."""
     _, values, V = np.linalg.svd(scaled_rows(system, pose_of(q), NO_CONDITIONS).dense())
     free = V[int(np.count_nonzero(values > THRESHOLDS.in_doubt)) :]
-    way: Array = (free @ rng.normal(size=V.shape[1])) @ free
+    way: Array = np.asarray((free @ rng.normal(size=V.shape[1])) @ free, dtype=float)
     size = float(np.abs(way).max(initial=0.0))
     if size < THRESHOLDS.no_motion:
         return q, np.zeros(0)  # no motion is possible
@@ -86,7 +86,8 @@ def closed(system: System, q: Array) -> tuple[Array, Array]:
         if not np.abs(left).max(initial=0.0) > THRESHOLDS.no_digits:
             break
         R = scaled_rows(system, pose_of(q), NO_CONDITIONS).dense()
-        trial = moved(system, q, np.linalg.lstsq(R, -left, rcond=THRESHOLDS.in_doubt)[0])
+        step: Array = np.linalg.lstsq(R, -left, rcond=THRESHOLDS.in_doubt)[0]
+        trial = moved(system, q, step)
         trial_left = scaled_residual(system, pose_of(trial), NO_CONDITIONS, NO_DRIVE)
         if not np.linalg.norm(trial_left) < np.linalg.norm(left):
             break
