@@ -219,8 +219,8 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
 
 
 def _refuse_locked(system: System, state: State) -> None:
-    """Raise InputError where the joints leave no freedom but for a distance that rounded numbers make, within which runs
-    look for redundant rows. Without motions such a mechanism would stay as it is, without a word."""
+    """Raise InputError where the joints leave no freedom but for a distance that rounded numbers make, within which
+    runs look for redundant rows. Without motions such a mechanism would stay as it is, without a word."""
     from mbproj.dynamics.assembly.adjust import needed, rounded_up
     from mbproj.dynamics.rank.conditioning import conditioning
     from mbproj.dynamics.rank.mobility import mobility
