@@ -86,7 +86,7 @@ def closed(system: System, q: Array) -> tuple[Array, Array]:
         if not np.abs(left).max(initial=0.0) > THRESHOLDS.no_digits:
             break
         R = scaled_rows(system, pose_of(q), NO_CONDITIONS).dense()
-        step: Array = np.linalg.lstsq(R, -left, rcond=THRESHOLDS.in_doubt)[0]
+        step = np.asarray(np.linalg.lstsq(R, -left, rcond=THRESHOLDS.in_doubt)[0], dtype=float)
         trial = moved(system, q, step)
         trial_left = scaled_residual(system, pose_of(trial), NO_CONDITIONS, NO_DRIVE)
         if not np.linalg.norm(trial_left) < np.linalg.norm(left):
