@@ -6,11 +6,22 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.calls.check.assemblies import ready
+from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.assemblies import conditions
 from mbproj.dynamics.assembly.reach import reach_of
 from mbproj.dynamics.equations.motions import drive_at
+from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene_text
 from tests.dynamics.assemblies.linkages import FOUR_BAR
+
+
+def ready(text, *held):
+    """(system, start, conditions) of a scene's text with these coordinates held."""
+    scene = read_scene_text(text)
+    system = compile_system(scene)
+    state = assemble(system, initial_guess(scene, system))
+    wanted = [(system.names.coordinates.index(name), None) for name in held]
+    return system, state, conditions(system, state, iter(wanted))
 
 
 class Platform:
@@ -78,7 +89,7 @@ def test_a_platform_on_three_rods_has_the_assemblies_of_its_polynomial(seed, siz
 def test_every_assembly_lies_within_the_reach():
     for seed in range(20):
         platform = Platform(seed, 1.5, 3.0)
-        system, state, held = ready(read_scene_text(platform.text), [])
+        system, state, held = ready(platform.text)
         low, high = reach_of(system, state.q, held, drive_at(system, 0.0)).box(np.eye(3))
         for each in mbproj.branches(platform.text, starts=200).found:
             assert np.all((low <= each.q[None, :3]) & (each.q[None, :3] <= high))
@@ -86,7 +97,7 @@ def test_every_assembly_lies_within_the_reach():
 
 def test_the_reach_of_a_link_is_its_length_and_that_of_the_links_before_it():
     """The crank of 0.2 m is held at its middle; the coupler's centre is reached over the crank, or the rocker."""
-    system, state, held = ready(read_scene_text(FOUR_BAR), ["A.angle"])
+    system, state, held = ready(FOUR_BAR, "A.angle")
     reach = reach_of(system, state.q, held, drive_at(system, 0.0))
     bodies = state.q.reshape(-1, 7)
     from_pivots = np.linalg.norm(reach.points[:, None] - bodies[None, :, :3], axis=-1).T
