@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import SupportsFloat
 
 from mbproj.dynamics import State
-from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.equilibrium.balance import SteadyTurn
 from mbproj.linear.equilibrium.find import equilibrium

@@ -71,7 +71,8 @@ BRANCHES = (
     Fact("units", "map of string", "", "units of the joint coordinates by name"),
     Fact("starts", "integer", "1", "random starts"),
     Fact("closed", "integer", "1", "starts that led to an assembly"),
-    Fact("missed", "number", "1", "probability that one as rare as the rarest was missed"),
+    Fact("share", "number", "1", "the share of the starts that an assembly draws which may have been missed"),
+    Fact("missed", "number", "1", "probability that one was missed which draws a larger share"),
     Fact("written", "array of string", "", "scenes that were written"),
     Fact("picture", "string | null", "", "the picture; null without --picture"),
 )

@@ -10,8 +10,8 @@ from mbproj.arrays import Array, Integers
 from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.derivatives.tangent_space import tangent_lengths
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.rank.components import component_rows, loops_of
-from mbproj.dynamics.rank.row_space import row_distances, unit_rows
+from mbproj.dynamics.rank.components import loops_of
+from mbproj.dynamics.rank.row_space import independent, row_distances
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -24,12 +24,8 @@ SEED, PROBES = 40, 8
 
 def independent_rows(system: System, pose: Pose, G: Rows) -> Integers:
     """Return the numbers of rows of the joints and motions, G (m, 6n), that do not follow from others."""
-    free = np.ones(system.constraints - system.bodies, dtype=bool)
-    loops = loops_of(system)
-    short = [loop for loop in loops if len(loop.bodies) <= THRESHOLDS.large]
-    for loop, rows in zip(short, component_rows(system, pose, short), strict=True):
-        free[loop.rows] = row_distances(unit_rows(rows)) > THRESHOLDS.dependent
-    for loop in loops:
+    free = independent(system, pose)[system.bodies :]
+    for loop in loops_of(system):
         if len(loop.bodies) > THRESHOLDS.large:
             free[loop.rows] = _independent(_unit_rows(system, G)[loop.rows])
     return np.flatnonzero(free)

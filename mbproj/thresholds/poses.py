@@ -162,6 +162,13 @@ class Searches:
     found_often: int = threshold(
         8, "-", "numpy", "a search for assemblies ends when each was found so often", "one alike is missed by e^-8"
     )
+    missed: float = threshold(
+        1e-3,
+        "1",
+        "numpy",
+        "the probability to miss an assembly that draws more than the share of starts that `branches` states",
+        "usual; with 1e-6 the share is twice as large",
+    )
     no_motion: float = threshold(
         1e-6,
         "1, length, rad",

@@ -101,6 +101,14 @@ class Dependence:
         "does not start; equations and forces balance to this part",
         "√ε, with room",
     )
+    in_doubt: float = threshold(
+        1e-6,
+        "1",
+        "numpy",
+        "rows nearer to the span of the others, but beyond round-off, depend on them where they stay so near and "
+        "closed, to `dependent`, in motions that do not hold them",
+        "a four-bar with an axis that is tilted by 5e-8 rad moves, with one tilted by 1e-7 it locks",
+    )
     near_branch: float = threshold(
         0.05,
         "1",
@@ -125,7 +133,7 @@ class Dependence:
     tied: float = threshold(
         0.99,
         "1",
-        "kernel",
+        "both",
         "rows with at least this part of the largest pivot are equal: the first of them is held",
         "no power of 1/2, which symmetric mechanisms have",
     )

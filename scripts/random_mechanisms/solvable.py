@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from mbproj import InputError, State, System, assemble, compile_system, initial_guess, mobility, read_scene_text
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.mobility import row_distances, scaled_jacobian
+from mbproj.dynamics.rank.conditioning import conditioning
 from mbproj.dynamics.rank.redundancy import redundancy
 from mbproj.thresholds import THRESHOLDS
 
@@ -29,7 +27,7 @@ def is_solvable(text: str) -> bool:
         return False
     pose = pose_of(state.q)
     ranks = mobility(system, pose)
-    distances = row_distances(scaled_jacobian(system, pose))
-    near = np.any((distances > THRESHOLDS.dependent) & (distances < NEAR_SINGULAR))
+    distance = conditioning(system, pose).distance
+    near = distance is not None and THRESHOLDS.dependent < distance < NEAR_SINGULAR
     constant = not ranks.redundant or redundancy(system, state).is_constant
     return bool(constant and not near)

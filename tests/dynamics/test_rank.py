@@ -9,7 +9,8 @@ import pytest
 
 from mbproj.dynamics import mobility
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.mobility import refuse_unsolvable, row_distances
+from mbproj.dynamics.rank.mobility import refuse_unsolvable
+from mbproj.dynamics.rank.row_space import row_distances
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess

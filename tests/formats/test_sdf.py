@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from mbproj import check
 from mbproj.dynamics import constraint_at, mobility, pose_of
 from mbproj.errors import InputError
 from mbproj.formats import ImportOptions, read_model, scene_text
@@ -173,3 +174,59 @@ def test_what_may_act_on_the_motion_is_said_at_its_line(tmp_path):
     first = text[: text.index("<model")].count("\n") + 1
     said = {row.place.line: row.same.value for row in read_model(path).said if row.place is not None}
     assert (said[first + 1], said[first + 2]) == ("no", "yes")
+
+
+#: A planar four-bar on its side: its plane is turned by the model's pose.
+ON_ITS_SIDE = """<?xml version="1.0"?>
+<sdf version="1.9">
+  <model name="on_its_side">
+    <pose>0.2 0 0.7 {angles}</pose>
+    {links}
+    {joints}
+  </model>
+</sdf>"""
+LINKS = {"crank": (0.04, 0.09), "coupler": (0.3, 0.24), "rocker": (0.48, 0.15)}
+HINGES = {
+    "A": ("world", "crank", (-0.04, -0.09)),
+    "B": ("crank", "coupler", (-0.22, -0.06)),
+    "C": ("coupler", "rocker", (0.04, 0.15)),
+    "D": ("world", "rocker", (-0.04, -0.15)),
+}
+
+
+def on_its_side(angles):
+    """The text of the model with the roll, pitch and yaw of its pose, in rad, as somebody typed them."""
+    inertia = "<ixx>0.02</ixx><iyy>0.02</iyy><izz>0.02</izz>"
+    links = "".join(
+        f'<link name="{name}"><pose>{x} {y} 0 0 0 0</pose><inertial><mass>1</mass>'
+        f"<inertia>{inertia}</inertia></inertial></link>"
+        for name, (x, y) in LINKS.items()
+    )
+    joints = "".join(
+        f'<joint name="{name}" type="revolute"><parent>{parent}</parent><child>{child}</child>'
+        f"<pose>{x} {y} 0 0 0 0</pose><axis><xyz>0 0 1</xyz></axis></joint>"
+        for name, (parent, child, (x, y)) in HINGES.items()
+    )
+    return ON_ITS_SIDE.format(angles=angles, links=links, joints=joints)
+
+
+@pytest.mark.parametrize(
+    "angles", ["1.5707963 0 0", "1.570796 0 0", "1.57079633 0 3.1415927", "1.5708 0 0", "0 1.57079633 0", "0.3 -0.7 2"]
+)
+def test_a_loop_on_its_side_is_as_free_as_upright_however_its_angles_are_rounded(angles, tmp_path):
+    path = tmp_path / "side.sdf"
+    path.write_text(on_its_side(angles), encoding="utf-8")
+    found = check(str(read_model_to(path, tmp_path)))
+    assert found.can_run and found.degrees_of_freedom == 1
+    assert found.diagnosis.verdict == "far from singular poses"
+    path.write_text(on_its_side("0 0 0"), encoding="utf-8")
+    upright = check(str(read_model_to(path, tmp_path)))
+    distances = [each.diagnosis.conditioning.distance for each in (found, upright)]
+    assert distances[0] == pytest.approx(distances[1], rel=1e-6)
+
+
+def read_model_to(path, folder):
+    """The path of the scene that a model becomes."""
+    scene = folder / "scene.yaml"
+    scene.write_text(scene_text(read_model(path), "1"), encoding="utf-8")
+    return scene

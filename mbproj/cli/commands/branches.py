@@ -14,6 +14,7 @@ from mbproj.cli.linear.options import scene_argument
 from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import ExitCode
+from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from mbproj.dynamics.assembly.assemblies import Assemblies, Assembly
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
 #: The most joint coordinates that are printed for an assembly; --json has all.
 SHOWN = 8
-#: A note is printed where the search may have missed an assembly as rare as the rarest with a larger probability.
-UNSURE = 1e-3
 EXAMPLES = (
     ("List both assemblies of a four-bar at its crank's angle.", "mbproj branches planar_four_bar.yaml --hold A.angle"),
     (
@@ -79,7 +78,8 @@ def command(
     """Finds all assemblies of SCENE, in which its joints close.
 
     They satisfy its motions at the start and hold the coordinates of --hold; no degree of freedom may be left. The
-    search begins from random poses. The report tells the probability that it missed an assembly.
+    search begins from random poses within the bodies' reach. The report tells how rare an assembly is that it may have
+    missed.
     """
     from mbproj.calls.check.assemblies import ready
     from mbproj.dynamics.assembly.assemblies import assemblies
@@ -102,11 +102,10 @@ def command(
         click.echo("\n".join(_lines(what.title or scene, system, all_assemblies)))
         for path in [*written, *([] if picture is None else [str(picture)])]:
             click.echo(path)
-        if all_assemblies.missed > UNSURE:
-            click.echo(
-                f"note: {_doubt(all_assemblies)}; search from more poses, --starts {4 * all_assemblies.starts}",
-                err=True,
-            )
+        if all_assemblies.is_unsure:
+            rare = f"assemblies that draw less than {100.0 * all_assemblies.share:.2g} % of the starts may be missed"
+            more = f"search from more poses, --starts {4 * all_assemblies.starts}"
+            click.echo(f"note: {rare}; {more}", err=True)
     return int(ExitCode.DONE)
 
 
@@ -148,7 +147,8 @@ def _facts(system: System, all_assemblies: Assemblies) -> dict[str, Any]:
         "units": dict(zip(names, system.names.coordinate_units, strict=True)),
         "starts": all_assemblies.starts,
         "closed": all_assemblies.closed,
-        "missed": all_assemblies.missed,
+        "share": all_assemblies.share,
+        "missed": THRESHOLDS.missed,
     }
 
 
@@ -186,4 +186,5 @@ def _lines(title: str, system: System, all_assemblies: Assemblies) -> list[str]:
 
 
 def _doubt(all_assemblies: Assemblies) -> str:
-    return f"another one, as rare as the rarest, was missed with a probability of {all_assemblies.missed:.1g}"
+    share = f"{100.0 * all_assemblies.share:.2g} % of such starts or more"
+    return f"one that draws {share} was missed with a probability of at most {THRESHOLDS.missed:g}"

@@ -1,7 +1,10 @@
 """All assemblies of a mechanism: the poses that meet its joints, its motions at a time, and coordinates that are held.
 
-The search starts from many random poses. The counts of finds give the probability that an assembly was missed. Let the
-rarest be found n times: an assembly that attracts as many starts is missed with the probability e^-n (Poisson).
+The search starts from many random poses: each body anywhere within its reach (`reach`), which every assembly is, and
+turned at will. So each assembly draws a share of the starts. One with the share p is missed by n starts with the
+probability (1 - p)^n. At most 1/p assemblies have such a share: that any of these was missed is less probable than
+(1 - p)^n / p. The search may end after each batch of starts. So that the bound holds whenever it does, batch k has the
+part 1 / (k (k + 1)) of the probability, as these add up to 1.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ import numpy as np
 from mbproj.arrays import Array, Flags, cross, may_overflow
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State, coordinate_values, nearest, scaled_residual
+from mbproj.dynamics.assembly.reach import Reach, reach_of
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.round_off import EPSILON
@@ -46,17 +50,30 @@ class Assembly:
 @dataclass(frozen=True)
 class Assemblies:
     """All assemblies that were found, the one at the initial pose first; the number of `starts`, and of those that
-    `closed`."""
+    `closed`. `looks`: how often the search might have ended, 0 where the number of starts was given."""
 
     found: tuple[Assembly, ...]
     starts: int
     closed: int
+    looks: int = 0
 
     @property
-    def missed(self) -> float:
-        """The probability that an assembly was missed which is as hard to find as the rarest of these."""
+    def share(self) -> float:
+        """The share p of the starts: that an assembly was missed which draws more has at most the probability
+        `missed` of the thresholds."""
+        most = np.log(THRESHOLDS.missed) - np.log(max(self.looks * (self.looks + 1), 1))
+        low, high = 0.0, 1.0
+        while high - low > THRESHOLDS.rounded * high:
+            p = 0.5 * (low + high)
+            low, high = (low, p) if self.starts * np.log1p(-p) - np.log(p) <= most else (p, high)
+        return high
+
+    @property
+    def is_unsure(self) -> bool:
+        """Whether an assembly was found that draws no more than the `share`, or so seldom that others like it may be
+        missed."""
         rarest = min((each.hits for each in self.found), default=0)
-        return float(np.exp(-rarest))
+        return rarest < max(THRESHOLDS.found_often, self.share * self.starts)
 
 
 def freedom_left(system: System, state: State, held: Conditions) -> int:
@@ -71,12 +88,12 @@ def assemblies(system: System, state: State, held: Conditions, starts: int | Non
     Without a number of `starts` the search ends when each assembly was found often, and the second half of the starts
     found no new one."""
     rng, drive = np.random.default_rng(SEED), drive_at(system, state.t)
-    draw = _Draw(system, state)
+    draw = _Draw(system, state, reach_of(system, state.q, held, drive))
     poses, last_new, done, closed = [_polished(system, state.q, held, drive)], 0, 0, 0
     hits = [0]
     while done < (starts or THRESHOLDS.most_starts):
         count = min(AT_ONCE, (starts or THRESHOLDS.most_starts) - done)
-        q, good = close_all(system, draw.starts(rng, count), held, drive)
+        q, good = close_all(system, draw.starts(rng, count), held, drive, draw.longest)
         done += count
         for each in q[good & _is_not_turned_over(system, q)]:
             closed += 1
@@ -93,33 +110,30 @@ def assemblies(system: System, state: State, held: Conditions, starts: int | Non
         if starts is None and often and done >= 2 * max(last_new, AT_ONCE):
             break
     order = [0, *sorted(range(1, len(poses)), key=lambda k: _key(system, poses[k]))]
-    return Assemblies(tuple(_assembly(system, poses[k], held, hits[k]) for k in order), done, closed)
+    found = tuple(_assembly(system, poses[k], held, hits[k]) for k in order)
+    return Assemblies(found, done, closed, 0 if starts else -(-done // AT_ONCE))
 
 
 class _Draw:
     """Random initial poses: in the plane of a planar mechanism, else in space."""
 
-    def __init__(self, system: System, state: State) -> None:
+    def __init__(self, system: System, state: State, reach: Reach) -> None:
         self.system, self.plane = system, planar_reduction(system, state.q)
-        bodies = state.q.reshape(-1, 7)
-        self.centre = bodies[:, :3].mean(axis=0)
-        reach = np.abs(bodies[:, :3] - self.centre).max(initial=0.0)
-        self.reach = max(reach, system.length)
-        self.in_plane = self.plane.reduce(state.q, state.v)[0] if isinstance(self.plane, Plane) else None
+        #: The longest step that a search makes at once, in lengths of the mechanism.
+        self.longest = max(reach.largest / system.length, 1.0)
+        self.low, self.high = reach.box(self.plane.axes[:, :2] if isinstance(self.plane, Plane) else np.eye(3))
 
     def starts(self, rng: np.random.Generator, count: int) -> Array:
         """Return `count` random poses, (count, 7n)."""
         n = self.system.bodies
-        if isinstance(self.plane, Plane) and self.in_plane is not None:
-            centre = self.in_plane.reshape(n, 3)[:, :2].mean(axis=0)
-            place = centre + rng.uniform(-1.0, 1.0, (count, n, 2)) * self.reach
+        place = rng.uniform(self.low, self.high, (count, *self.low.shape))
+        if isinstance(self.plane, Plane):
             angle = rng.uniform(-np.pi, np.pi, (count, n, 1))
             p = np.concatenate([place, angle], axis=-1).reshape(count, -1)
             return self.plane.expand(p, np.zeros_like(p), np.zeros_like(p))[0]
-        position = self.centre + rng.uniform(-1.0, 1.0, (count, n, 3)) * self.reach
         orientation = rng.normal(size=(count, n, 4))
         orientation /= np.linalg.norm(orientation, axis=-1, keepdims=True)
-        return np.concatenate([position, orientation], axis=-1).reshape(count, -1)
+        return np.concatenate([place, orientation], axis=-1).reshape(count, -1)
 
 
 def _is_not_turned_over(system: System, q: Array) -> Flags:
@@ -169,9 +183,9 @@ def conditions(system: System, state: State, wanted: Iterator[tuple[int, float |
     )
 
 
-def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple[Array, Flags]:
+def close_all(system: System, q: Array, held: Conditions, drive: Drive, longest: float = 1.0) -> tuple[Array, Flags]:
     """Return the poses (B, 7n) reached from poses q (B, 7n), and whether each meets joints, motions and `held`
-    coordinates."""
+    coordinates. No step is longer than `longest` lengths of the mechanism."""
     q = q.copy()
     damping, going = np.full(len(q), THRESHOLDS.half_digits), np.ones(len(q), dtype=bool)
     left = scaled_residual(system, pose_of(q), held, drive)
@@ -183,7 +197,7 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive) -> tuple
             break
         rows = scaled_rows_of(system, pose_of(q[at]), held)
         with may_overflow():
-            trial = _moved(system, q[at], _steps(rows, left[at], damping[at]))
+            trial = _moved(system, q[at], _steps(rows, left[at], damping[at], longest))
             trial_left = scaled_residual(system, pose_of(trial), held, drive)
         better = np.linalg.norm(trial_left, axis=1) < np.linalg.norm(left[at], axis=1)
         q[at[better]], left[at[better]] = trial[better], trial_left[better]
@@ -217,14 +231,15 @@ def _tangent(system: System, bound: PrimitiveSet, pose: Pose) -> Array:
     return rows[:, :, :-1].reshape(len(gradient), bound.size, 6 * system.bodies)
 
 
-def _steps(rows: Array, left: Array, damping: Array) -> Array:
-    """Return the damped steps (B, 6n), none longer than the mechanism's length, or a radian."""
+def _steps(rows: Array, left: Array, damping: Array, longest: float) -> Array:
+    """Return the damped steps (B, 6n), none longer than `longest` lengths of the mechanism, or a radian."""
     transposed = np.swapaxes(rows, -1, -2)
     square = transposed @ rows
     diagonal = np.einsum("bii->bi", square)
     diagonal += (damping * (1e-3 + (left * left).sum(axis=1)))[:, None]
     steps = -np.linalg.solve(square, transposed @ left[..., None])[..., 0]
-    return np.asarray(steps / np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1.0))
+    sizes = np.abs(steps) / np.tile([longest] * 3 + [1.0] * 3, steps.shape[1] // 6)
+    return np.asarray(steps / np.maximum(sizes.max(axis=1, keepdims=True), 1.0))
 
 
 def _moved(system: System, q: Array, motion: Array) -> Array:

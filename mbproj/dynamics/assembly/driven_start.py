@@ -1,4 +1,4 @@
-"""Motions at the start of a run: the coordinates that they fix, and errors where the mechanism cannot meet them."""
+"""Motions and speeds at the start of a run: errors where the mechanism cannot meet them."""
 
 from __future__ import annotations
 
@@ -48,6 +48,25 @@ def motions_at_odds(system: System, left: Array) -> InputError:
     """Return the error for motions whose velocities contradict; `left` (k,) is the violation of each."""
     hint = "its joints, or other motions and speeds, hold it: drive no more than there are degrees of freedom"
     return _worst(system, left, "the mechanism cannot move as motion '{}' asks at the start", hint)
+
+
+def speeds_at_odds(system: System, guess: Guess, q: Array, of_joints: Array, of_speeds: Array) -> InputError:
+    """Return the error for joints' speeds that no velocity meets: they contradict each other, or joints would open. The
+    violations are those of the joints' rows and of the speeds."""
+    message, hint = "the mechanism cannot move at the speeds that its joints ask for", "give fewer speeds, or others"
+    if of_speeds.max(initial=0.0) >= of_joints.max(initial=0.0):
+        worst = int(system.coordinates.owner[guess.speed.index[np.argmax(of_speeds)]])
+        off = f"joint '{system.names.joints[worst]}' is off by {of_speeds.max():.3g}"
+        hint = "give fewer speeds than degrees of freedom, or speeds that agree"
+    else:
+        from mbproj.dynamics.assembly.adjust import needed, rounded_up
+
+        row = int(np.argmax(of_joints))
+        worst = int(system.joints.owner[row])
+        off = f"joint '{system.names.joints[worst]}' would open at {of_joints[row]:.3g} {system.joints.units[row]}/s"
+        if size := needed(system, q):
+            hint = f"its loop moves where joints are moved a little: give adjust_joints: {rounded_up(size)}"
+    return InputError(Problem(f"{message}: {off}", system.joint_places[worst], hint))
 
 
 def _worst(system: System, left: Array, message: str, hint: str) -> InputError:

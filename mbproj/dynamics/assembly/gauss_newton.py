@@ -68,13 +68,14 @@ def in_coordinates(system: System, q: Array, motion: Array) -> Array:
     return np.concatenate([system.length * δ[:, :3], turn], axis=1).ravel()
 
 
-def shortest(rows: Rows, wanted: Array, damping: float = 0.0) -> Array:
+def shortest(rows: Rows, wanted: Array, damping: float = 0.0, least: float = THRESHOLDS.rounding) -> Array:
     """Return the x (6n,) that minimises |rows x - wanted|² + damping |x|²; without damping, the shortest such x. For
-    `wanted` (m, k) the result is (6n, k)."""
+    `wanted` (m, k) the result is (6n, k). For few bodies a singular value below the part `least` of the largest counts
+    as 0."""
     if rows.bodies <= THRESHOLDS.large:
         R = rows.dense()
         if damping == 0.0:
-            correction: Numbers = np.linalg.lstsq(R, wanted, rcond=1e-12)[0]
+            correction: Numbers = np.linalg.lstsq(R, wanted, rcond=least)[0]
             return correction
         return R.T @ np.linalg.solve(R @ R.T + damping * np.eye(len(R)), wanted)
     return _shortest_by_sparse_factor(rows, wanted, damping)

@@ -32,11 +32,6 @@ class Component:
     bodies: Integers
     is_loop: bool = True
 
-    def by_level(self, system: System) -> Integers:
-        """Return the numbers of the component's rows, (k,), with rows at velocity level last. A dependent row at
-        position level then depends on rows at position level alone, so that leaving it out opens no joint."""
-        return np.argsort(system.is_velocity[system.bodies :][self.rows], kind="stable")
-
 
 def loops_of(system: System) -> list[Component]:
     """Return the components whose rows can depend on each other."""

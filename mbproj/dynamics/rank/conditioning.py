@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.rank.components import Component, component_rows, loops_of
-from mbproj.dynamics.rank.row_space import scaled_jacobian, split, unit_rows
+from mbproj.dynamics.rank.components import Component
+from mbproj.dynamics.rank.row_space import Dependence, dependences, independent, scaled_jacobian
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -20,10 +20,10 @@ class Conditioning:
     """Condition numbers of C_q without redundant rows: `as_written`, in SI units, and `scaled`, with lengths in units
     of the system's length and rows of unit length; None for more than `large` bodies.
 
-    `distance`: the smallest singular value of a loop's rows in (δr / length, δθ), of unit length: the smallest change
-    of the rows that makes them dependent (Eckart and Young 1936). None without a loop, as the rows of a tree are
-    independent at every pose. `owner`: the owner, as "joint 'A'", of the rows that this smallest change concerns
-    most."""
+    `distance`: the smallest singular value of a loop's rows in (δr / length, δθ), those of a joint in one scale and
+    without what follows from the joints before: the smallest change of the rows that makes them dependent (Eckart and
+    Young 1936). It does not depend on axes. None without a loop, as the rows of a tree are independent at every pose.
+    `owner`: the owner, as "joint 'A'", of the rows that this smallest change concerns most."""
 
     as_written: float | None
     scaled: float | None
@@ -42,22 +42,19 @@ class Conditioning:
 
 def conditioning(system: System, pose: Pose) -> Conditioning:
     """Return the conditioning at a pose. Components of more than `large` bodies do not count for the distance."""
-    components = [component for component in loops_of(system) if len(component.bodies) <= THRESHOLDS.large]
-    distance, owner, independent = None, None, np.ones(system.constraints, dtype=bool)
-    for component, rows in zip(components, component_rows(system, pose, components), strict=True):
-        unit = unit_rows(rows)
-        basis, dependent = split(unit, component.by_level(system))
-        independent[system.bodies + component.rows[dependent]] = False
-        if not _has_joints(system, component):
+    distance, owner = None, None
+    for part in dependences(system, pose):
+        if not _has_joints(system, part.component):
             continue
-        left, values, _ = np.linalg.svd(unit[basis], full_matrices=False)
+        left, values, _ = np.linalg.svd(part.held, full_matrices=False)
         if distance is None or values[-1] < distance * (1.0 - THRESHOLDS.dependent):
-            distance, owner = float(values[-1]), _largest_owner(system, component.rows[basis], left[:, -1])
+            distance, owner = float(values[-1]), _largest_owner(system, part, left[:, -1])
     if system.bodies > THRESHOLDS.large:
         return Conditioning(None, None, distance, owner)
+    rows = independent(system, pose)
     return Conditioning(
-        _condition(jacobian(system, pose)[independent]),
-        _condition(scaled_jacobian(system, pose)[independent]),
+        _condition(jacobian(system, pose)[rows]),
+        _condition(scaled_jacobian(system, pose)[rows]),
         distance,
         owner,
     )
@@ -86,11 +83,9 @@ def _condition(rows: Array) -> float:
     return float(np.sqrt(largest / abs(smallest)))
 
 
-def _largest_owner(system: System, rows: Integers, share: Array) -> str:
-    """Return the joint or motion with the largest part of a vector over rows."""
-    owners = [system.row_owner(int(row) + system.bodies) for row in rows]
-    parts = dict.fromkeys(owners, 0.0)
-    for owner, part in zip(owners, share, strict=True):
-        parts[owner] += float(part**2)
-    largest = max(parts.values())
-    return next(owner for owner, part in parts.items() if part > largest * (1.0 - THRESHOLDS.rounded))
+def _largest_owner(system: System, part: Dependence, share: Array) -> str:
+    """Return the joint or motion with the largest part of a vector over the combinations held."""
+    sizes = np.bincount(part.owners, share**2)
+    owner = int(np.argmax(sizes > sizes.max() * (1.0 - THRESHOLDS.rounded)))
+    row = part.component.rows[np.argmax(system.rows.owner[part.component.rows] == owner)]
+    return system.row_owner(int(row) + system.bodies)

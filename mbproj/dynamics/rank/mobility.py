@@ -6,19 +6,15 @@ import numpy as np
 
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.rank.components import component_rows, loops_of
 from mbproj.dynamics.rank.massless import MasslessMotion, massless_motions, massless_problem
-from mbproj.dynamics.rank.row_space import row_distances, scaled_jacobian, unit_rows
+from mbproj.dynamics.rank.row_space import independent
 from mbproj.errors import InputError, Problem
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
 
 __all__ = [
     "Mobility",
     "mobility",
     "refuse_unsolvable",
-    "row_distances",
-    "scaled_jacobian",
     "unsolvable",
 ]
 
@@ -58,10 +54,7 @@ class Mobility:
 
 def mobility(system: System, pose: Pose) -> Mobility:
     """Return the ranks of C_q and of Eq. 20 at this pose. Norm rows are independent of all others."""
-    components, free = loops_of(system), np.ones(system.constraints - system.bodies, dtype=bool)
-    for component, rows in zip(components, component_rows(system, pose, components), strict=True):
-        order = component.by_level(system)
-        free[component.rows[order]] = row_distances(unit_rows(rows[order])) > THRESHOLDS.dependent
+    free = independent(system, pose)[system.bodies :]
     dependent = np.flatnonzero(~free)
     owners = [system.names.joints[owner] for owner in system.joints.owner[dependent[dependent < system.joints.size]]]
     locked = dependent[dependent >= system.joints.size] - system.joints.size

@@ -15,22 +15,22 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import nearest, scaled_rows
+from mbproj.dynamics.assembly.assemble import scaled_rows
 from mbproj.dynamics.assembly.gauss_newton import moved, shortest
 from mbproj.dynamics.blocks import Rows
 from mbproj.dynamics.equations.kinematics import Pose, pose_of, twist_of
 from mbproj.dynamics.equations.motions import NO_DRIVE
 from mbproj.dynamics.rank.components import Component, component_rows
+from mbproj.dynamics.rank.lasting import NO_CONDITIONS, closed, floor_at
 from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
 from mbproj.dynamics.rank.row_space import self_stresses, unit_rows
 from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.euler_parameters import matrix_L
-from mbproj.model.system import Conditions, System
+from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 #: The number of directions that are followed, the number of random trials for them, and their seed.
 DIRECTIONS, TRIALS, SEED = 3, 12, 6
-NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +60,7 @@ def _motions(system: System, pose: Pose) -> Array:
     is a basis of the allowed parts of random motions, more of them than there are degrees of freedom."""
     if system.bodies <= THRESHOLDS.large:
         _, values, vectors = np.linalg.svd(_joint_rows(system, pose), full_matrices=True)
-        return np.asarray(vectors[np.count_nonzero(values > THRESHOLDS.dependent) :], dtype=float)
+        return np.asarray(vectors[np.count_nonzero(values > floor_at(system, pose)) :], dtype=float)
     rows, count = scaled_rows(system, pose, NO_CONDITIONS), THRESHOLDS.many_directions
     while True:
         count = min(2 * count, 6 * system.bodies)
@@ -80,11 +80,11 @@ def _walk(system: System, q: Array, direction: Array) -> Iterator[Pose]:
         if size < THRESHOLDS.no_motion:
             return
         aim = moved(system, reached, motion * (step / size))
-        closed, residual = nearest(system.at_positions, aim, NO_CONDITIONS, NO_DRIVE, THRESHOLDS.closed_to)
-        if np.abs(residual).max(initial=0.0) > THRESHOLDS.assembled or _far(system, closed, reached) < 0.1 * step:
+        there, residual = closed(system.at_positions, aim)
+        if np.abs(residual).max(initial=0.0) > THRESHOLDS.dependent or _far(system, there, reached) < 0.1 * step:
             return
-        yield pose_of(closed)
-        reached = closed
+        yield pose_of(there)
+        reached = there
 
 
 def _allowed(rows: Rows, direction: Array) -> Array:
@@ -92,7 +92,7 @@ def _allowed(rows: Rows, direction: Array) -> Array:
     first scaled to unit length."""
     direction = direction / np.linalg.norm(direction, axis=0)
     for _ in range(2):
-        direction = direction - shortest(rows, rows.times(direction))
+        direction = direction - shortest(rows, rows.times(direction), least=THRESHOLDS.in_doubt)
     return direction
 
 
@@ -120,8 +120,8 @@ def branch_directions(system: System, pose: Pose, motions: Array, trials: Array)
         return motions
     if len(motions) > THRESHOLDS.many_directions:
         return trials @ motions
-    forms = _forms(system, pose, motions)
-    roots = [root for trial in trials if (root := _root(forms, trial)) is not None]
+    forms, none = _forms(system, pose, motions), floor_at(system, pose)
+    roots = [root for trial in trials if (root := _root(forms, trial, none)) is not None]
     return np.array(roots).reshape(-1, len(motions)) @ motions
 
 
@@ -148,16 +148,17 @@ def _bent(system: System, pose: Pose, stresses: Array, motion: Array) -> Array:
     return np.asarray(stresses @ tangent_gamma(system, pose, twist_of(pose, v.ravel()), NO_DRIVE), dtype=float)
 
 
-def _root(forms: Array, trial: Array) -> Array | None:
-    """Return a unit vector near `trial` at which all forms vanish, by Gauss-Newton; None where it finds none."""
+def _root(forms: Array, trial: Array, none: float) -> Array | None:
+    """Return a unit vector near `trial` at which all forms vanish, to `none`, by Gauss-Newton; None where it finds
+    none."""
     z = trial / np.linalg.norm(trial)
     for _ in range(THRESHOLDS.most_passes):
         slope = forms @ z
         values = slope @ z
-        if np.abs(values).max(initial=0.0) < THRESHOLDS.rounding:
+        if np.abs(values).max(initial=0.0) < THRESHOLDS.rounding * none / THRESHOLDS.dependent:
             break
         # only changes across z count: the forms are homogeneous, and a shorter z is no root
         across = slope - np.outer(values, z)
-        z = z - np.linalg.lstsq(2.0 * across, values, rcond=THRESHOLDS.dependent)[0]
+        z = z - np.linalg.lstsq(2.0 * across, values, rcond=none)[0]
         z = z / np.linalg.norm(z)
-    return z if np.abs(forms @ z @ z).max(initial=0.0) < THRESHOLDS.dependent else None
+    return z if np.abs(forms @ z @ z).max(initial=0.0) < none else None

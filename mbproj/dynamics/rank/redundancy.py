@@ -17,10 +17,10 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.components import Component, component_rows, loops_of
+from mbproj.dynamics.rank.components import loops_of
 from mbproj.dynamics.rank.nearby import Nearby, nearby
 from mbproj.dynamics.rank.right_hand_sides import RightHandSides, right_hand_sides
-from mbproj.dynamics.rank.row_space import shares, split, unit_rows
+from mbproj.dynamics.rank.row_space import Dependence, dependence_at, dependences, shares, unit_rows
 from mbproj.dynamics.rank.row_words import NamedRow, name_rows
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
@@ -79,23 +79,18 @@ class Redundancy:
 
 def redundancy(system: System, state: State) -> Redundancy:
     """Return the redundant rows at a closed state. Components of more than `large` bodies are left out."""
-    pose, components = pose_of(state.q), loops_of(system)
+    pose = pose_of(state.q)
     left_out = max(
-        (len(component.bodies) for component in components if len(component.bodies) > THRESHOLDS.large), default=0
+        (bodies for component in loops_of(system) if (bodies := len(component.bodies)) > THRESHOLDS.large), default=0
     )
-    components = [component for component in components if len(component.bodies) <= THRESHOLDS.large]
-    dependences = []
-    for component, rows in zip(components, component_rows(system, pose, components), strict=True):
-        basis, dependent = split(unit_rows(rows), component.by_level(system))
-        if len(dependent):
-            dependences.append(_Dependence(component, rows, basis, dependent))
-    if not dependences:
+    found = [part for part in dependences(system, pose) if len(part.dependent)]
+    if not found:
         return Redundancy((), left_out=left_out)
     around = nearby(system, state.q) if system.bodies <= THRESHOLDS.large else None
     sides, names = right_hand_sides(system, state), name_rows(system, pose)
     sets = [
         _dependent_set(system, part, members, permanent, known, names)
-        for part, known in [(part, sides.with_doubt(part.component, part.rows)) for part in dependences]
+        for part, known in [(part, sides.with_doubt(part)) for part in found]
         for members, permanent in _circuits(system, part, around)
     ]
     return Redundancy(
@@ -106,19 +101,9 @@ def redundancy(system: System, state: State) -> Redundancy:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Dependence:
-    """A component with its rows at the start: those independent of the rows before them, and the others."""
-
-    component: Component
-    rows: Array
-    basis: Integers
-    dependent: Integers
-
-
-def _circuits(system: System, part: _Dependence, around: Nearby | None) -> Iterator[tuple[list[int], bool | None]]:
+def _circuits(system: System, part: Dependence, around: Nearby | None) -> Iterator[tuple[list[int], bool | None]]:
     """The dependent sets of a component as lists of rows, the dependent one first, and whether each is permanent."""
-    here = unit_rows(part.rows)
+    here = part.rows
     if around is None or not around.freedom:
         stays = None if around is None else True
         yield from ((members, stays) for members in _members(here, part.basis, part.dependent))
@@ -126,10 +111,9 @@ def _circuits(system: System, part: _Dependence, around: Nearby | None) -> Itera
     lasting = part.dependent if around.poses else part.dependent[:0]
     basis, rows = part.basis, here
     for pose in around.poses:
-        there = unit_rows(component_rows(system, pose, [part.component])[0])
-        free, dependent = split(there, np.concatenate([part.basis, part.dependent]))
-        if len(dependent) <= len(lasting):
-            basis, lasting, rows = free, dependent, there
+        there = dependence_at(system, part, pose)
+        if len(there.dependent) <= len(lasting):
+            basis, lasting, rows = there.basis, there.dependent, there.rows
     passing = np.setdiff1d(part.dependent, lasting)
     yield from ((members, True) for members in _members(rows, basis, lasting))
     yield from ((members, False) for members in _members(here, part.basis, passing))
@@ -142,17 +126,18 @@ def _members(rows: Array, basis: Integers, dependent: Integers) -> Iterator[list
 
 def _dependent_set(
     system: System,
-    part: _Dependence,
+    part: Dependence,
     members: list[int],
     permanent: bool | None,
     sides: RightHandSides,
     names: list[NamedRow],
 ) -> DependentSet:
-    first, others = part.rows[members[0]], part.rows[members[1:]]
+    first, others = part.unscaled[members[0]], part.unscaled[members[1:]]
     share = np.linalg.lstsq(unit_rows(others).T, first, rcond=None)[0] / np.linalg.norm(others, axis=1)
     weights = np.concatenate([[1.0], -share])
     rows = part.component.rows[members]
-    velocity, acceleration = sides.disagreement(rows, weights)
+    drives = any(names[row].kind == "motion" for row in rows)
+    velocity, acceleration = sides.disagreement(rows, weights, THRESHOLDS.dependent if drives else part.floor)
     scale = system.row_scale[system.bodies :][rows]
     return DependentSet(
         rows=tuple(rows.tolist()),

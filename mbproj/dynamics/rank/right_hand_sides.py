@@ -12,8 +12,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.constraint_equations import gamma, set_velocity, time_derivative
 from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.rank.components import Component
-from mbproj.dynamics.rank.row_space import unit_rows
+from mbproj.dynamics.rank.row_space import Dependence
 from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
@@ -34,23 +33,22 @@ class RightHandSides:
     speed: float
     doubt: float = 0.0
 
-    def with_doubt(self, component: Component, rows: Array) -> RightHandSides:
-        """Return the right-hand sides with the `doubt` of a component: the part of its velocities that its `rows` do
-        not allow. The velocity of a component at rest is round-off, so that its doubt may be 1."""
-        moving, unit = self.moving[component.bodies].ravel(), unit_rows(rows)
-        length = np.maximum(np.linalg.norm(rows, axis=1), THRESHOLDS.dependent)
-        left = unit @ moving - self.velocity[component.rows] / length
-        wrong = np.abs(np.linalg.lstsq(unit, left, rcond=THRESHOLDS.dependent)[0]).max()
+    def with_doubt(self, part: Dependence) -> RightHandSides:
+        """Return the right-hand sides with the `doubt` of a component: the part of its velocities that its rows do not
+        allow. The velocity of a component at rest is round-off, so that its doubt may be 1."""
+        moving = self.moving[part.component.bodies].ravel()
+        left = part.rows @ moving - self.velocity[part.component.rows] * part.scale
+        wrong = np.abs(np.linalg.lstsq(part.rows, left, rcond=THRESHOLDS.dependent)[0]).max()
         return replace(self, doubt=float(wrong / max(np.abs(moving).max(), TINY)))
 
-    def disagreement(self, rows: Integers, weights: Array) -> tuple[float, float]:
+    def disagreement(self, rows: Integers, weights: Array, floor: float) -> tuple[float, float]:
         """Return Σ weight × right-hand side of rows with Σ weight × row = 0 in C_q, for velocity and acceleration;
-        round-off counts as 0."""
+        round-off counts as 0. Rows count as dependent up to the distance `floor`."""
         largest = float(np.abs(weights).max())
         quadratic = float(np.abs(weights * self.quadratic[rows]).sum()) + largest * self.speed**2
         return (
-            _beyond_round_off(weights * self.velocity[rows], THRESHOLDS.dependent * largest * self.speed),
-            _beyond_round_off(weights * self.acceleration[rows], (THRESHOLDS.dependent + 2.0 * self.doubt) * quadratic),
+            _beyond_round_off(weights * self.velocity[rows], floor * largest * self.speed),
+            _beyond_round_off(weights * self.acceleration[rows], (floor + 2.0 * self.doubt) * quadratic),
         )
 
 

@@ -67,6 +67,8 @@ def choose(system: System, state: State, settings: Settings, kernel: Any = None)
     It is raised, too, where a motion jumps or goes beyond a rigid stop, and for a kinematic run with degrees of
     freedom. `kernel` makes the models; None: the compiled core."""
     choice = _formulation(system, state, settings, kernel)
+    if choice.degrees_of_freedom == 0:
+        _refuse_locked(system, state)
     return replace(choice, kinematic=_is_kinematic(_undecided(system, state, choice), settings))
 
 
@@ -195,6 +197,7 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
     from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
 
     if system.bodies <= THRESHOLDS.large:
+        _refuse_locked(system, state)
         refuse_unsolvable(system, mobility(system, pose_of(state.q)))
     owner = compiled.owner(number) or "the mechanism"
     if (
@@ -211,6 +214,32 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
             f"{owner}: the start is a singular pose, or so near to one that its constraints cannot be told apart",
             place,
             "start from a pose that is not stretched or folded; drive no coordinate that the others fix already",
+        )
+    )
+
+
+def _refuse_locked(system: System, state: State) -> None:
+    """Raise InputError where the joints leave no freedom but for a distance that rounded numbers make, within which
+    runs look for redundant rows. Without motions such a mechanism would stay as it is, without a word."""
+    from mbproj.dynamics.assembly.adjust import needed, rounded_up
+    from mbproj.dynamics.rank.conditioning import conditioning
+    from mbproj.dynamics.rank.mobility import mobility
+
+    pose = pose_of(state.q)
+    if system.driven or system.bodies > THRESHOLDS.large or mobility(system, pose).degrees_of_freedom:
+        return
+    found = conditioning(system, pose)
+    if found.distance is None or found.distance**2 >= THRESHOLDS.half_digits:
+        return
+    size = needed(system, state.q)
+    places = dict(zip(system.names.joints, system.joint_places, strict=True))
+    raise InputError(
+        Problem(
+            f"the joints lock: they leave no freedom, but would leave one if the rows of {found.owner} were changed by "
+            f"{found.distance:.2g}",
+            next((place for name, place in places.items() if found.owner == f"joint '{name}'"), None),
+            "look whether an axis of the loop is tilted, or numbers are rounded"
+            + (f", or give adjust_joints: {rounded_up(size)}" if size else ""),
         )
     )
 

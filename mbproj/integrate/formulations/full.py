@@ -24,9 +24,9 @@ from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.equations.turning import driven_to
 from mbproj.dynamics.friction.loads import Jammed, settled_loads
 from mbproj.dynamics.observe.bearings import supports
-from mbproj.dynamics.rank.mobility import row_distances, scaled_jacobian
 from mbproj.dynamics.rank.row_policy import RowPolicy
 from mbproj.dynamics.rank.row_set import in_lengths
+from mbproj.dynamics.rank.row_space import independent
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.law_switches import on_branches
@@ -278,17 +278,16 @@ class FullFormulation:
 
     def check_regular(self, t: float, q: Array) -> None:
         """Raise SimulationError that names the joint where C_q has lost its rank at the start."""
-        distances = row_distances(scaled_jacobian(self.system, pose_of(q)))
-        if not self.policy.rows.redundant and distances.min(initial=1.0) < THRESHOLDS.dependent:
+        if not self.policy.rows.redundant and not independent(self.system, pose_of(q)).all():
             raise self.singular(t, q)
 
     def singular(self, t: float, q: Array, v: Array | None = None) -> SimulationError:
         """Return the error for equations without a unique solution at a state."""
         with may_overflow():
-            rows = scaled_jacobian(self.system, pose_of(q))
+            rows = jacobian(self.system, pose_of(q))
         if not np.all(np.isfinite(rows)) or not (v is None or np.all(np.isfinite(v))):
             return not_finite(t)
-        distances = row_distances(rows)
-        if distances.min(initial=1.0) > THRESHOLDS.dependent and not self.policy.rows.redundant:
+        free = independent(self.system, pose_of(q))
+        if free.all() and not self.policy.rows.redundant:
             return ill_conditioned(t, penalty=self.settings.projection.alpha)
-        return singular(t, self.system.row_owner(int(np.argmin(distances))))
+        return singular(t, self.system.row_owner(int(np.argmin(free))))

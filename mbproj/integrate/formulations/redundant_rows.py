@@ -77,7 +77,7 @@ def _left_out(compiled: Compiled, state: State, y: Array) -> list[int] | None:
     """Count the redundant rows as `count_redundant` does, and return the numbers of those left out at `state`, whose
     kernel's state is y, or None."""
     compiled.hold(compiled.core.UsualRows())
-    equations = compiled.equations()
+    equations, within = compiled.equations(), 0.0
     for threshold in (
         THRESHOLDS.half_digits,
         math.sqrt(THRESHOLDS.half_digits * THRESHOLDS.rounding),
@@ -88,7 +88,8 @@ def _left_out(compiled: Compiled, state: State, y: Array) -> list[int] | None:
             return []
         compiled.hold(compiled.core.UsualRows(count))
         first: list[int] = compiled.equations().left_out(y, state.t)
-        if _stay_closed(compiled, state, first):
+        within = within or _floor(compiled, state)
+        if _stay_closed(compiled, state, first, within):
             return first
         compiled.hold(compiled.core.UsualRows())
     return None
@@ -165,14 +166,24 @@ def _corrected(
         return (y, q, v) if np.isfinite(q @ q + v @ v) else None
 
 
-def _stay_closed(compiled: Compiled, state: State, left_out: list[int]) -> bool:
-    """Whether rows that are left out stay closed in motions along random directions while the others are held."""
+def _floor(compiled: Compiled, state: State) -> float:
+    """Return the distance within which rows that are left out stay closed: more where `check`, too, counts rows whose
+    distance from dependence is in doubt as redundant."""
+    from mbproj.dynamics.equations.kinematics import pose_of
+    from mbproj.dynamics.rank.lasting import floor_at
+
+    return floor_at(compiled.system, pose_of(state.q))
+
+
+def _stay_closed(compiled: Compiled, state: State, left_out: list[int], within: float) -> bool:
+    """Whether rows that are left out stay closed, within a distance, in motions along random directions while the
+    others are held."""
     equations, rng = compiled.equations(), np.random.default_rng(0)
-    return all(_stays_closed(compiled, equations, left_out, state, rng) for _ in range(TRIALS))
+    return all(_stays_closed(compiled, equations, left_out, state, rng, within) for _ in range(TRIALS))
 
 
 def _stays_closed(
-    compiled: Compiled, equations: Any, left_out: list[int], state: State, rng: np.random.Generator
+    compiled: Compiled, equations: Any, left_out: list[int], state: State, rng: np.random.Generator, within: float
 ) -> bool:
     system = compiled.system
     weights = np.tile(numbers([system.length] * 3 + [1.0] * 4), system.bodies)
@@ -191,4 +202,4 @@ def _stays_closed(
     open_by = np.abs(equations.constraint(moved[0], state.t + seconds))
     if system.rolls:  # rows at velocity level have no C to open
         open_by = np.maximum(open_by, np.abs(equations.constraint_velocity(moved[0], state.t + seconds)) / rate)
-    return bool(np.all(open_by <= THRESHOLDS.dependent * compiled.row_scale))
+    return bool(np.all(open_by <= within * compiled.row_scale))

@@ -54,7 +54,7 @@ def explained(
 def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError | None:
     """Return the error where the poses that meet the motions end on the way from q at time t to beyond `stop`; None
     where they do not."""
-    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+    from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 
     try:
         at, drive = drive_at(system, t), drive_at(system, stop)
@@ -106,7 +106,7 @@ def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
 def _followed(system: System, drive: Drive, q: Array, way: float, enough: float) -> str | None:
     """Return in words the motion followed one way, in steps of half of the rest: the root of the inertia falls linearly
     towards a dead centre."""
-    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+    from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 
     shortest, longest = THRESHOLDS.short_way / 5.0, 10.0 * THRESHOLDS.short_way
     before, last, step = None, 0.0, shortest

@@ -18,8 +18,8 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
 from mbproj.dynamics.equations.teeth import near
 from mbproj.dynamics.equations.turning import turns_of
+from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 from mbproj.dynamics.rank.mobility import mobility
-from mbproj.dynamics.rank.nearby import NO_CONDITIONS
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.stops.resting import RubsAtStart
 from mbproj.linear.equilibrium.balance import REST, EquilibriumProblem, SteadyTurn

@@ -36,6 +36,6 @@ def beside(scene: Scene, system: System, guess: Guess) -> State:
 
 def consistent(system: System, guess: Guess) -> State:
     """Return the consistent state nearest to a guess, without the scene's conditions on its own start."""
-    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+    from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 
     return assemble(system, replace(guess, start=NO_CONDITIONS, speed=NO_CONDITIONS))

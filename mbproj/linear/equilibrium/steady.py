@@ -9,7 +9,7 @@ from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import constraint_rows
 from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of
 from mbproj.dynamics.equations.motions import NO_DRIVE, drive_at
-from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 from mbproj.errors import InputError, Problem, choose_from
 from mbproj.linear.equilibrium.balance import EquilibriumProblem, SteadyTurn
 from mbproj.linear.equilibrium.find import Equilibrium

@@ -23,7 +23,7 @@ from mbproj.dynamics.equations.kinematics import attached, pose_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.round_off import position_grain
 from mbproj.dynamics.observe.recorded import Block
-from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.events.time_events import Event

@@ -13,7 +13,7 @@ from mbproj.dynamics.equations.equations_of_motion import generalised_force, mas
 from mbproj.dynamics.equations.forces import applied, generalised
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.rank.row_space import scaled_jacobian, split
+from mbproj.dynamics.rank.row_space import independent
 from mbproj.model import System
 from mbproj.studies.verify.rounded import EPS, Rounded, bordered, concatenated, product, solve
 
@@ -64,7 +64,7 @@ def correction(A: Rounded, C_q: Rounded, violation: Rounded) -> Rounded:
 
 def independent_rows(system: System, q: Array) -> Integers:
     """The numbers of the rows of C that do not depend on the rows before them. Rows at velocity level count as last."""
-    return np.sort(split(scaled_jacobian(system, pose_of(q)), np.argsort(system.is_velocity, kind="stable"))[0])
+    return np.flatnonzero(independent(system, pose_of(q)))
 
 
 def equations_at(system: System, state: State) -> RoundedEquations:

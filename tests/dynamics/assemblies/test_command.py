@@ -47,7 +47,7 @@ def test_it_lists_both_assemblies_of_a_four_bar(folder):
     assert lines[0] == "Four bars: 2 assemblies"
     assert lines[1].split() == ["A.angle", "B.angle", "C.angle", "D.angle", "found", "distance"]
     assert lines[2].startswith("1 (the start)")
-    assert "random starts led to one; another one, as rare as the rarest, was missed" in lines[4]
+    assert "random starts led to one; one that draws 3 % of such starts or more was missed" in lines[4]
 
 
 def test_json_has_coordinates_by_name_and_poses(folder):
@@ -70,7 +70,7 @@ def test_json_has_coordinates_by_name_and_poses(folder):
         )
         np.testing.assert_allclose(np.linalg.norm(pose["orientation"]), 1.0, atol=1e-13)
     assert sum(each["found"] for each in found) == facts["closed"] <= facts["starts"]
-    assert facts["missed"] < 1e-3
+    assert facts["missed"] <= 1e-3 and facts["share"] < 0.05
 
 
 def test_each_assembly_is_written_as_a_scene_that_starts_there(folder):
