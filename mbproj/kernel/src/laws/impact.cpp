@@ -82,11 +82,13 @@ bool Impact::along_path(const Eigen::MatrixXd& B, const Vector& e) {
     const bool is_newtons = impulses(B, b, none, lead);
     if (!is_newtons && !one_sided(B.topLeftCorner(stops, stops), b.head(stops), thresholds_->no_push, lead))
         return false;
-    const auto given = [&](const Vector& impulse) { return impulse.dot(after + 0.5 * (B * impulse)); };
+    const auto creates = [&](const Vector& impulse) {
+        return impulse.dot(after + 0.5 * (B * impulse)) > thresholds_->creates_energy * std::abs(impulse.dot(after));
+    };
     if (rubbing_->size() == 0 ||
         !follow_impulse(B, after, lead.head(stops), e, *rubbing_, *moves_, *thresholds_, z, done)) {
         z = lead;
-        if ((!is_newtons || given(z) > 0.0) && !impulses(B, after, none, z)) return false;
+        if ((!is_newtons || creates(z)) && !impulses(B, after, none, z)) return false;
         done = 0.5 * z.cwiseProduct(after + after + B * z);
     }
     impulse += z, taken -= done, after += B * z;

@@ -34,6 +34,7 @@ public:
     Path(const DenseMatrix& B, const Vector& push, const Vector& e, const Rubbing& rubbing, const std::vector<bool>& moves,
          const Thresholds& thresholds)
         : B_(B), push_(push), squares_(e.cwiseAbs2()), thresholds_(thresholds), size_(B.rows()), stops_(push.size()),
+          rests_(thresholds.same_written),
           given_(Vector::Zero(size_)) {
         given_.head(stops_) = push;
         for (Index i = 0; i < stops_; ++i) {
@@ -67,7 +68,7 @@ public:
             if (!follow_piece(goal, y, arrived)) return false;
             if (arrived) return true;
             for (const Rough& each : rough_) {  // the remaining sliding stops at once
-                if (!each.slides || size(y, each) > thresholds_.stop_rests) continue;
+                if (!each.slides || size(y, each) > rests_) continue;
                 const Vector left = least_squares(B_(each.tangents, each.tangents), -y(each.tangents));
                 for (std::size_t k = 0; k < each.tangents.size(); ++k)
                     y[size_ + each.tangents[k]] += left[static_cast<Index>(k)];
@@ -90,7 +91,7 @@ private:
         given_.tail(size_ - stops_).setZero();
         for (Rough& each : rough_) {
             const double speed = size(y, each);
-            each.slides = speed > thresholds_.stop_rests;
+            each.slides = speed > rests_;
             if (each.slides)
                 given_(each.tangents) = -each.most / speed * y(each.tangents);
             else
@@ -111,7 +112,7 @@ private:
             const double gains = change(each.tangents).norm();
             each.slides = gains > none && given_(each.tangents).norm() > (1.0 - thresholds_.slips) * each.most;
             if (each.slides)
-                y(each.tangents) = 2.0 * thresholds_.stop_rests / gains * change(each.tangents);
+                y(each.tangents) = 2.0 * rests_ / gains * change(each.tangents);
             else
                 held_.insert(held_.end(), each.tangents.begin(), each.tangents.end());
         }
@@ -214,17 +215,18 @@ private:
             h *= 2.0, y = next;
             if (slips) return true;
             for (const Rough& each : rough_)
-                if (each.slides && size(y, each) <= thresholds_.stop_rests) return true;
+                if (each.slides && size(y, each) <= rests_) return true;
         }
         return false;
     }
-    // The goal within a step from y to `end`, by the Illinois method.
+    // The goal within a step from y to `end`, by the Illinois method, with halvings for a goal that is almost a square there.
     Vector at_goal(const Goal& goal, const Vector& y, const Vector& end, double h) {
         double low = 0.0, high = h, below = goal(y), above = goal(end), error = 0.0;
         Vector found = end;
         int side = 0;
-        for (int tried = 0; tried < 60 && high - low > thresholds_.rounding * h && above != 0.0; ++tried) {
-            const double middle = high - above * (high - low) / (above - below);
+        for (int tried = 0; tried < 150 && high - low > thresholds_.rounding * h && above != 0.0; ++tried) {
+            const double chord = high - above * (high - low) / (above - below);
+            const double middle = tried % 3 == 2 ? 0.5 * (low + high) : chord;
             const Vector there = after(y, middle, error);
             const double value = goal(there);
             if (value >= 0.0) {
@@ -242,6 +244,7 @@ private:
     const Vector push_, squares_;
     const Thresholds& thresholds_;
     const Index size_, stops_;
+    const double rests_;  // slower sliding rests; much more than the errors of a step, which turn it
     std::vector<Rough> rough_;
     Vector given_, began_with_;  // impulses per dp now, and B times those with which the piece began
     Rows held_;                  // the tangents that stick
