@@ -2,11 +2,11 @@
 
     python scripts/random_contacts.py [--count 60] [--seed 0] [--minutes 10] [--keep FOLDER]
 
-Each scene draws some of these: a chain on pins with dry friction, limits and springs; balls, wheels and coins on a floor
-with Stribeck friction; a box on feet that is pushed; a ball that rolls as a joint does; a bushing; a flywheel behind a gear.
-It runs by a method that is drawn, too, full or in fewer coordinates. It is asked that every run ends in a result or in a
-simulation's error with a place. `scripts/sanitize_kernel.py` runs them with the sanitizers, which ask more: that no index
-leaves its list. The scene that runs is kept in the folder until it has ended. Exit code 1: something else was raised.
+Each scene draws some of these: a chain on pins with dry friction, limits and springs; balls and wheels on a floor with
+Stribeck friction; a box on feet that is pushed; a ball that rolls as a joint does; a bushing. It runs by a method that
+is drawn, too, full or in fewer coordinates. It is asked that every run ends in a result or in a simulation's error.
+`scripts/sanitize_kernel.py` runs them with the sanitizers, which ask more: that no index leaves its list. The scene
+that runs is kept in the folder until it has ended. Exit code 1: something else was raised.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ class Draw:
     def rolls(self, name: str) -> None:
         """A ball, or a wheel that stands or leans, on the floor or just above it."""
         r, x = self.number(0.05, 0.3), self.place
-        wheel, up = self.some(), 0.0 if self.some(0.7) else self.number(0.0, 0.01)
-        lean = self.number(0.0, 0.3) if wheel else 0.0
+        wheel, up = self.some(), 1e-6 if self.some(0.7) else self.number(1e-4, 0.01)
+        lean = self.number(0.0, 0.3) if wheel and self.some(0.3) else 0.0
         z = r * np.cos(lean) + up
         J = self.number(0.2, 0.6) * r * r
         v = [self.number(-2.0, 2.0) for _ in range(2)]

@@ -31,11 +31,10 @@ struct Rough {
 // y = (rates, impulses, works, what was given back less what may be) over p; rates of size 1.
 class Path {
 public:
-    Path(const DenseMatrix& B, const Vector& push, const Vector& e, const Rubbing& rubbing, const std::vector<bool>& moves,
-         const Thresholds& thresholds)
+    Path(const DenseMatrix& B, const Vector& push, const Vector& e, const Rubbing& rubbing,
+         const std::vector<bool>& moves, const Thresholds& thresholds)
         : B_(B), push_(push), squares_(e.cwiseAbs2()), thresholds_(thresholds), size_(B.rows()), stops_(push.size()),
-          rests_(thresholds.same_written),
-          given_(Vector::Zero(size_)) {
+          rests_(thresholds.same_written), given_(Vector::Zero(size_)) {
         given_.head(stops_) = push;
         for (Index i = 0; i < stops_; ++i) {
             Rough rough{{}, 0.0};
@@ -201,7 +200,8 @@ private:
 
     // Follows y to the goal, or to where sliding or sticking ends. False where neither comes.
     bool follow_piece(const Goal& goal, Vector& y, bool& arrived) {
-        constexpr int most_steps = 1000;  // where one stop slides by next to nothing beside others, its direction is stiff
+        constexpr int most_steps =
+            1000;  // where one stop slides by next to nothing beside others, its direction is stiff
         const double least = thresholds_.no_digits;
         double h = 0.1, error = 0.0;
         for (int step = 0; step < most_steps; ++step) {
