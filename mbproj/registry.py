@@ -108,6 +108,8 @@ FORMULATIONS = ("auto", "full", "reduced", "planar")
 ACCELERATIONS = ("bordered", "eliminated")
 #: The law of impact at rigid stops: restitution relates speeds (Newton), impulses (Poisson), or energies (Stronge).
 IMPACT_LAWS = ("newton", "poisson", "energetic")
+#: The one that a scene has where it gives none: it never creates energy.
+USUAL_IMPACT_LAW = "energetic"
 #: The fallback for a position correction that does not converge: none, or a second correction with GOPM's metric.
 FALLBACKS = ("none", "gopm")
 #: When a position correction is accepted: |C|∞ <= tolerance, or the paper's ΔqᵀMΔq <= tolerance.

@@ -9,6 +9,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.model.primitive_set import PrimitiveSet
+from mbproj.registry import USUAL_IMPACT_LAW
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +41,7 @@ class Stops:
     softening: Array
     owners: tuple[str, ...]
     places: tuple[Place | None, ...]
-    impact_law: str = "newton"
+    impact_law: str = USUAL_IMPACT_LAW
 
     @property
     def size(self) -> int:

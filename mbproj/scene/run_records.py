@@ -6,6 +6,7 @@ from dataclasses import field
 from typing import NamedTuple
 
 from mbproj.dataclass import dataclass
+from mbproj.registry import USUAL_IMPACT_LAW
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Settings:
     integrator: str = "rk4"
     formulation: str = "auto"
     acceleration: str = "bordered"
-    impact_law: str = "newton"
+    impact_law: str = USUAL_IMPACT_LAW
     output_step: float | None = None
     break_times: tuple[float, ...] = ()
     start: str = "scene"

@@ -29,8 +29,6 @@ def undecided(
     if why == "creates energy":
         assert system.stops is not None
         return creates_energy(t, system, which, energy, system.stops.impact_law, [IMPACT_LAWS[k] for k in laws])
-    if why == "together":
-        return struck_together(t, system, which)
     if why == "no balance":
         return finds_no_balance(t, system, np.array(which))
     if why == "never ends":
@@ -58,13 +56,6 @@ def creates_energy(
     hint = "give them the same 'restitution'" if unequal else "use a smaller 'restitution' or 'friction' there"
     if helps:
         hint = f"use 'impact_law: {helps[0]}' in 'simulation', or {hint}"
-    return SimulationError(t, cause, where=stop_names(system, which), hint=hint)
-
-
-def struck_together(t: float, system: System, which: Sequence[int] | Integers) -> SimulationError:
-    """Return the error of the energetic law, which has no solution for several stops at once."""
-    cause = "the energetic law is that of one stop, and several take part in this impact"
-    hint = "use 'impact_law: poisson' in 'simulation', which has an answer for several"
     return SimulationError(t, cause, where=stop_names(system, which), hint=hint)
 
 

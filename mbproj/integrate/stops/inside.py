@@ -24,7 +24,7 @@ from mbproj.integrate.stops.sharing import loaded_joints
 from mbproj.integrate.stops.whole import speed_of, stored
 from mbproj.model.contacts import Contacts, at_walls, in_contact
 from mbproj.model.system import System
-from mbproj.registry import IMPACT_LAWS
+from mbproj.registry import IMPACT_LAWS, USUAL_IMPACT_LAW
 from mbproj.thresholds import THRESHOLDS
 
 #: The sets of `Contacts` that a saved state may contain.
@@ -119,7 +119,7 @@ class Inside:
     def begin(self, run: Any) -> None:
         """Give the contacts to the kernel's run, before its first step."""
         stops, frictions = self.system.stops, self.system.frictions
-        law = "newton" if stops is None else stops.impact_law
+        law = USUAL_IMPACT_LAW if stops is None else stops.impact_law
         state: dict[str, Any] = {"push": 0.0, "fastest": self._fastest, "met_at": -np.inf, "met_often": 0}
         state |= {"held": [], "lost": 0.0, "work": 0.0, "events": 0}
         state |= {"rubbed": [0.0] * (0 if frictions is None else frictions.size)}

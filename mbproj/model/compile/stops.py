@@ -27,6 +27,7 @@ from mbproj.model.compile.frames import Pose
 from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.stops import Stops
+from mbproj.registry import USUAL_IMPACT_LAW
 from mbproj.scene.records import Scene
 from mbproj.scene.stops import DistanceStop, OfBody, PlaneStop, StopLaw
 from mbproj.thresholds import THRESHOLDS
@@ -101,7 +102,7 @@ def compile_stops(
     `coordinates` are those of joints, by names such as "hinge.angle". Raises InputError where a stop acts between two
     points of one rigid body, or where a law of impacts is chosen without a rigid stop."""
     sides = [*_of_joints(scene, coordinates), *_of_forces(scene, seats, poses)]
-    if scene.settings.impact_law != "newton" and not any(np.isinf(side.law.stiffness) for side in sides):
+    if scene.settings.impact_law != USUAL_IMPACT_LAW and not any(np.isinf(side.law.stiffness) for side in sides):
         said = "'impact_law' does nothing: the scene has no rigid stop"
         raise InputError(Problem(said, scene.place("simulation", "impact_law"), "leave it out"))
     if not sides:

@@ -169,7 +169,7 @@ def test_newtons_law_names_one_that_helps():
         SimulationError,
         match="friction turns an impact round; use 'impact_law: poisson' in 'simulation', or use a smaller",
     ):
-        run(STRUCK)
+        struck_by("newton")
 
 
 def test_the_laws_on_a_rod_that_comes_to_stick():
@@ -191,9 +191,69 @@ OTHER = """forces:
 """
 
 
-def test_the_energetic_law_is_that_of_one_stop():
-    with pytest.raises(SimulationError, match=r"several take part in this impact; use 'impact_law: poisson'"):
-        struck_by("energetic", text=STRUCK.replace("angle: 50 deg", "angle: 0 deg").replace("forces:\n", OTHER))
+def test_the_usual_law_is_the_energetic_one():
+    _, usual = run(STRUCK)
+    _, named = struck_by("energetic")
+    np.testing.assert_array_equal(usual["bodies/velocity"], named["bodies/velocity"])
+
+
+def test_a_rod_that_lands_flat_on_two_rough_ends_turns_both_rates():
+    """Both ends are struck at once and slide on: u_n = -e u_n, and friction takes μ (1 + e) |u_n| of the sliding."""
+    flat = STRUCK.replace("angle: 50 deg", "angle: 0 deg").replace("velocity: [-2, 0, 0]", "velocity: [-20, 0, 0]")
+    flat = flat.replace("restitution: 0.9", "restitution: 0.5").replace("friction: 1.2", "friction: 0.1")
+    other = OTHER.replace("restitution: 0.5", "restitution: 0.5\n    friction: 0.1")
+    _, recorded = run(flat.replace("forces:\n", other))
+    first = recorded.of("impact")[:2]
+    fall = np.sqrt(2.0 * 10.0 * 0.45)
+    assert [event.impulse for event in first] == pytest.approx([0.5 * 1.5 * fall] * 2, rel=1e-9)
+    sliding = 20.0 - 0.1 * 1.5 * fall
+    assert recorded["bodies/velocity"][-1, 0, 0] == pytest.approx(-sliding, rel=1e-9)
+
+
+@given(st.integers(0, 100_000), st.integers(2, 3), st.integers(4, 7), st.sampled_from([1, 2]), st.booleans())
+@settings(deadline=None, max_examples=80)
+def test_several_rough_stops_create_no_energy_and_stay_in_their_cones(seed, stops, freedoms, k, same):
+    """Any rows, so that stops and tangents depend on each other; stops that are struck, lie still, or part."""
+    rng = np.random.default_rng(seed)
+    A, speeds = rng.normal(size=(stops * (1 + k), freedoms)), rng.normal(size=freedoms)
+    A[:stops] *= np.where(rng.random(stops) < 0.8, -np.sign(A[:stops] @ speeds), 1.0)[:, None]
+    e, coefficient = rng.random(stops), np.repeat(rng.uniform(0.0, 1.5, stops), k)
+    rubbing = [(i * k + (1 - j) if k == 2 else -1, i) for i in range(stops) for j in range(k)]
+    found = strike("energetic", A, speeds, np.full(stops, e[0]) if same else e, coefficient, rubbing)
+    assert found is not None
+    energy, gaps = 0.5 * speeds @ speeds, A[:stops] @ found.v
+    assert found.lost >= -1e-9 * energy
+    assert gaps.min() >= -1e-8
+    push = found.impulse[:stops]
+    assert push.min() >= 0.0
+    along = np.linalg.norm(found.impulse[stops:].reshape(stops, k), axis=1)
+    assert np.all(along <= coefficient[::k] * push + 1e-7 * push.max(initial=0.0))
+    assert found.taken.sum() == pytest.approx(found.lost, abs=1e-7 * energy)
+
+
+@given(st.integers(0, 100_000), st.integers(2, 4), st.floats(0.0, 1.0))
+@settings(deadline=None, max_examples=60)
+def test_where_nothing_turns_several_stops_part_as_by_newtons_law(seed, stops, e):
+    """Bodies slide fast along one direction, which impulses of little friction do not turn."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(2 * stops, 2 * stops))
+    rates = np.concatenate([-rng.uniform(0.1, 1.0, stops), rng.choice([-1.0, 1.0], stops) * 1e4])
+    speeds, rubbing = np.linalg.solve(A, rates), [(-1, i) for i in range(stops)]
+    coefficient = np.full(stops, 1e-3)
+    newton, found = (strike(law, A, speeds, np.full(stops, e), coefficient, rubbing) for law in ("newton", "energetic"))
+    if np.abs((A @ newton.v)[stops:] / rates[stops:] - 1.0).max() > 0.9:
+        return
+    np.testing.assert_allclose(found.impulse, newton.impulse, rtol=0, atol=1e-7 * newton.impulse.max())
+
+
+def test_what_jams_keeps_its_impulse_and_stays_at_rest():
+    """A tip and a stop of the knee, both shut, leave one way to go: friction that sticks along it holds any push."""
+    A = np.array([[1.0, 0.0], [-0.2, 0.3], [-0.35, 0.55]])  # knee, tip, along the floor
+    speeds = np.array([0.0, -8.0])
+    found = strike("energetic", A, speeds, [0.0, 0.5], [0.9], [(-1, 1)])
+    np.testing.assert_allclose(found.v, 0.0, atol=1e-9)
+    assert found.lost == pytest.approx(32.0, rel=1e-9)
+    assert found.impulse[1] > 0.0
 
 
 def test_a_law_without_a_rigid_stop_does_nothing():

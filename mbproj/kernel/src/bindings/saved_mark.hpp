@@ -117,8 +117,7 @@ template <class D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops, 
 
 // Why nothing can be decided: the cause, whose it is, the energy, and other laws of impact.
 inline auto as_tuple(const Undecided& undecided) {
-    constexpr const char* names[] = {"",           "driven into", "creates energy", "together",
-                                     "no balance", "never ends",  "no inertia"};
+    constexpr const char* names[] = {"", "driven into", "creates energy", "no balance", "never ends", "no inertia"};
     return std::make_tuple(std::string(names[static_cast<int>(undecided.cause)]), undecided.which, undecided.energy,
                            undecided.laws);
 }

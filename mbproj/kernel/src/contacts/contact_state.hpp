@@ -49,10 +49,9 @@ struct ContactEvent {
     double impulse, energy;
 };
 
-// Why nothing can be decided: the motion drives into a stop; an impact would create energy; more stops are struck
-// together than its law is for; frictions can neither hold nor slide, or slide in two ways; meetings do not end; or
-// bodies that only contacts hold have no inertia.
-enum class Cause : int { none, driven_into, creates_energy, together, no_balance, never_ends, no_inertia };
+// Why nothing can be decided: the motion drives into a stop; an impact would create energy; frictions can neither hold nor
+// slide, or slide in two ways; meetings do not end; or bodies that only contacts hold have no inertia.
+enum class Cause : int { none, driven_into, creates_energy, no_balance, never_ends, no_inertia };
 
 // The stops or frictions that cause it, numbers from 0; the energy, and other laws of impact that would create none.
 struct Undecided {

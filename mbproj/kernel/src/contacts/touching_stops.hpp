@@ -153,7 +153,6 @@ private:
     }
     bool has_answer(Strike found, const Vector& before) {
         if (found == Strike::done) return true;
-        if (found == Strike::together) return undecided_.is_for(Cause::together, stop_);
         Flags closing(stop_.size());
         for (Eigen::Index i = 0; i < count(); ++i) closing[static_cast<std::size_t>(i)] = before[i] < 0.0;
         return undecided_.is_for(Cause::driven_into, of(closing));

@@ -1,7 +1,6 @@
 // The laws of Newton, Poisson and Stronge.
 #include "laws/impact.hpp"
 
-#include "laws/impulse_path.hpp"
 #include "laws/one_sided.hpp"
 
 namespace mbproj {
@@ -11,8 +10,9 @@ Strike Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& bef
                       const Thresholds& thresholds) {
     rubbing_ = &rubbing, moves_ = &moves, thresholds_ = &thresholds;
     taken = Vector::Zero(before.size());
-    if (law == ImpactLaw::energetic) return energetic(B, before, restitution, slow);
-    const bool opens = law == ImpactLaw::newton ? newton(B, before, restitution) : poisson(B, before, restitution);
+    const bool opens = law == ImpactLaw::newton    ? newton(B, before, restitution)
+                       : law == ImpactLaw::poisson ? poisson(B, before, restitution)
+                                                   : energetic(B, before, restitution, slow);
     return opens ? Strike::done : Strike::driven_into;
 }
 
@@ -58,28 +58,41 @@ bool Impact::poisson(const Eigen::MatrixXd& B, const Vector& before, const Vecto
     return true;
 }
 
-// One stop returns e² of the energy that it takes until its gap stops closing; other stops that touch stay passive.
-Strike Impact::energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow) {
-    Eigen::Index first;
-    before.head(e.size()).minCoeff(&first);
-    std::vector<Eigen::Index> rows{first};
-    double coefficient = 0.0;
-    for (std::size_t k = 0; k < rubbing_->by.size(); ++k)
-        if (rubbing_->by[k] == first)
-            rows.push_back(e.size() + static_cast<Eigen::Index>(k)), coefficient = rubbing_->coefficient[k];
-    if (!(B(first, first) > 0.0)) return Strike::driven_into;
-    Vector own, work;
-    if (rows.size() == 1) {
-        own = Vector::Constant(1, -(1.0 + e[first]) * before[first] / B(first, first));
-        work = own * (0.5 * (1.0 - e[first]) * before[first]);
-    } else if (!follow_impulse(B(rows, rows), before(rows), coefficient, e[first], *thresholds_, own, work)) {
-        return Strike::driven_into;
+// The path along the normal impulses of Newton's law: it ends at Newton's impulses where no sliding stops or turns, and stops
+// have one restitution. Where it does turn, some gaps may still close at the end: they come to rest.
+bool Impact::energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow) {
+    constexpr int most_paths = 500;
+    const auto closes = [&] { return (after.head(e.size()).array() < -slow.array()).any(); };
+    impulse = Vector::Zero(before.size()), after = before;
+    if (!along_path(B, e)) return false;
+    const Vector none = Vector::Zero(e.size());
+    for (int path = 1; closes(); ++path)
+        if (path > most_paths || !along_path(B, none)) return false;
+    return true;
+}
+
+// Adds a path from the rates `after` on. Where friction leaves no impulses by Newton's law, those without friction lead it.
+// A path that cannot be followed leaves Newton's impulses where they create no energy, or those of compression, which never do
+// (Moreau 1988).
+bool Impact::along_path(const Eigen::MatrixXd& B, const Vector& e) {
+    const Eigen::Index stops = e.size();
+    Vector b = after, lead, z, done;
+    b.head(stops) += e.cwiseProduct(after.head(stops).cwiseMin(0.0));
+    const Vector none = Vector::Zero(stops);
+    const bool is_newtons = impulses(B, b, none, lead);
+    if (!is_newtons && !one_sided(B.topLeftCorner(stops, stops), b.head(stops), thresholds_->no_push, lead))
+        return false;
+    const auto creates = [&](const Vector& impulse) {
+        return impulse.dot(after + 0.5 * (B * impulse)) > thresholds_->creates_energy * std::abs(impulse.dot(after));
+    };
+    if (rubbing_->size() == 0 ||
+        !follow_impulse(B, after, lead.head(stops), e, *rubbing_, *moves_, *thresholds_, z, done)) {
+        z = lead;
+        if ((!is_newtons || creates(z)) && !impulses(B, after, none, z)) return false;
+        done = 0.5 * z.cwiseProduct(after + after + B * z);
     }
-    impulse = Vector::Zero(before.size());
-    for (std::size_t r = 0; r < rows.size(); ++r) impulse[rows[r]] = own[r], taken[rows[r]] = -work[r];
-    after = before + B * impulse;
-    const auto closing = [&](const Vector& rate) { return (rate.head(e.size()).array() < -slow.array()).count(); };
-    return closing(before) > 1 || closing(after) > 0 ? Strike::together : Strike::done;
+    impulse += z, taken -= done, after += B * z;
+    return true;
 }
 
 // Impulses work at the mean of the rates before and after.

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "laws/friction_balance.hpp"
+#include "laws/impulse_path.hpp"
 
 namespace mbproj {
 
@@ -10,16 +11,8 @@ namespace mbproj {
 enum class ImpactLaw : int { newton, poisson, energetic };
 constexpr ImpactLaw impact_laws[] = {ImpactLaw::newton, ImpactLaw::poisson, ImpactLaw::energetic};
 
-// The result of a law: done; joints allow no gap to open; or more stops are struck than the law is for.
-enum class Strike : int { done, driven_into, together };
-
-// Friction along tangents of stops that touch: each tangent's coefficient, the other tangent of its plane, and its stop.
-struct Rubbing {
-    std::vector<double> coefficient;
-    std::vector<int> partner, by;
-
-    Eigen::Index size() const { return static_cast<Eigen::Index>(coefficient.size()); }
-};
+// The result of a law: done; or no motion that the joints allow ends the closing of gaps.
+enum class Strike : int { done, driven_into };
 
 // For stops that touch, then for their tangents: impulses, rates afterwards, and the energy that each takes.
 struct Impact {
@@ -35,7 +28,8 @@ private:
 
     bool newton(const Eigen::MatrixXd& B, const Vector& before, const Vector& e);
     bool poisson(const Eigen::MatrixXd& B, const Vector& before, const Vector& e);
-    Strike energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow);
+    bool energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow);
+    bool along_path(const Eigen::MatrixXd& B, const Vector& e);
     bool impulses(const Eigen::MatrixXd& B, const Vector& b, const Vector& given, Vector& y) const;
     void work(const Eigen::MatrixXd& B, const Vector& before, const Vector& z);
 

@@ -1,72 +1,181 @@
-// The path by extrapolation (Gragg 1965, Bulirsch and Stoer 1966), in pieces of sliding and of sticking.
+// The path by extrapolation (Gragg 1965, Bulirsch and Stoer 1966), in pieces in which each stop keeps sliding or sticking.
 #include "laws/impulse_path.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 
 #include "algebra/decompositions.hpp"
+#include "laws/contact_problem.hpp"
 
 namespace mbproj {
 
 namespace {
 
+using Index = Eigen::Index;
 using Vector = Eigen::VectorXd;
+using DenseMatrix = Eigen::MatrixXd;
 using Goal = std::function<double(const Vector&)>;
+using Rows = std::vector<Index>;
 
-// y = (rates, impulses, works) over p, with B(0, 0) = 1 and rates of size 1.
+std::size_t of(Index k) { return static_cast<std::size_t>(k); }
+
+// A stop that pushes with friction: its rows of tangents, and the largest friction per dp.
+struct Rough {
+    Rows tangents;
+    double most;
+    bool slides = false;
+};
+
+// y = (rates, impulses, works, what was given back less what may be) over p; rates of size 1.
 class Path {
 public:
-    Path(const Eigen::MatrixXd& B, double coefficient, const Thresholds& thresholds)
-        : B_(B), coefficient_(coefficient), thresholds_(thresholds), size_(B.rows()), tangents_(B.rows() - 1),
-          sticking_(-released(B.col(0).tail(tangents_))) {}
+    Path(const DenseMatrix& B, const Vector& push, const Vector& e, const Rubbing& rubbing,
+         const std::vector<bool>& moves, const Thresholds& thresholds)
+        : B_(B), push_(push), squares_(e.cwiseAbs2()), thresholds_(thresholds), size_(B.rows()), stops_(push.size()),
+          rests_(thresholds.same_written), given_(Vector::Zero(size_)) {
+        given_.head(stops_) = push;
+        for (Index i = 0; i < stops_; ++i) {
+            Rough rough{{}, 0.0};
+            for (Index k = 0; k < rubbing.size(); ++k) {
+                if (rubbing.by[of(k)] != i || !moves[of(stops_ + k)]) continue;
+                rough.tangents.push_back(stops_ + k);
+                rough.most = rubbing.coefficient[of(k)] * push[i];
+            }
+            if (rough.most > 0.0) rough_.push_back(rough);
+        }
+    }
 
-    // Follows y to where the goal rises through zero; false where it does not.
-    bool follow(const Goal& goal, Vector& y) const {
-        constexpr int most_pieces = 8;
-        const double rests = thresholds_.stop_rests;
+    double power(const Vector& y) const { return push_.dot(y.head(stops_)); }
+    double given_back(const Vector& y) const { return y[3 * size_]; }
+    Vector start(const Vector& u) const {
+        Vector y = Vector::Zero(3 * size_ + 1);
+        y.head(size_) = u;
+        return y;
+    }
+
+    // Follows y to where the goal rises through zero; false where it does not, with y where the motion ends.
+    bool follow(const Goal& goal, Vector& y) {
+        const auto most_pieces = 8 * (rough_.size() + 1);
+        const double moved = thresholds_.no_push * push_.dot(B_.topLeftCorner(stops_, stops_) * push_);
         if (goal(y) >= 0.0) return true;
-        for (int piece = 0; piece < most_pieces; ++piece) {
-            bool slides = tangent(y).norm() > rests;
-            if (!slides && sticking_.norm() > coefficient_) tangent(y) = 2.0 * rests * beginning(), slides = true;
+        for (std::size_t piece = 0; piece < most_pieces; ++piece) {
+            if (!begin_piece(y)) return false;
+            if (!any_slides() && !(push_.dot((B_ * given_).head(stops_)) > moved)) return false;
             bool arrived = false;
-            if (!follow_piece(goal, slides, y, arrived)) return false;
+            if (!follow_piece(goal, y, arrived)) return false;
             if (arrived) return true;
-            const Vector left = -released(tangent(y));  // the remaining sliding stops at once
-            y.segment(size_ + 1, tangents_) += left;
-            y.head(size_) += B_.rightCols(tangents_) * left;
+            for (const Rough& each : rough_) {  // the remaining sliding stops at once
+                if (!each.slides || size(y, each) > rests_) continue;
+                const Vector left = least_squares(B_(each.tangents, each.tangents), -y(each.tangents));
+                for (std::size_t k = 0; k < each.tangents.size(); ++k)
+                    y[size_ + each.tangents[k]] += left[static_cast<Index>(k)];
+                y.head(size_) += B_(Eigen::all, each.tangents) * left;
+            }
         }
         return false;
     }
 
 private:
-    using Index = Eigen::Index;
-
-    Eigen::VectorBlock<Vector> tangent(Vector& y) const { return y.segment(1, tangents_); }
-    // x with B_tt x = given: the impulses along the tangents that cause these rates.
-    Vector released(const Vector& given) const {
-        return least_squares(B_.bottomRightCorner(tangents_, tangents_), given);
+    static double size(const Vector& y, const Rough& at) { return y(at.tangents).norm(); }
+    bool any_slides() const {
+        return std::any_of(rough_.begin(), rough_.end(), [](const Rough& each) { return each.slides; });
     }
 
-    Vector slope(const Vector& y, bool slides) const {
-        Vector f = Vector::Ones(size_), found(3 * size_);
-        const Vector rate = y.head(size_), along = rate.tail(tangents_);
-        f.tail(tangents_) = sticking_;
-        if (slides) f.tail(tangents_) = -coefficient_ / along.norm() * along;
-        found << B_ * f, f, rate.cwiseProduct(f);
+    // Decides which stops slide from here on, and which stick, with the friction `given_`. One that begins to slide gets a speed
+    // that is next to nothing.
+    bool begin_piece(Vector& y) {
+        held_.clear();
+        given_.tail(size_ - stops_).setZero();
+        for (Rough& each : rough_) {
+            const double speed = size(y, each);
+            each.slides = speed > rests_;
+            if (each.slides)
+                given_(each.tangents) = -each.most / speed * y(each.tangents);
+            else
+                held_.insert(held_.end(), each.tangents.begin(), each.tangents.end());
+        }
+        if (held_.empty()) return true;
+        const Vector a = (B_ * given_)(held_);
+        given_(held_) = least_squares(B_(held_, held_), -a);
+        if (!exceeds()) return keep_piece(), true;
+        Vector found;
+        if (!limited(a, found)) return false;
+        given_(held_) = found;
+        const Vector change = B_ * given_;
+        const double none = thresholds_.no_push * change.norm();
+        held_.clear();
+        for (Rough& each : rough_) {
+            if (each.slides) continue;
+            const double gains = change(each.tangents).norm();
+            each.slides = gains > none && given_(each.tangents).norm() > (1.0 - thresholds_.slips) * each.most;
+            if (each.slides)
+                y(each.tangents) = 2.0 * rests_ / gains * change(each.tangents);
+            else
+                held_.insert(held_.end(), each.tangents.begin(), each.tangents.end());
+        }
+        if (!held_.empty()) {  // those that stick do not give way at all
+            const Vector more = least_squares(B_(held_, held_), -(B_ * given_)(held_));
+            given_(held_) += more;
+        }
+        return keep_piece(), true;
+    }
+    void keep_piece() { began_with_ = B_ * given_; }
+    // Whether friction that sticks exceeds its cone.
+    bool exceeds() const {
+        return std::any_of(rough_.begin(), rough_.end(), [this](const Rough& each) {
+            return !each.slides && given_(each.tangents).norm() > (1.0 + thresholds_.slips) * each.most;
+        });
+    }
+    // The friction of stops at rest within their cones, at changes a without it: that of springs with a tiny compliance.
+    bool limited(const Vector& a, Vector& found) const {
+        std::vector<Cone> cones;
+        for (const Rough& each : rough_) {
+            if (each.slides) continue;
+            const auto first = std::find(held_.begin(), held_.end(), each.tangents[0]) - held_.begin();
+            cones.push_back({-1, {}, each.most, {}});
+            for (std::size_t k = 0; k < each.tangents.size(); ++k)
+                cones.back().tangents.push_back(static_cast<int>(of(first) + k));
+        }
+        const DenseMatrix own = B_(held_, held_);
+        return contact_problem(own, a, cones, thresholds_.springs_give * own.diagonal().maxCoeff(), thresholds_, found);
+    }
+
+    // The impulses per dp at these rates. Sticking friction follows that of stops that turn while they slide.
+    void give(const Vector& y) {
+        bool turned = false;
+        for (const Rough& each : rough_) {
+            if (!each.slides) continue;
+            const Vector now = -each.most / size(y, each) * y(each.tangents);
+            turned = turned || (each.tangents.size() > 1 && now != given_(each.tangents));
+            given_(each.tangents) = now;
+        }
+        if (!turned || held_.empty()) return;
+        const Vector more = least_squares(B_(held_, held_), (began_with_ - B_ * given_)(held_));
+        given_(held_) += more;
+    }
+    Vector slope(const Vector& y) {
+        give(y);
+        Vector found(3 * size_ + 1);
+        const Vector rate = y.head(size_);
+        found << B_ * given_, given_, rate.cwiseProduct(given_), 0.0;
+        for (Index i = 0; i < stops_; ++i)
+            found[3 * size_] += push_[i] * (rate[i] > 0.0 ? rate[i] : squares_[i] * rate[i]);
         return found;
     }
 
-    // y after a step of size h, and an estimate of its error: Gragg's midpoint method with 2, 4, ... parts,
-    // extrapolated. A step in which sliding reverses has an infinite error: it has passed the state of rest.
-    Vector after(const Vector& y, double h, bool slides, double& error) const {
+    // y after a step of size h, and an estimate of its error: Gragg's midpoint method with 2, 4, ... parts, extrapolated. A step
+    // in which sliding reverses has an infinite error: it has passed the state of rest. So has one after which friction that
+    // sticks exceeds its cone.
+    Vector after(const Vector& y, double h, double& error) {
         constexpr int columns = 6;
         Vector found[columns];
         bool turns = false;
-        const Vector along = y.segment(1, tangents_);
         const auto change = [&](const Vector& at) {
-            turns = turns || (slides && !(at.segment(1, tangents_).dot(along) > 0.0));
-            return slope(at, slides);
+            for (const Rough& each : rough_)
+                turns = turns || (each.slides && !(at(each.tangents).dot(y(each.tangents)) > 0.0));
+            return slope(at);
         };
         for (int k = 0; k < columns; ++k) {
             const int parts = 2 * (k + 1);
@@ -89,29 +198,36 @@ private:
         return found[columns - 1];
     }
 
-    // Follows y to the goal, or to where sliding comes to rest. False where neither comes.
-    bool follow_piece(const Goal& goal, bool slides, Vector& y, bool& arrived) const {
-        double h = 0.1, p = 0.0, error = 0.0;
-        while (p < 1.0 / thresholds_.same_written) {
-            const Vector next = after(y, h, slides, error);
-            if (!(error <= thresholds_.rounding * std::max(1.0, next.cwiseAbs().maxCoeff()))) {
-                if (!((h *= 0.5) > 0.0)) return false;
+    // Follows y to the goal, or to where sliding or sticking ends. False where neither comes.
+    bool follow_piece(const Goal& goal, Vector& y, bool& arrived) {
+        constexpr int most_steps =
+            1000;  // where one stop slides by next to nothing beside others, its direction is stiff
+        const double least = thresholds_.no_digits;
+        double h = 0.1, error = 0.0;
+        for (int step = 0; step < most_steps; ++step) {
+            const Vector next = after(y, h, error);
+            const bool slips = exceeds();
+            if (!(error <= thresholds_.rounding * std::max(1.0, next.cwiseAbs().maxCoeff())) || (slips && h > least)) {
+                h *= 0.5;
                 continue;
             }
-            if (goal(y) < 0.0 && goal(next) >= 0.0) return y = at_goal(goal, y, next, h, slides), arrived = true;
-            p += h, h *= 2.0, y = next;
-            if (slides && tangent(y).norm() <= thresholds_.stop_rests) return true;
+            if (goal(y) < 0.0 && goal(next) >= 0.0) return y = at_goal(goal, y, next, h), arrived = true;
+            h *= 2.0, y = next;
+            if (slips) return true;
+            for (const Rough& each : rough_)
+                if (each.slides && size(y, each) <= rests_) return true;
         }
         return false;
     }
-    // The goal within a step from y to `end`, by the Illinois method.
-    Vector at_goal(const Goal& goal, const Vector& y, const Vector& end, double h, bool slides) const {
+    // The goal within a step from y to `end`, by the Illinois method, with halvings for a goal that is almost a square there.
+    Vector at_goal(const Goal& goal, const Vector& y, const Vector& end, double h) {
         double low = 0.0, high = h, below = goal(y), above = goal(end), error = 0.0;
         Vector found = end;
         int side = 0;
-        for (int tried = 0; tried < 60 && high - low > thresholds_.rounding * h && above != 0.0; ++tried) {
-            const double middle = high - above * (high - low) / (above - below);
-            const Vector there = after(y, middle, slides, error);
+        for (int tried = 0; tried < 150 && high - low > thresholds_.rounding * h && above != 0.0; ++tried) {
+            const double chord = high - above * (high - low) / (above - below);
+            const double middle = tried % 3 == 2 ? 0.5 * (low + high) : chord;
+            const Vector there = after(y, middle, error);
             const double value = goal(there);
             if (value >= 0.0) {
                 high = middle, above = value, found = there;
@@ -124,54 +240,36 @@ private:
         return found;
     }
 
-    // The direction in which sliding begins where sticking is impossible: sliding grows along it.
-    Vector beginning() const {
-        if (tangents_ == 1) return Vector::Constant(1, B_(1, 0) < 0.0 ? -1.0 : 1.0);
-        constexpr int directions = 360;
-        const auto way = [](double angle) { return Eigen::Vector2d(std::cos(angle), std::sin(angle)); };
-        const auto change = [&](double angle) {
-            return Eigen::Vector2d(B_.col(0).tail(2) - coefficient_ * B_.bottomRightCorner(2, 2) * way(angle));
-        };
-        const auto across = [&](double angle) {
-            const Eigen::Vector2d own = way(angle), moved = change(angle);
-            return own[0] * moved[1] - own[1] * moved[0];
-        };
-        for (int k = 0; k < directions; ++k) {
-            double low = 2.0 * M_PI * k / directions, high = 2.0 * M_PI * (k + 1) / directions;
-            const bool is_below = across(low) <= 0.0;
-            if (is_below == (across(high) <= 0.0)) continue;
-            for (int halving = 0; halving < 50; ++halving) {
-                const double middle = 0.5 * (low + high);
-                ((across(middle) <= 0.0) == is_below ? low : high) = middle;
-            }
-            if (way(low).dot(change(low)) > 0.0) return way(low);
-        }
-        return way(0.0);
-    }
-
-    const Eigen::MatrixXd& B_;
-    const double coefficient_;
+    const DenseMatrix& B_;
+    const Vector push_, squares_;
     const Thresholds& thresholds_;
-    const Index size_, tangents_;
-    const Vector sticking_;
+    const Index size_, stops_;
+    const double rests_;  // slower sliding rests; much more than the errors of a step, which turn it
+    std::vector<Rough> rough_;
+    Vector given_, began_with_;  // impulses per dp now, and B times those with which the piece began
+    Rows held_;                  // the tangents that stick
 };
 
 }  // namespace
 
-bool follow_impulse(const Eigen::MatrixXd& B, const Vector& u, double coefficient, double restitution,
-                    const Thresholds& thresholds, Vector& impulse, Vector& work) {
-    const Eigen::Index size = u.size();
-    const double speed = u.norm(), mobility = B(0, 0);
-    const Eigen::MatrixXd unit = B / mobility;
-    const Path path(unit, coefficient, thresholds);
-    Vector y = Vector::Zero(3 * size);
-    y.head(size) = u / speed;
-    if (!path.follow([](const Vector& at) { return at[0]; }, y)) return false;
-    const double given_back = (1.0 - restitution * restitution) * y[2 * size];
-    const auto is_given = [&](const Vector& at) { return at[2 * size] - given_back; };
-    if (restitution > 0.0 && !path.follow(is_given, y)) return false;
-    impulse = y.segment(size, size) * (speed / mobility);
-    work = y.tail(size) * (speed * speed / mobility);
+bool follow_impulse(const DenseMatrix& B, const Vector& u, const Vector& push, const Vector& restitution,
+                    const Rubbing& rubbing, const std::vector<bool>& moves, const Thresholds& thresholds,
+                    Vector& impulse, Vector& work) {
+    const Index size = u.size(), stops = push.size();
+    // Rows of one mobility along normals, so that angles and lengths compare, and a motion of size 1.
+    Vector scale = Vector::Ones(size);
+    for (Index i = 0; i < stops; ++i)
+        if (B(i, i) > 0.0) scale[i] = 1.0 / std::sqrt(B(i, i));
+    for (Index k = 0; k < rubbing.size(); ++k) scale[stops + k] = scale[rubbing.by[of(k)]];
+    const DenseMatrix unit = scale.asDiagonal() * B * scale.asDiagonal();
+    const double speed = u.cwiseProduct(scale).norm();
+    const Vector wanted = push.cwiseQuotient(scale.head(stops)) / speed;
+    Path path(unit, wanted, restitution, rubbing, moves, thresholds);
+    Vector y = path.start(u.cwiseProduct(scale) / speed);
+    if (!path.follow([&](const Vector& at) { return path.power(at); }, y)) return false;
+    path.follow([&](const Vector& at) { return path.given_back(at); }, y);
+    impulse = y.segment(size, size).cwiseProduct(scale) * speed;
+    work = y.segment(2 * size, size) * (speed * speed);
     return true;
 }
 

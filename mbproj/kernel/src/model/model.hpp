@@ -216,11 +216,12 @@ template <class D> struct Model {
         return worst;
     }
     int size() const { return static_cast<int>(bodies.size()); }
-    // Whether each row is at velocity level; empty where no row is.
+    // Whether each row of C is at velocity level; empty where no row is. The coordinates of flywheels and of stiff forces may be
+    // slips, too: their rows come after those of C and are always independent.
     std::vector<char> slips() const {
         std::vector<char> found;
         for (const Instance<D>& p : constraints.instances)
-            if (is_slip(p.kind)) found.resize(constraints.rows), found[p.row] = 1;
+            if (is_slip(p.kind) && p.row < constraints.rows) found.resize(constraints.rows), found[p.row] = 1;
         return found;
     }
     // Whether the joints and motions leave no degree of freedom.
