@@ -96,6 +96,15 @@ public:
     // Records the speed of the fastest part at a state, in lengths of the mechanism and rad per s.
     void record_speed(const Vector& y) { state_.fastest = std::max(state_.fastest, speed(y)); }
 
+    // Whether a friction pushes along the motion to y, whose pose and motion are in place, with these multipliers.
+    bool finds_push(const Vector& y, const std::vector<double>& lambda) {
+        if (!friction_.any()) return false;
+        const int k = friction_.acting.pushes(state_, lambda, std::max(state_.fastest, speed(y)));
+        if (k < 0) return false;
+        undecided_ = {};
+        return !undecided_.is_for(Cause::pushes, {k});
+    }
+
     // Decides a meeting at y at t, with whole turns: this stop or friction is met or comes to rest, or is `released`;
     // with -1 contacts are not known. Changes y to the state after it. False where nothing can be decided: then nothing
     // has changed. `interval`: the time between two samples.
@@ -103,6 +112,7 @@ public:
         ContactState next = state_;
         std::vector<ContactEvent> events;
         undecided_ = {};
+        friction_.ahead = ahead * interval;
         const bool done = touches(t, y, turns, released ? -1 : stop, next, events) &&
                           settle(t, y, turns, stop, released, interval, next, events);
         if (done) {
@@ -119,6 +129,8 @@ public:
 
 private:
     using Flags = std::vector<bool>;
+
+    static constexpr double ahead = 1e-4;  // of the time between two samples: where the loads of a slip that begins are looked at
 
     bool holds(int stop) const { return has(state_.held, stop) || state_.parts_of(stop); }
     void hold() {

@@ -16,7 +16,7 @@ public:
 
     DryFriction(EquationsOfMotion<D>& equations, Undecided& undecided)
         : acting(equations), equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
-          undecided_(undecided), border_(model_), lambda_(model_.all_multipliers()) {}
+          undecided_(undecided), border_(model_), later_(model_), lambda_(model_.all_multipliers()) {}
 
     // Frictions are numbered after the stops, whose sides these are.
     void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
@@ -32,6 +32,7 @@ public:
     }
     const Walls<D>& walls() const { return acting.walls(); }
     ActingFrictions<D> acting;
+    double ahead = 0.0;  // how long after a slip begins its direction is looked at again, s
 
     // Decides what frictions do from y at t on, with whole turns, while these stops touch and stay closed. Sets the
     // pushes of the stops, how they share a load, and which of them may open. `met`: the friction that has come to
@@ -62,10 +63,11 @@ public:
         if (problem.depends_at_walls(thresholds_))
             return settle(t, y, turns, closed, met, known, next, push, opens, true);
         const bool all_slide = std::find(rests.begin(), rests.end(), true) == rests.end();
-        if (!accelerations(y, problem.b)) return false;
+        if (!accelerations(border_, y, problem.b)) return false;
         if (first_ == 0 && all_slide)
             if (const std::vector<int> names = jams(problem); !names.empty())
                 return undecided_.is_for(Cause::no_balance, names);
+        const FrictionBalance before = problem;
         Balanced found;
         const auto loads = [&](const Vector& along, Vector& carried) { loads_of(problem, along, carried); };
         if (!problem.decide(loads, thresholds_, found)) return undecided_.is_for(Cause::no_balance, at_rest(problem));
@@ -85,7 +87,7 @@ public:
         take(found, problem, speed, after.tail(speed.size()), turns, known, next);
         next.take_shares(found.shared ? &found.shares : nullptr, stops);
         if (own_walls) walls().stick(closed, next);
-        return true;
+        return next.starting.empty() || turn(t, y, before, found, next);
     }
 
     // The round-off of the stops' last pushes.
@@ -126,7 +128,8 @@ private:
         return other < 0 ? std::abs(own) : std::hypot(own, rate_[first_ + other]);
     }
 
-    // The frictions at rest: known to stick, at walls, or no faster than round-off, or than `met`, which is at rest.
+    // The frictions at rest: known to stick, at walls, or no faster than round-off, or than `met`, which is at rest. Other rows keep
+    // those without a row at rest, if they do.
     Flags rest(int met, bool known, const ContactState& state) const {
         Flags found(rubs_.size());
         double slow = thresholds_.stop_rests * state.fastest;
@@ -138,10 +141,14 @@ private:
         }
         for (std::size_t i = 0; i < rubs_.size(); ++i) {
             const int k = rubs_[i];
-            const bool sticks = known && (has(state.stuck, k) || has(state.bearing, k));
+            const bool sticks = known && (has(state.stuck, k) || (has(state.bearing, k) && !faster(i, state)));
             found[i] = sticks || speed(i) <= slow * laws_[k].size || !touching_[k].empty();
         }
         return found;
+    }
+
+    bool faster(std::size_t i, const ContactState& state) const {
+        return speed(i) > thresholds_.turned_speed * state.fastest * laws_[rubs_[i]].size;
     }
 
     // Removes the velocities of frictions at rest: methods that do not close velocities leave more than round-off.
@@ -193,16 +200,48 @@ private:
         return found;
     }
 
-    // The accelerations of the rows without stops and frictions, and the loads of bearings then.
-    bool accelerations(const Vector& y, Vector& found) {
+    // Sets the rates at which directions of sliding turn that begin: friction is opposite to a velocity that is not there yet, but
+    // arises from the forces a little later. A constant direction there is wrong by as much as the forces change.
+    bool turn(double t, const Vector& y, FrictionBalance problem, const Balanced& now, ContactState& next) {
+        const auto begins = [&](std::size_t i) { return has(next.starting, rubs_[i]); };
+        Vector later = y + ahead * slope_, slip;
+        if (!border_.respond(equations_.solver(), ahead * now.y)) return false;
+        add_velocities(equations_, later);
+        later_.hold(border_.rows());
+        equations_.set_pose(t + ahead, later.data());
+        equations_.set_velocities(later.data(), false);
+        bool known = equations_.factor(Metric::mass) && later_.factor(equations_.pose(), equations_.solver()) &&
+                     accelerations(later_, later, problem.b);
+        if (known) {
+            problem.B = later_.operator_of_rows();
+            for (std::size_t i = 0; i < rubs_.size(); ++i)
+                if (const auto k = static_cast<Eigen::Index>(i); begins(i))
+                    problem.direction[k] = 0.0, problem.fixed[k] = problem.sliding[k];
+                else
+                    problem.direction[k] = now.direction[k];
+            const auto loads = [&](const Vector& along, Vector& carried) { loads_of(problem, along, carried); };
+            known = problem.slip(loads, thresholds_, slip);
+        }
+        for (std::size_t i = 0; i < rubs_.size() && known; ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            const double size = begins(i) ? std::hypot(slip[k], slip[partner_of(rubs_[i])]) : 0.0;
+            if (size > 0.0) next.turning.emplace_back(rubs_[i], (slip[k] / size - now.direction[k]) / ahead);
+        }
+        equations_.set_pose(t, y.data());
+        equations_.set_velocities(y.data(), false);
+        return equations_.factor(Metric::mass);
+    }
+
+    // The accelerations of a border's rows without stops and frictions, and the loads of bearings then.
+    bool accelerations(ContactBorder<D>& border, const Vector& y, Vector& found) {
         slope_.resize(y.size());
         if (!equations_.own_slope_at(y.data(), slope_.data(), lambda_.data())) return false;
-        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), first_, found);
+        border.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), first_, found);
         base_.clear(), responses_.clear();
         for (const Bearing<D>& bearing : model_.bearings)
             base_.emplace_back(model_, equations_.pose(), bearing, lambda_.data());
         for (Eigen::Index i = 0; i < found.size() && !base_.empty(); ++i) {
-            const Vector reaction = border_.reactions().col(i);
+            const Vector reaction = border.reactions().col(i);
             responses_.emplace_back();
             for (const Bearing<D>& bearing : model_.bearings)
                 responses_.back().emplace_back(model_, equations_.pose(), bearing, reaction.data());
@@ -254,7 +293,7 @@ private:
               const std::vector<long>& turns, bool known, ContactState& next) const {
         const Numbered before = known ? next.stuck : Numbered();
         next.sliding.clear(), next.stuck.clear(), next.bearing.clear();
-        next.straight.clear(), next.starting.clear();
+        next.straight.clear(), next.starting.clear(), next.turning.clear();
         for (std::size_t i = 0; i < rubs_.size(); ++i) {
             const auto at = static_cast<Eigen::Index>(i);
             const int k = rubs_[i], other = partner_of(k);
@@ -284,6 +323,7 @@ private:
     const Thresholds& thresholds_;
     Undecided& undecided_;
     ContactBorder<D> border_;  // of stops that touch, and of the frictions that rub
+    ContactBorder<D> later_;   // of the same rows a little later
     std::vector<FrictionLaw> laws_;
     std::vector<double> fixed_;                      // the static force of each at the last decision
     std::vector<std::vector<ContactRow>> touching_;  // walls of each friction
