@@ -62,7 +62,7 @@ class Contact:
         "round-off of λ, with care",
     )
     just_slips: float = threshold(
-        1e-5,
+        1e-4,
         "1",
         "kernel",
         "where feet that share a load neither all stick nor accelerate, the load has just reached what they carry: they "

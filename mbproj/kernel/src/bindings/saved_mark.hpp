@@ -56,9 +56,11 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
         {"held", state.held}, {"idle", state.idle}, {"straight", state.straight}, {"starting", state.starting}};
     for (const auto& [name, list] : lists)
         for (const int k : list) index_below(k, coordinates, name);
-    const std::pair<const char*, Numbered&> numbered[] = {
-        {"sliding", state.sliding}, {"stuck", state.stuck}, {"pushing", state.pushing}, {"bearing", state.bearing},
-        {"turning", state.turning}};
+    const std::pair<const char*, Numbered&> numbered[] = {{"sliding", state.sliding},
+                                                          {"stuck", state.stuck},
+                                                          {"pushing", state.pushing},
+                                                          {"bearing", state.bearing},
+                                                          {"turning", state.turning}};
     for (const auto& [name, list] : numbered)
         for (const auto& [k, x] : list) {
             index_below(k, coordinates, name);

@@ -145,9 +145,9 @@ private:
             gaps.push_back(gap);
         };
         const double keeps = thresholds_.straight_speed * fastest * law.size;
-        if (has(state.straight, k)) return watch_along(way, across, 0.0);
-        if (has(state.starting, k)) {  // ahead, to both sides, and back, where a force has grown against it
-            for (const auto& [c, s] : {std::pair{-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}, {1.0, 0.0}})
+        if (const bool stops = has(state.straight, k); stops || has(state.starting, k)) {
+            if (stops) watch_along(way, across, 0.0);
+            for (const auto& [c, s] : {std::pair{-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}, {1.0, 0.0}})  // faster, any way
                 watch_along(c * way - s * across, s * way + c * across, 3.0 * keeps);
             return;
         }

@@ -130,7 +130,7 @@ public:
 private:
     using Flags = std::vector<bool>;
 
-    static constexpr double ahead = 1e-4;  // of the time between two samples: where the loads of a slip that begins are looked at
+    static constexpr double ahead = 1e-2;  // of the time between two samples: when the direction of a slip is looked at
 
     bool holds(int stop) const { return has(state_.held, stop) || state_.parts_of(stop); }
     void hold() {
@@ -187,9 +187,8 @@ private:
         const ContactState known = next;
         do {
             next = known;
-            if (friction_.any()
-                    ? !balance_frictions(t, turns, staying, released ? -1 : stop, any(struck), next, push, opens)
-                    : any(staying) && !press(staying, push, opens, next))
+            if (friction_.any() ? !balance_frictions(t, turns, staying, stop, released, any(struck), next, push, opens)
+                                : any(staying) && !press(staying, push, opens, next))
                 return false;
         } while (released && let_go(push, staying));
         const bool closed = any(staying);
@@ -255,16 +254,17 @@ private:
     }
 
     // Decides what frictions do from here on, while these stops stay closed, and sets the stops' pushes.
-    bool balance_frictions(double t, const std::vector<long>& turns, const Flags& staying, int met, bool struck,
-                           ContactState& next, Vector& push, Flags& opens) {
+    bool balance_frictions(double t, const std::vector<long>& turns, const Flags& staying, int met, bool released,
+                           bool struck, ContactState& next, Vector& push, Flags& opens) {
         std::vector<int> closed;
         std::vector<Eigen::Index> which;
         take(staying, closed, which);
         push.setZero(), opens.assign(opens.size(), true);
-        const int rest = std::max(met - static_cast<int>(laws_.size()), -1);
+        const int number = std::max(met - static_cast<int>(laws_.size()), -1), rest = released ? -1 : number;
+        const bool gave_way = released && number >= 0 && next.met_often > 1;
         Vector pushes;
         Flags open;
-        if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, !struck, next, pushes, open))
+        if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, !struck, gave_way, next, pushes, open))
             return false;
         push(which) = pushes;
         for (std::size_t i = 0; i < which.size(); ++i) opens[static_cast<std::size_t>(which[i])] = open[i];

@@ -32,14 +32,14 @@ public:
     }
     const Walls<D>& walls() const { return acting.walls(); }
     ActingFrictions<D> acting;
-    double ahead = 0.0;  // how long after a slip begins its direction is looked at again, s
+    double ahead = 0.0;  // how long after a slip has begun its direction is looked at, s
 
     // Decides what frictions do from y at t on, with whole turns, while these stops touch and stay closed. Sets the
     // pushes of the stops, how they share a load, and which of them may open. `met`: the friction that has come to
-    // rest, or -1; after an impact no friction is `known` to stick. Frictions at rest lose the rest of their velocity
+    // rest, or -1; after an impact no friction is `known` to stick; `gave_way`: one has just done so at this time. Frictions at rest lose the rest of their velocity
     // in y. With `own_walls`, walls have rows of their own. False where nothing can be decided.
     bool settle(double t, Vector& y, const std::vector<long>& turns, const std::vector<ContactRow>& closed, int met,
-                bool known, ContactState& next, Vector& push, Flags& opens, bool own_walls = false) {
+                bool known, bool gave_way, ContactState& next, Vector& push, Flags& opens, bool own_walls = false) {
         std::vector<ContactRow> rows = closed, none;
         touching_ = walls().take_from(own_walls ? none : rows);
         first_ = static_cast<Eigen::Index>(rows.size());
@@ -59,9 +59,10 @@ public:
         const Flags rests = rest(met, known, next);
         if (!stop_all(y, rests, next.fastest)) return false;
         FrictionBalance problem = balance(stops, rests, next.fastest);
+        problem.gave_way = gave_way;
         const Vector speed = rate_.tail(problem.fixed.size());
         if (problem.depends_at_walls(thresholds_))
-            return settle(t, y, turns, closed, met, known, next, push, opens, true);
+            return settle(t, y, turns, closed, met, known, gave_way, next, push, opens, true);
         const bool all_slide = std::find(rests.begin(), rests.end(), true) == rests.end();
         if (!accelerations(border_, y, problem.b)) return false;
         if (first_ == 0 && all_slide)
@@ -200,36 +201,57 @@ private:
         return found;
     }
 
-    // Sets the rates at which directions of sliding turn that begin: friction is opposite to a velocity that is not there yet, but
-    // arises from the forces a little later. A constant direction there is wrong by as much as the forces change.
-    bool turn(double t, const Vector& y, FrictionBalance problem, const Balanced& now, ContactState& next) {
-        const auto begins = [&](std::size_t i) { return has(next.starting, rubs_[i]); };
-        Vector later = y + ahead * slope_, slip;
-        if (!border_.respond(equations_.solver(), ahead * now.y)) return false;
-        add_velocities(equations_, later);
-        later_.hold(border_.rows());
-        equations_.set_pose(t + ahead, later.data());
-        equations_.set_velocities(later.data(), false);
-        bool known = equations_.factor(Metric::mass) && later_.factor(equations_.pose(), equations_.solver()) &&
-                     accelerations(later_, later, problem.b);
-        if (known) {
-            problem.B = later_.operator_of_rows();
-            for (std::size_t i = 0; i < rubs_.size(); ++i)
-                if (const auto k = static_cast<Eigen::Index>(i); begins(i))
-                    problem.direction[k] = 0.0, problem.fixed[k] = problem.sliding[k];
-                else
-                    problem.direction[k] = now.direction[k];
-            const auto loads = [&](const Vector& along, Vector& carried) { loads_of(problem, along, carried); };
-            known = problem.slip(loads, thresholds_, slip);
-        }
-        for (std::size_t i = 0; i < rubs_.size() && known; ++i) {
-            const auto k = static_cast<Eigen::Index>(i);
-            const double size = begins(i) ? std::hypot(slip[k], slip[partner_of(rubs_[i])]) : 0.0;
-            if (size > 0.0) next.turning.emplace_back(rubs_[i], (slip[k] / size - now.direction[k]) / ahead);
-        }
+    // Sets directions of sliding that begins, and the rates at which they turn: friction is opposite to a velocity that is not there
+    // yet, but arises from the forces a little later. A constant direction is wrong by as much as the forces change. False
+    // where the equations have no unique solution.
+    bool turn(double t, const Vector& y, const FrictionBalance& before, const Balanced& now, ContactState& next) {
+        Vector soon, later;
+        const Vector slope = slope_;
+        const bool known = slip_after(ahead, t, y, slope, before, now, next, soon) &&
+                           slip_after(2.0 * ahead, t, y, slope, before, now, next, later);
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
-        return equations_.factor(Metric::mass);
+        if (!equations_.factor(Metric::mass)) return false;
+        if (!known) return true;
+        const auto unit = [&](const Vector& slip, Eigen::Index k, Eigen::Index other) {
+            return Eigen::Vector2d(slip[k], slip[other]).normalized().eval();
+        };
+        for (const int k : next.starting) {
+            const Eigen::Index own = place(k), other = place(laws_[k].partner);
+            if (laws_[k].partner < k || unit(soon, own, other).isZero() || unit(later, own, other).isZero()) continue;
+            const Eigen::Vector2d rate = (unit(later, own, other) - unit(soon, own, other)) / ahead,
+                                  first = (unit(soon, own, other) - ahead * rate).normalized();
+            for (auto& [number, way] : next.sliding)
+                if (number == k || number == laws_[k].partner) way = first[number == k ? 0 : 1];
+            next.turning.emplace_back(k, rate[0]), next.turning.emplace_back(laws_[k].partner, rate[1]);
+        }
+        return true;
+    }
+    // The accelerations of frictions that are starting to slide, with these forces until then. False where they are not known.
+    bool slip_after(double h, double t, const Vector& y, const Vector& slope, FrictionBalance problem,
+                    const Balanced& now, const ContactState& next, Vector& slip) {
+        equations_.set_pose(t, y.data());
+        equations_.set_velocities(y.data(), false);
+        if (!equations_.factor(Metric::mass)) return false;
+        border_.set_normals(equations_.pose());
+        if (!border_.respond(equations_.solver(), h * now.y)) return false;
+        Vector later = y + h * slope;
+        add_velocities(equations_, later);
+        later_.hold(border_.rows());
+        equations_.set_pose(t + h, later.data());
+        equations_.set_velocities(later.data(), false);
+        if (!equations_.factor(Metric::mass) || !later_.factor(equations_.pose(), equations_.solver()) ||
+            !accelerations(later_, later, problem.b))
+            return false;
+        problem.B = later_.operator_of_rows();
+        for (std::size_t i = 0; i < rubs_.size(); ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            const bool begins = has(next.starting, rubs_[i]);
+            problem.direction[k] = begins ? 0.0 : now.direction[k];
+            if (begins) problem.fixed[k] = problem.sliding[k];
+        }
+        const auto loads = [&](const Vector& along, Vector& carried) { loads_of(problem, along, carried); };
+        return problem.slip(loads, thresholds_, slip);
     }
 
     // The accelerations of a border's rows without stops and frictions, and the loads of bearings then.

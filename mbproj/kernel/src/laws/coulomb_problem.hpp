@@ -10,8 +10,7 @@
 
 namespace mbproj {
 
-// The forces y along all rows, and the accelerations a + c y of the rows of these cones, 0 along other rows. False where Newton's
-// method finds none.
+// The forces y along all rows, and the accelerations a. False where Newton's method finds none.
 bool coulomb_problem(const Eigen::MatrixXd& B, const Eigen::VectorXd& b, const std::vector<Cone>& cones,
                      const Thresholds& thresholds, Eigen::VectorXd& y, Eigen::VectorXd& a);
 

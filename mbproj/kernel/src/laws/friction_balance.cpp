@@ -11,7 +11,7 @@
 namespace mbproj {
 
 namespace {
-constexpr double tiny = std::numeric_limits<double>::min();
+constexpr double tiny = std::numeric_limits<double>::min(), huge = std::numeric_limits<double>::max();
 
 std::size_t of(Eigen::Index k) { return static_cast<std::size_t>(k); }
 double largest(const Eigen::VectorXd& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
@@ -80,9 +80,8 @@ std::vector<Cone> FrictionBalance::cones(double at_stops, double at_joints, cons
 
 // Solves a problem whose friction at joints is proportional to their loads: in passes, each with the loads of the one before.
 // solve(load, given, y): `given` are the forces of frictions that slide at joints.
-template <class Solve>
-bool FrictionBalance::with_loads(const Loads& loads, const Thresholds& thresholds, const Solve& solve,
-                                 Vector& y) const {
+template <class Solve> bool FrictionBalance::with_loads(const Loads& loads, const Thresholds& thresholds,
+                                                        const Solve& solve, Vector& y) const {
     const bool by_loads = std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; });
     y = Vector::Zero(b.size());
     Vector load, before;
@@ -182,7 +181,7 @@ bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, V
 
 // The round-off of accelerations by these forces.
 double FrictionBalance::none_slips(const Thresholds& thresholds, const Vector& y) const {
-    return 10.0 * thresholds.no_push * std::max(largest(b), largest(B.diagonal().cwiseProduct(y)));
+    return 0.1 * thresholds.no_push * std::max(largest(b), largest(B.diagonal().cwiseProduct(y)));
 }
 
 // The directions in which frictions at rest begin to slide: none where all hold; along `slip` where rows yield. A friction is
@@ -191,20 +190,20 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
                                        const Vector* slip, Flags& stuck) const {
     const Vector force = y.tail(count()), own = (b + B * y).tail(count());
     Flags inside(of(count()));
-    Vector used(count());
+    Vector left(count());
     for (Index k = 0; k < count(); ++k) {
         const double bound = fixed[k] * load[k], part = (1.0 - thresholds.slips) * bound;
         const bool within = at_wall(k) ? is_within(k, force[k], part) : with_partner(force, k) < part && bound > 0.0;
         const bool sticks = slip ? with_partner(*slip, k) <= none_slips(thresholds, y) : holds;
-        inside[of(k)] = rests(k) && moves(stops + k) && ((sticks && bound > 0.0) || within);
-        used[k] = at_wall(k) ? 0.0 : bound > 0.0 ? with_partner(force, k) / bound : 1.0;
+        inside[of(k)] = rests(k) && moves(stops + k) && ((sticks && bound > 0.0) || (!slip && within));
+        left[k] = at_wall(k) ? huge : bound - with_partner(force, k);
     }
     Span span(B, thresholds.no_push);
     for (Index i = 0; i < stops; ++i)
         if (y[i] > 0.0) span.takes(i);
     std::vector<Index> order(of(count()));
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return used[i] < used[j]; });
+    std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return left[i] > left[j]; });
     stuck.assign(of(count()), false);
     Flags seen(of(count()));
     for (const Index k :
@@ -239,9 +238,9 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
 
 bool FrictionBalance::decide(const Loads& loads, const Thresholds& thresholds, Balanced& found) {
     Vector load;
-    while (true) {
+    for (bool again = gave_way;; again = false) {
         const bool dependent = depend(thresholds);
-        const bool holds = dependent && all_hold(loads, thresholds, found.y);
+        const bool holds = dependent && !again && all_hold(loads, thresholds, found.y);
         Vector slip;
         const bool gives = dependent && !holds && yields(loads, thresholds, found.y, slip);
         if (!holds && !gives && !forces(loads, thresholds, found.y)) return false;
