@@ -61,13 +61,21 @@ class Contact:
         "a friction slips where the force that it needs exceeds its static force less this part",
         "round-off of λ, with care",
     )
-    springs_give: float = threshold(
-        1e-6,
-        "1 / smallest mass",
+    just_slips: float = threshold(
+        1e-4,
+        "1",
         "kernel",
-        "the compliance of springs that replace rigid feet where not all of them stick; feet slip that need "
-        "more than their static force less ten times this part",
-        "√ε, with care",
+        "where feet that share a load neither all stick nor accelerate, the load has just reached what they carry: they "
+        "slip as with static forces that are less by this part",
+        "a plate of little inertia on two feet, tests/friction/planes/test_slip_of_shared_loads.py: with 1e-7 the slip "
+        "is round-off",
+    )
+    pushes_along: float = threshold(
+        1e-4,
+        "fastest speed",
+        "kernel",
+        "a friction that pushes along a faster motion ends the run",
+        "sliding in a plane keeps its direction up to 3 × straight_speed",
     )
     damped_to: float = threshold(
         1e6,

@@ -33,6 +33,8 @@ def undecided(
         return finds_no_balance(t, system, np.array(which))
     if why == "never ends":
         return never_ends(t, system, which)
+    if why == "pushes":
+        return pushes_along(t, system, which)
     cause = "a contact meets a motion without inertia: no force or impulse is finite there"
     return SimulationError(t, cause, hint="give its bodies mass and inertia")
 
@@ -77,3 +79,10 @@ def never_ends(t: float, system: System, which: Sequence[int]) -> SimulationErro
     cause = "it is met and released again and again at one time"
     hint = "make it compliant with 'stiffness', or use a smaller step or tolerance"
     return SimulationError(t, cause, where=", ".join(own) or None, hint=hint)
+
+
+def pushes_along(t: float, system: System, which: Sequence[int]) -> SimulationError:
+    """Return the error of a dry friction that would create energy. `which`: its number among frictions."""
+    cause = "dry friction pushes along the motion, so it creates energy: the run is wrong from about here on"
+    hint = "use a smaller step or tolerance; where the friction is a formula, keep it positive"
+    return SimulationError(t, cause, where=f"friction '{system.names.frictions[which[0]]}'", hint=hint)

@@ -19,6 +19,7 @@ template <class Contacts, class Visit> auto each_saved(Contacts& state, Visit&& 
     visit("straight", state.straight), visit("starting", state.starting);
     visit("sliding", state.sliding), visit("stuck", state.stuck);
     visit("pushing", state.pushing), visit("bearing", state.bearing);
+    visit("turning", state.turning);
     visit("shares", state.shares), visit("shared", state.shared);
     visit("rubbed", state.rubbed), visit("decides", state.decides);
     visit("push", state.push), visit("fastest", state.fastest);
@@ -55,8 +56,11 @@ inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates
         {"held", state.held}, {"idle", state.idle}, {"straight", state.straight}, {"starting", state.starting}};
     for (const auto& [name, list] : lists)
         for (const int k : list) index_below(k, coordinates, name);
-    const std::pair<const char*, Numbered&> numbered[] = {
-        {"sliding", state.sliding}, {"stuck", state.stuck}, {"pushing", state.pushing}, {"bearing", state.bearing}};
+    const std::pair<const char*, Numbered&> numbered[] = {{"sliding", state.sliding},
+                                                          {"stuck", state.stuck},
+                                                          {"pushing", state.pushing},
+                                                          {"bearing", state.bearing},
+                                                          {"turning", state.turning}};
     for (const auto& [name, list] : numbered)
         for (const auto& [k, x] : list) {
             index_below(k, coordinates, name);
@@ -117,7 +121,8 @@ template <class D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops, 
 
 // Why nothing can be decided: the cause, whose it is, the energy, and other laws of impact.
 inline auto as_tuple(const Undecided& undecided) {
-    constexpr const char* names[] = {"", "driven into", "creates energy", "no balance", "never ends", "no inertia"};
+    constexpr const char* names[] = {"",           "driven into", "creates energy", "no balance",
+                                     "never ends", "no inertia",  "pushes"};
     return std::make_tuple(std::string(names[static_cast<int>(undecided.cause)]), undecided.which, undecided.energy,
                            undecided.laws);
 }

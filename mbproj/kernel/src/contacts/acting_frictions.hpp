@@ -24,6 +24,7 @@ public:
         const std::size_t count = model_.loads->laws.size();
         if (applied.part.empty()) applied.part.assign(count, 1.0);
         applied.acts.assign(count, Acts::alone), applied.pushed.assign(count, 1.0);
+        applied.turning.assign(count, 0.0);
     }
     const Walls<D>& walls() const { return walls_; }
     const std::vector<FrictionLaw>& laws() const { return laws_; }
@@ -52,6 +53,8 @@ public:
             const bool slow = has(state.straight, k) || has(state.starting, k);
             act(k, way, slow ? Acts::kept : has(state.sliding, laws_[k].partner) ? Acts::in_plane : Acts::alone);
         }
+        for (const auto& [k, rate] : state.turning) equations_.applied().turning[laws_[k].law] = rate;
+        equations_.applied().since = state.met_at;
         for (const auto& [k, part] : state.bearing) act(k, part * laws_[k].fixed, Acts::given);
         for (const auto& [k, at] : state.stuck) rows.push_back({stops_ + k, 1.0, at});
         equations_.hold_contacts(std::move(rows), std::move(slides), std::move(feet));
@@ -65,13 +68,33 @@ public:
     // Makes no friction act.
     void release() {
         auto& applied = equations_.applied();
-        for (const FrictionLaw& law : laws_) applied.part[law.law] = 0.0, applied.acts[law.law] = Acts::alone;
+        for (const FrictionLaw& law : laws_)
+            applied.part[law.law] = applied.turning[law.law] = 0.0, applied.acts[law.law] = Acts::alone;
         equations_.hold_contacts({});
     }
 
     void watch(const ContactState& state, std::vector<WatchedGap>& gaps, std::vector<WatchedRow>& rows) const {
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k) watch_rate(state, k, gaps);
         for (const auto& [k, at] : state.stuck) watch_force(state, k, rows);
+    }
+
+    // The friction that pushes along the motion in place, with these multipliers, or -1. Slow ones keep their direction, and rates
+    // within round-off have none.
+    int pushes(const ContactState& state, const std::vector<double>& lambda, double fastest) const {
+        for (const Numbered* all : {&state.sliding, &state.bearing})
+            for (const auto& each : *all) {
+                const int k = each.first, partner = laws_[k].partner;
+                if (partner >= 0 && partner < k && has(*all, partner)) continue;
+                double power = 0.0, force = 0.0;
+                for (const int own : {k, partner}) {
+                    if (own < 0 || !has(*all, own)) continue;
+                    const double F = lambda[model_.all_rows() + stops_ + own];
+                    const Coordinate<D> along(model_.stops.coordinates, stops_ + own, equations_.pose());
+                    power += F * along.rate(equations_.motion()), force = std::hypot(force, F);
+                }
+                if (power > thresholds_.pushes_along * force * fastest * laws_[k].size) return k;
+            }
+        return -1;
     }
 
 private:
@@ -104,9 +127,10 @@ private:
         const double slow = std::max(thresholds_.stop_rests * fastest, Limits::min()) * law.size;
         const double way = among(state.sliding, k, 0.0);
         if (!has(state.sliding, k)) {
-            if (has(state.stuck, k) || has(state.bearing, k) || law.stop >= 0) return;
+            if (has(state.stuck, k) || (law.stop >= 0 && !state.touches(law.stop))) return;
+            const double moves = thresholds_.turned_speed * fastest * law.size;
             for (const double sign : {1.0, -1.0})  // other rows hold it
-                gaps.push_back({stops_ + k, sign, slow, true, -1, 0.0, Limits::infinity(), 4.0 * slow, true});
+                gaps.push_back({stops_ + k, sign, slow, true, -1, 0.0, Limits::infinity(), moves, true});
             return;
         }
         WatchedGap gap{stops_ + k, way, slow, true, -1, 0.0};
@@ -121,8 +145,12 @@ private:
             gaps.push_back(gap);
         };
         const double keeps = thresholds_.straight_speed * fastest * law.size;
-        if (has(state.straight, k)) return watch_along(way, across, 0.0);
-        if (has(state.starting, k)) return watch_along(-way, -across, 3.0 * keeps);
+        if (const bool stops = has(state.straight, k); stops || has(state.starting, k)) {
+            if (stops) watch_along(way, across, 0.0);
+            for (const auto& [c, s] : {std::pair{-1.0, 0.0}, {0.0, 1.0}, {0.0, -1.0}, {1.0, 0.0}})  // faster, any way
+                watch_along(c * way - s * across, s * way + c * across, 3.0 * keeps);
+            return;
+        }
         for (const double turn : {aside, -aside}) {
             const double c = std::cos(turn), s = std::sin(turn);
             watch_along(c * way - s * across, s * way + c * across, 0.0);

@@ -96,6 +96,15 @@ public:
     // Records the speed of the fastest part at a state, in lengths of the mechanism and rad per s.
     void record_speed(const Vector& y) { state_.fastest = std::max(state_.fastest, speed(y)); }
 
+    // Whether a friction pushes along the motion to y, whose pose and motion are in place, with these multipliers.
+    bool finds_push(const Vector& y, const std::vector<double>& lambda) {
+        if (!friction_.any()) return false;
+        const int k = friction_.acting.pushes(state_, lambda, std::max(state_.fastest, speed(y)));
+        if (k < 0) return false;
+        undecided_ = {};
+        return !undecided_.is_for(Cause::pushes, {k});
+    }
+
     // Decides a meeting at y at t, with whole turns: this stop or friction is met or comes to rest, or is `released`;
     // with -1 contacts are not known. Changes y to the state after it. False where nothing can be decided: then nothing
     // has changed. `interval`: the time between two samples.
@@ -103,6 +112,7 @@ public:
         ContactState next = state_;
         std::vector<ContactEvent> events;
         undecided_ = {};
+        friction_.ahead = ahead * interval;
         const bool done = touches(t, y, turns, released ? -1 : stop, next, events) &&
                           settle(t, y, turns, stop, released, interval, next, events);
         if (done) {
@@ -119,6 +129,8 @@ public:
 
 private:
     using Flags = std::vector<bool>;
+
+    static constexpr double ahead = 1e-2;  // of the time between two samples: when the direction of a slip is looked at
 
     bool holds(int stop) const { return has(state_.held, stop) || state_.parts_of(stop); }
     void hold() {
@@ -175,9 +187,8 @@ private:
         const ContactState known = next;
         do {
             next = known;
-            if (friction_.any()
-                    ? !balance_frictions(t, turns, staying, released ? -1 : stop, any(struck), next, push, opens)
-                    : any(staying) && !press(staying, push, opens, next))
+            if (friction_.any() ? !balance_frictions(t, turns, staying, stop, released, any(struck), next, push, opens)
+                                : any(staying) && !press(staying, push, opens, next))
                 return false;
         } while (released && let_go(push, staying));
         const bool closed = any(staying);
@@ -243,16 +254,17 @@ private:
     }
 
     // Decides what frictions do from here on, while these stops stay closed, and sets the stops' pushes.
-    bool balance_frictions(double t, const std::vector<long>& turns, const Flags& staying, int met, bool struck,
-                           ContactState& next, Vector& push, Flags& opens) {
+    bool balance_frictions(double t, const std::vector<long>& turns, const Flags& staying, int met, bool released,
+                           bool struck, ContactState& next, Vector& push, Flags& opens) {
         std::vector<int> closed;
         std::vector<Eigen::Index> which;
         take(staying, closed, which);
         push.setZero(), opens.assign(opens.size(), true);
-        const int rest = std::max(met - static_cast<int>(laws_.size()), -1);
+        const int number = std::max(met - static_cast<int>(laws_.size()), -1), rest = released ? -1 : number;
+        const bool gave_way = released && number >= 0 && next.met_often > 1;
         Vector pushes;
         Flags open;
-        if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, !struck, next, pushes, open))
+        if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, !struck, gave_way, next, pushes, open))
             return false;
         push(which) = pushes;
         for (std::size_t i = 0; i < which.size(); ++i) opens[static_cast<std::size_t>(which[i])] = open[i];

@@ -50,8 +50,9 @@ struct ContactEvent {
 };
 
 // Why nothing can be decided: the motion drives into a stop; an impact would create energy; frictions can neither hold nor
-// slide, or slide in two ways; meetings do not end; or bodies that only contacts hold have no inertia.
-enum class Cause : int { none, driven_into, creates_energy, no_balance, never_ends, no_inertia };
+// slide, or slide in two ways; meetings do not end; bodies that only contacts hold have no inertia; or friction pushes
+// along the motion.
+enum class Cause : int { none, driven_into, creates_energy, no_balance, never_ends, no_inertia, pushes };
 
 // The stops or frictions that cause it, numbers from 0; the energy, and other laws of impact that would create none.
 struct Undecided {
@@ -92,7 +93,7 @@ struct ContactState {
     int met_often = 0;
     double lost = 0.0, work = 0.0;
     long events = 0;
-    Numbered sliding, stuck, pushing, bearing;
+    Numbered sliding, stuck, pushing, bearing, turning;
     std::vector<std::pair<int, Numbered>> shares;
     std::vector<int> idle, straight, starting, shared;
     std::vector<double> rubbed;

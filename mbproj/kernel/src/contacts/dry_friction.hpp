@@ -16,7 +16,7 @@ public:
 
     DryFriction(EquationsOfMotion<D>& equations, Undecided& undecided)
         : acting(equations), equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
-          undecided_(undecided), border_(model_), lambda_(model_.all_multipliers()) {}
+          undecided_(undecided), border_(model_), later_(model_), lambda_(model_.all_multipliers()) {}
 
     // Frictions are numbered after the stops, whose sides these are.
     void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
@@ -32,13 +32,14 @@ public:
     }
     const Walls<D>& walls() const { return acting.walls(); }
     ActingFrictions<D> acting;
+    double ahead = 0.0;  // how long after a slip has begun its direction is looked at, s
 
     // Decides what frictions do from y at t on, with whole turns, while these stops touch and stay closed. Sets the
     // pushes of the stops, how they share a load, and which of them may open. `met`: the friction that has come to
-    // rest, or -1; after an impact no friction is `known` to stick. Frictions at rest lose the rest of their velocity
+    // rest, or -1; after an impact no friction is `known` to stick; `gave_way`: one has just done so at this time. Frictions at rest lose the rest of their velocity
     // in y. With `own_walls`, walls have rows of their own. False where nothing can be decided.
     bool settle(double t, Vector& y, const std::vector<long>& turns, const std::vector<ContactRow>& closed, int met,
-                bool known, ContactState& next, Vector& push, Flags& opens, bool own_walls = false) {
+                bool known, bool gave_way, ContactState& next, Vector& push, Flags& opens, bool own_walls = false) {
         std::vector<ContactRow> rows = closed, none;
         touching_ = walls().take_from(own_walls ? none : rows);
         first_ = static_cast<Eigen::Index>(rows.size());
@@ -58,14 +59,16 @@ public:
         const Flags rests = rest(met, known, next);
         if (!stop_all(y, rests, next.fastest)) return false;
         FrictionBalance problem = balance(stops, rests, next.fastest);
+        problem.gave_way = gave_way;
         const Vector speed = rate_.tail(problem.fixed.size());
         if (problem.depends_at_walls(thresholds_))
-            return settle(t, y, turns, closed, met, known, next, push, opens, true);
+            return settle(t, y, turns, closed, met, known, gave_way, next, push, opens, true);
         const bool all_slide = std::find(rests.begin(), rests.end(), true) == rests.end();
-        if (!accelerations(y, problem.b)) return false;
+        if (!accelerations(border_, y, problem.b)) return false;
         if (first_ == 0 && all_slide)
             if (const std::vector<int> names = jams(problem); !names.empty())
                 return undecided_.is_for(Cause::no_balance, names);
+        const FrictionBalance before = problem;
         Balanced found;
         const auto loads = [&](const Vector& along, Vector& carried) { loads_of(problem, along, carried); };
         if (!problem.decide(loads, thresholds_, found)) return undecided_.is_for(Cause::no_balance, at_rest(problem));
@@ -85,7 +88,7 @@ public:
         take(found, problem, speed, after.tail(speed.size()), turns, known, next);
         next.take_shares(found.shared ? &found.shares : nullptr, stops);
         if (own_walls) walls().stick(closed, next);
-        return true;
+        return next.starting.empty() || turn(t, y, before, found, next);
     }
 
     // The round-off of the stops' last pushes.
@@ -126,7 +129,8 @@ private:
         return other < 0 ? std::abs(own) : std::hypot(own, rate_[first_ + other]);
     }
 
-    // The frictions at rest: known to stick, at walls, or no faster than round-off, or than `met`, which is at rest.
+    // The frictions at rest: known to stick, at walls, or no faster than round-off, or than `met`, which is at rest. Other rows keep
+    // those without a row at rest, if they do.
     Flags rest(int met, bool known, const ContactState& state) const {
         Flags found(rubs_.size());
         double slow = thresholds_.stop_rests * state.fastest;
@@ -138,10 +142,14 @@ private:
         }
         for (std::size_t i = 0; i < rubs_.size(); ++i) {
             const int k = rubs_[i];
-            const bool sticks = known && (has(state.stuck, k) || has(state.bearing, k));
+            const bool sticks = known && (has(state.stuck, k) || (has(state.bearing, k) && !faster(i, state)));
             found[i] = sticks || speed(i) <= slow * laws_[k].size || !touching_[k].empty();
         }
         return found;
+    }
+
+    bool faster(std::size_t i, const ContactState& state) const {
+        return speed(i) > thresholds_.turned_speed * state.fastest * laws_[rubs_[i]].size;
     }
 
     // Removes the velocities of frictions at rest: methods that do not close velocities leave more than round-off.
@@ -193,16 +201,69 @@ private:
         return found;
     }
 
-    // The accelerations of the rows without stops and frictions, and the loads of bearings then.
-    bool accelerations(const Vector& y, Vector& found) {
+    // Sets directions of sliding that begins, and the rates at which they turn: friction is opposite to a velocity that is not there
+    // yet, but arises from the forces a little later. A constant direction is wrong by as much as the forces change. False
+    // where the equations have no unique solution.
+    bool turn(double t, const Vector& y, const FrictionBalance& before, const Balanced& now, ContactState& next) {
+        Vector soon, later;
+        const Vector slope = slope_;
+        const bool known = slip_after(ahead, t, y, slope, before, now, next, soon) &&
+                           slip_after(2.0 * ahead, t, y, slope, before, now, next, later);
+        equations_.set_pose(t, y.data());
+        equations_.set_velocities(y.data(), false);
+        if (!equations_.factor(Metric::mass)) return false;
+        if (!known) return true;
+        const auto unit = [&](const Vector& slip, Eigen::Index k, Eigen::Index other) {
+            return Eigen::Vector2d(slip[k], slip[other]).normalized().eval();
+        };
+        for (const int k : next.starting) {
+            const Eigen::Index own = place(k), other = place(laws_[k].partner);
+            if (laws_[k].partner < k || unit(soon, own, other).isZero() || unit(later, own, other).isZero()) continue;
+            const Eigen::Vector2d rate = (unit(later, own, other) - unit(soon, own, other)) / ahead,
+                                  first = (unit(soon, own, other) - ahead * rate).normalized();
+            for (auto& [number, way] : next.sliding)
+                if (number == k || number == laws_[k].partner) way = first[number == k ? 0 : 1];
+            next.turning.emplace_back(k, rate[0]), next.turning.emplace_back(laws_[k].partner, rate[1]);
+        }
+        return true;
+    }
+    // The accelerations of frictions that are starting to slide, with these forces until then. False where they are not known.
+    bool slip_after(double h, double t, const Vector& y, const Vector& slope, FrictionBalance problem,
+                    const Balanced& now, const ContactState& next, Vector& slip) {
+        equations_.set_pose(t, y.data());
+        equations_.set_velocities(y.data(), false);
+        if (!equations_.factor(Metric::mass)) return false;
+        border_.set_normals(equations_.pose());
+        if (!border_.respond(equations_.solver(), h * now.y)) return false;
+        Vector later = y + h * slope;
+        add_velocities(equations_, later);
+        later_.hold(border_.rows());
+        equations_.set_pose(t + h, later.data());
+        equations_.set_velocities(later.data(), false);
+        if (!equations_.factor(Metric::mass) || !later_.factor(equations_.pose(), equations_.solver()) ||
+            !accelerations(later_, later, problem.b))
+            return false;
+        problem.B = later_.operator_of_rows();
+        for (std::size_t i = 0; i < rubs_.size(); ++i) {
+            const auto k = static_cast<Eigen::Index>(i);
+            const bool begins = has(next.starting, rubs_[i]);
+            problem.direction[k] = begins ? 0.0 : now.direction[k];
+            if (begins) problem.fixed[k] = problem.sliding[k];
+        }
+        const auto loads = [&](const Vector& along, Vector& carried) { loads_of(problem, along, carried); };
+        return problem.slip(loads, thresholds_, slip);
+    }
+
+    // The accelerations of a border's rows without stops and frictions, and the loads of bearings then.
+    bool accelerations(ContactBorder<D>& border, const Vector& y, Vector& found) {
         slope_.resize(y.size());
         if (!equations_.own_slope_at(y.data(), slope_.data(), lambda_.data())) return false;
-        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), first_, found);
+        border.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), first_, found);
         base_.clear(), responses_.clear();
         for (const Bearing<D>& bearing : model_.bearings)
             base_.emplace_back(model_, equations_.pose(), bearing, lambda_.data());
         for (Eigen::Index i = 0; i < found.size() && !base_.empty(); ++i) {
-            const Vector reaction = border_.reactions().col(i);
+            const Vector reaction = border.reactions().col(i);
             responses_.emplace_back();
             for (const Bearing<D>& bearing : model_.bearings)
                 responses_.back().emplace_back(model_, equations_.pose(), bearing, reaction.data());
@@ -254,7 +315,7 @@ private:
               const std::vector<long>& turns, bool known, ContactState& next) const {
         const Numbered before = known ? next.stuck : Numbered();
         next.sliding.clear(), next.stuck.clear(), next.bearing.clear();
-        next.straight.clear(), next.starting.clear();
+        next.straight.clear(), next.starting.clear(), next.turning.clear();
         for (std::size_t i = 0; i < rubs_.size(); ++i) {
             const auto at = static_cast<Eigen::Index>(i);
             const int k = rubs_[i], other = partner_of(k);
@@ -284,6 +345,7 @@ private:
     const Thresholds& thresholds_;
     Undecided& undecided_;
     ContactBorder<D> border_;  // of stops that touch, and of the frictions that rub
+    ContactBorder<D> later_;   // of the same rows a little later
     std::vector<FrictionLaw> laws_;
     std::vector<double> fixed_;                      // the static force of each at the last decision
     std::vector<std::vector<ContactRow>> touching_;  // walls of each friction

@@ -33,6 +33,7 @@ public:
         variables_[2].x = rate;
         return variables_.data();
     }
+    Scalar<D> time() const { return variables_[0].x; }
     // A joint's coordinate as y follows it, to less than half a turn.
     Scalar<D> expected(int coordinate) const { return expected_[coordinate]; }
 

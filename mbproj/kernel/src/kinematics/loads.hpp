@@ -21,9 +21,11 @@ template <class D> struct Applied {
     std::vector<Scalar<D>> given;    // the forces of programs of laws, before multiplication by loads
     std::vector<Scalar<D>> part;     // the part of each law's program that counts; empty: all of it
     std::vector<Acts> acts;          // how the part of each law acts; empty: alone
-    std::vector<Scalar<D>> pushed;   // the push of the stop on which each law rubs; empty: 1
-    std::vector<Scalar<D>> pace;     // the factor of the rate in each law's program; empty: 1
-    std::set<int> touching;          // the stops whose rows are held
+    std::vector<double> turning;  // the rate of the part of each law that is kept, 1/s; and the time at which it begins
+    double since = 0.0;
+    std::vector<Scalar<D>> pushed;  // the push of the stop on which each law rubs; empty: 1
+    std::vector<Scalar<D>> pace;    // the factor of the rate in each law's program; empty: 1
+    std::set<int> touching;         // the stops whose rows are held
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
@@ -182,6 +184,13 @@ private:
         return is_angle(along.p.kind) ? along.value(channels.expected(law.coordinate)) : along.value();
     }
 
+    // The part of a law that keeps its direction of sliding, which may turn at a constant rate.
+    Scalar<D> kept(int l, int partner, Scalar<D> t) const {
+        if (partner < 0 || (turning[l] == 0.0 && turning[partner] == 0.0)) return part[l];
+        const Scalar<D> own = part[l] + turning[l] * (t - since),
+                        other = part[partner] + turning[partner] * (t - since);
+        return own / hypot(own, other);
+    }
     bool is_given(int l) const { return !acts.empty() && acts[l] == Acts::given; }
 
     // The variables of a law's program: its coordinate and the speed along it; and the part of its value along the law's tangent.
@@ -195,7 +204,7 @@ private:
               part(applied.part.empty() ? 1.0 : applied.part[l]) {
             const Law<D>& law = loads.laws[l];
             if (!applied.acts.empty()) {
-                if (applied.acts[l] == Acts::kept) speed = 0.0;
+                if (applied.acts[l] == Acts::kept) speed = 0.0, part = applied.kept(l, law.partner, channels.time());
                 if (applied.acts[l] != Acts::in_plane) return;
             } else if (law.partner < 0) {
                 return;

@@ -6,10 +6,12 @@
 #include <limits>
 #include <numeric>
 
+#include "laws/coulomb_problem.hpp"
+
 namespace mbproj {
 
 namespace {
-constexpr double tiny = std::numeric_limits<double>::min();
+constexpr double tiny = std::numeric_limits<double>::min(), huge = std::numeric_limits<double>::max();
 
 std::size_t of(Eigen::Index k) { return static_cast<std::size_t>(k); }
 double largest(const Eigen::VectorXd& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
@@ -47,29 +49,53 @@ bool FrictionBalance::depends_at_walls(const Thresholds& thresholds) const {
     return any && depend(thresholds);
 }
 
-// The cone of each contact; at rest a little narrower, so that contacts hold for a while; at joints also by `margin`.
-std::vector<Cone> FrictionBalance::cones(const Thresholds& thresholds, double margin, const Flags& rest,
-                                         const Vector& load) const {
+// The cone of each contact, with these parts of its static force at stops and at joints.
+std::vector<Cone> FrictionBalance::cones(double at_stops, double at_joints, const Vector& load) const {
     std::vector<Cone> found;
+    const auto holds = [&](Index k) { return rests(k) && moves(stops + k); };
     for (int at = 0; at < static_cast<int>(stops); ++at) {
         if (!moves(at)) continue;
         Cone cone{at, {}, 0.0, {}};
-        std::vector<int> holds;
+        std::vector<int> held;
         for (Index k = 0; k < count(); ++k) {
             if (stop[of(k)] != at) continue;
             if (!rests(k))
                 cone.tangents.push_back(static_cast<int>(stops + k)), cone.slides.push_back(-direction[k] * sliding[k]);
-            else if (rest[of(k)])
-                holds.push_back(static_cast<int>(stops + k));
-            cone.most = std::max(cone.most, (1.0 - thresholds.slips) * fixed[k]);
+            else if (holds(k))
+                held.push_back(static_cast<int>(stops + k));
+            cone.most = std::max(cone.most, at_stops * fixed[k]);
         }
-        if (cone.slides.empty()) cone.tangents = holds;
+        if (cone.slides.empty()) cone.tangents = held;
         found.push_back(cone);
     }
-    for (Index k = 0; k < count(); ++k)
-        if (stop[of(k)] < 0 && rest[of(k)])
-            found.push_back({-1, {static_cast<int>(stops + k)}, (1.0 - margin) * fixed[k] * load[k], {}});
+    for (Index k = 0; k < count(); ++k) {
+        const int other = partner[of(k)], own = static_cast<int>(stops + k);
+        if (stop[of(k)] >= 0 || !holds(k) || (in_plane(k) && other < k)) continue;
+        std::vector<int> tangents{own};
+        if (in_plane(k)) tangents.push_back(static_cast<int>(stops) + other);
+        found.push_back({-1, tangents, at_joints * fixed[k] * load[k], {}});
+    }
     return found;
+}
+
+// Solves a problem whose friction at joints is proportional to their loads: in passes, each with the loads of the one before.
+// solve(load, given, y): `given` are the forces of frictions that slide at joints.
+template <class Solve> bool FrictionBalance::with_loads(const Loads& loads, const Thresholds& thresholds,
+                                                        const Solve& solve, Vector& y) const {
+    const bool by_loads = std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; });
+    y = Vector::Zero(b.size());
+    Vector load, before;
+    for (int pass = 0; pass < thresholds.most_passes; ++pass) {
+        before = load;
+        loads(y, load);
+        if (pass > 0 && largest(load - before) <= thresholds.slips * largest(load)) return true;
+        Vector given = Vector::Zero(b.size());
+        for (Index k = 0; k < count(); ++k)
+            if (!rests(k) && stop[of(k)] < 0) given[stops + k] = -direction[k] * sliding[k] * load[k];
+        if (!solve(load, given, y)) return false;
+        if (!by_loads) return true;
+    }
+    return false;
 }
 
 // The forces y with which all frictions at rest hold. Where nothing slides, any share of the load causes the same
@@ -106,81 +132,78 @@ bool FrictionBalance::has_margin(const Vector& y, double margin) const {
     return true;
 }
 
-// The share within the cones that is nearest to `least`; the cones of joints are narrower by `margin`.
+// The share within the cones that is nearest to `least`. Cones are a little narrower, so that contacts hold for a while; those of
+// joints by `margin`.
 bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds, double margin, const Vector& least,
                                Vector& y) const {
-    Flags rest;
-    for (Index k = 0; k < count(); ++k) rest.push_back(rests(k) && moves(stops + k));
-    const bool by_loads =
-        std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; });  // of frictions at joints
-    y = Vector::Zero(b.size());
-    Vector load, before;
-    for (int pass = 0; pass < thresholds.most_passes; ++pass) {
-        before = load;
-        loads(y, load);
-        if (pass > 0 && largest(load - before) <= thresholds.slips * largest(load)) return true;
-        Vector given = least, found;
+    const auto solve = [&](const Vector& load, const Vector& given, Vector& y) {
+        const Vector known = least + given;
+        Vector found;
+        if (!contact_problem(B, b + B * known, cones(1.0 - thresholds.slips, 1.0 - margin, load), 0.0, thresholds,
+                             found))
+            return false;
+        return y = found + known, true;
+    };
+    return with_loads(loads, thresholds, solve, y);
+}
+
+// The forces y by Coulomb's law with a part of the static forces, and the accelerations `slip` of frictions at rest.
+bool FrictionBalance::coulomb(const Loads& loads, const Thresholds& thresholds, double part, Vector& y,
+                              Vector& slip) const {
+    const auto solve = [&](const Vector& load, const Vector& given, Vector& y) {
+        Vector found, rate;
+        if (!coulomb_problem(B, b + B * given, cones(part, part, load), thresholds, found, rate)) return false;
+        return y = found + given, slip = rate.tail(count()), true;
+    };
+    return with_loads(loads, thresholds, solve, y);
+}
+
+bool FrictionBalance::slip(const Loads& loads, const Thresholds& thresholds, Vector& found) const {
+    Vector y;
+    if (!coulomb(loads, thresholds, 1.0, y, found)) return false;
+    const double none = none_slips(thresholds, y);
+    for (Index k = 0; k < count(); ++k)
+        if (!rests(k) || std::abs(found[k]) <= none) found[k] = 0.0;
+    return true;
+}
+
+// The forces y where not all frictions at rest can hold, and the accelerations with which these frictions slip. Where none does,
+// the load has just reached what they carry: the slip is that with a little less friction.
+bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, Vector& y, Vector& slip) const {
+    for (const double part : {1.0, 1.0 - thresholds.just_slips}) {
+        if (!coulomb(loads, thresholds, part, y, slip)) return false;
+        const double none = none_slips(thresholds, y);
         for (Index k = 0; k < count(); ++k)
-            if (!rests(k) && stop[of(k)] < 0) given[stops + k] = -direction[k] * sliding[k] * load[k];
-        const std::vector<Cone> own = cones(thresholds, margin, rest, load);
-        if (!contact_problem(B, b + B * given, own, 0.0, thresholds, found)) return false;
-        y = found + given;
-        if (!by_loads) return true;
+            if (rests(k) && with_partner(slip, k) > none) return true;
     }
-    return false;
+    return true;
 }
 
-// The forces y of dependent rows where not all can hold: those of springs with a tiny compliance. The pushes of the pass before
-// multiply the friction (Haslinger 1983). False where joints have friction too, or where passes do not converge.
-bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, Vector& y) const {
-    if (std::any_of(stop.begin(), stop.end(), [](int at) { return at < 0; })) return false;
-    const std::vector<Cone> of_pushes = cones(thresholds, 0.0, Flags(of(count())), Vector());
-    Vector load, found;
-    y = Vector::Zero(b.size());
-    for (int pass = 0; pass < thresholds.most_passes; ++pass) {
-        loads(y, load);
-        const Vector most = (1.0 - 10.0 * thresholds.springs_give) * fixed.cwiseProduct(load);
-        std::vector<Cone> all = of_pushes;
-        for (Index k = 0; k < count(); ++k) {
-            const int other = partner[of(k)], own = static_cast<int>(stops + k);
-            if (!rests(k) || !moves(own)) continue;
-            if (!in_plane(k))
-                all.push_back({-1, {own}, most[k], {}});
-            else if (other > k)
-                all.push_back({-1, {own, static_cast<int>(stops) + other}, most[k], {}});
-        }
-        const double give = thresholds.springs_give * B.diagonal().maxCoeff();
-        if (!contact_problem(B, b, all, give, thresholds, found)) return false;
-        const double change = largest(found - y);
-        y = found;
-        if (change > thresholds.springs_give * largest(y)) continue;
-        loads(y, load);
-        for (Index k = 0; k < count(); ++k)  // slipping friction is that of the current push
-            if (rests(k) && moves(stops + k)) y[stops + k] *= fixed[k] * load[k] / (most[k] > 0.0 ? most[k] : 1.0);
-        return true;
-    }
-    return false;
+// The round-off of accelerations by these forces.
+double FrictionBalance::none_slips(const Thresholds& thresholds, const Vector& y) const {
+    return 0.1 * thresholds.no_push * std::max(largest(b), largest(B.diagonal().cwiseProduct(y)));
 }
 
-// The directions in which frictions at rest begin to slide: none where all hold; against their forces where rows yield,
-// since these rows hardly move. A friction is `stuck` where it holds and its row is independent of those before.
+// The directions in which frictions at rest begin to slide: none where all hold; along `slip` where rows yield. A friction is
+// `stuck` where it holds and its row is independent of those before.
 Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds,
-                                       bool yields, Flags& stuck) const {
+                                       const Vector* slip, Flags& stuck) const {
     const Vector force = y.tail(count()), own = (b + B * y).tail(count());
     Flags inside(of(count()));
-    Vector used(count());
+    Vector left(count());
     for (Index k = 0; k < count(); ++k) {
         const double bound = fixed[k] * load[k], part = (1.0 - thresholds.slips) * bound;
         const bool within = at_wall(k) ? is_within(k, force[k], part) : with_partner(force, k) < part && bound > 0.0;
-        inside[of(k)] = rests(k) && moves(stops + k) && ((holds && bound > 0.0) || within);
-        used[k] = at_wall(k) ? 0.0 : bound > 0.0 ? with_partner(force, k) / bound : 1.0;
+        const bool sticks = slip ? with_partner(*slip, k) <= none_slips(thresholds, y) : holds;
+        inside[of(k)] = rests(k) && moves(stops + k) && ((sticks && bound > 0.0) || (!slip && within));
+        left[k] = at_wall(k) ? huge : bound - with_partner(force, k);
     }
     Span span(B, thresholds.no_push);
     for (Index i = 0; i < stops; ++i)
         if (y[i] > 0.0) span.takes(i);
     std::vector<Index> order(of(count()));
     std::iota(order.begin(), order.end(), 0);
-    std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return used[i] < used[j]; });
+    std::stable_sort(order.begin(), order.end(), [&](Index i, Index j) { return left[i] > left[j]; });
     stuck.assign(of(count()), false);
     Flags seen(of(count()));
     for (const Index k :
@@ -194,17 +217,20 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
     }
     Vector found = Vector::Zero(count());
     for (Index k = 0; k < count() && !holds; ++k) {
-        if (!rests(k) || inside[of(k)]) continue;
+        if (!rests(k)) continue;
         const Index other = in_plane(k) ? partner[of(k)] : k;
-        const double none = thresholds.no_push * largest(b);
-        const bool accelerates = with_partner(own, k) > none, begins = accelerates && with_partner(own, k) > still[k];
+        const auto along = [&](const Vector& way) {
+            return way[k] / std::max(other == k ? std::abs(way[k]) : std::hypot(way[k], way[other]), tiny);
+        };
+        const double none = thresholds.no_push * largest(b), large = std::max(none, still[k]);
+        const bool is_held = span.holds(stops + k) && span.holds(stops + other);  // by rows that do not slip
         if (!moves(stops + k)) {  // the other tangent gives no information
-            const double size = std::abs(own[k]);
-            found[k] = size > none && size > still[k] ? std::copysign(1.0, own[k]) : 0.0;
-        } else if ((begins && !yields) || !(span.holds(stops + k) && span.holds(stops + other))) {
-            const Vector& way = (accelerates && !yields) || force[k] == 0.0 ? own : force;
-            const double size = other == k ? std::abs(way[k]) : std::hypot(way[k], way[other]);
-            found[k] = (&way == &own ? way[k] : -way[k]) / std::max(size, tiny);
+            if (!inside[of(k)] && std::abs(own[k]) > large) found[k] = std::copysign(1.0, own[k]);
+        } else if (slip) {
+            const double size = with_partner(*slip, k);
+            if (size > none_slips(thresholds, y) && (size > still[k] || !is_held)) found[k] = along(*slip);
+        } else if (!inside[of(k)] && (with_partner(own, k) > large || !is_held)) {
+            found[k] = with_partner(own, k) > none || force[k] == 0.0 ? along(own) : -along(force);
         }
     }
     return found;
@@ -212,13 +238,14 @@ Eigen::VectorXd FrictionBalance::slips(const Thresholds& thresholds, const Vecto
 
 bool FrictionBalance::decide(const Loads& loads, const Thresholds& thresholds, Balanced& found) {
     Vector load;
-    while (true) {
+    for (bool again = gave_way;; again = false) {
         const bool dependent = depend(thresholds);
-        const bool holds = dependent && all_hold(loads, thresholds, found.y);
-        const bool gives = dependent && !holds && yields(loads, thresholds, found.y);
+        const bool holds = dependent && !again && all_hold(loads, thresholds, found.y);
+        Vector slip;
+        const bool gives = dependent && !holds && yields(loads, thresholds, found.y, slip);
         if (!holds && !gives && !forces(loads, thresholds, found.y)) return false;
         loads(found.y, load);
-        const Vector more = slips(thresholds, found.y, load, holds, gives, found.stuck);
+        const Vector more = slips(thresholds, found.y, load, holds, gives ? &slip : nullptr, found.stuck);
         if (!more.isZero(0.0)) {
             direction += more;
             continue;

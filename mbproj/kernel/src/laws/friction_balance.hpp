@@ -38,14 +38,17 @@ struct FrictionBalance {
     // acceleration that counts as round-off.
     Vector fixed, sliding, direction, still;
     std::vector<int> stop,
-        partner;     // for each friction, the stop whose push multiplies it, and the other tangent, or -1
-    Flags able;      // for each row, whether something can move along it
-    Flags up, down;  // for each friction, whether a wall can push that way along its row
+        partner;            // for each friction, the stop whose push multiplies it, and the other tangent, or -1
+    Flags able;             // for each row, whether something can move along it
+    Flags up, down;         // for each friction, whether a wall can push that way along its row
+    bool gave_way = false;  // whether a friction has just given way here, though some share seemed to hold it
 
     // False where no forces satisfy these laws.
     bool decide(const Loads& loads, const Thresholds& thresholds, Balanced& found);
     // Whether rows depend on each other while some are walls. These laws do not cover that: walls get their own rows.
     bool depends_at_walls(const Thresholds& thresholds) const;
+    // The accelerations of frictions at rest that slip by Coulomb's law. False where there is no answer.
+    bool slip(const Loads& loads, const Thresholds& thresholds, Vector& found) const;
     // Whether a friction is at rest.
     bool rests(Index k) const { return with_partner(direction, k) == 0.0; }
     // The forces y that hold frictions at rest, or, where they cannot, are at most static. False where there are none.
@@ -65,13 +68,17 @@ private:
     Flags beyond(const Loads& loads, const Vector& y) const;
     // Whether rows of stops depend on each other, or on rows of frictions at rest.
     bool depend(const Thresholds& thresholds) const;
-    std::vector<Cone> cones(const Thresholds& thresholds, double margin, const Flags& rest, const Vector& load) const;
+    std::vector<Cone> cones(double at_stops, double at_joints, const Vector& load) const;
+    template <class Solve>
+    bool with_loads(const Loads& loads, const Thresholds& thresholds, const Solve& solve, Vector& y) const;
     bool all_hold(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
     bool all_hold(const Loads& loads, const Thresholds& thresholds, double margin, const Vector& least,
                   Vector& y) const;
     bool has_margin(const Vector& y, double margin) const;
-    bool yields(const Loads& loads, const Thresholds& thresholds, Vector& y) const;
-    Vector slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds, bool yields,
+    bool coulomb(const Loads& loads, const Thresholds& thresholds, double part, Vector& y, Vector& slip) const;
+    bool yields(const Loads& loads, const Thresholds& thresholds, Vector& y, Vector& slip) const;
+    double none_slips(const Thresholds& thresholds, const Vector& y) const;
+    Vector slips(const Thresholds& thresholds, const Vector& y, const Vector& load, bool holds, const Vector* slip,
                  Flags& stuck) const;
 };
 

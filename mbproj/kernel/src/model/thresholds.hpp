@@ -36,11 +36,11 @@ struct Thresholds : NumbersByName {
     double stop_slack = number("stop_slack"), touching = number("touching"), stop_rests = number("stop_rests"),
            rest_acceleration = number("rest_acceleration"), rest_steps = number("rest_steps"),
            lowest_bounce = number("lowest_bounce"), no_push = number("no_push"),
-           contact_pulls = number("contact_pulls"), slips = number("slips"), springs_give = number("springs_give"),
-           damped_to = number("damped_to"), middle_unlike = number("middle_unlike"),
-           turned_speed = number("turned_speed"), straight_speed = number("straight_speed"),
-           creates_energy = number("creates_energy"), on_grid = number("on_grid"), met_soon = number("met_soon"),
-           slides_in = number("slides_in");
+           contact_pulls = number("contact_pulls"), slips = number("slips"), just_slips = number("just_slips"),
+           pushes_along = number("pushes_along"), damped_to = number("damped_to"),
+           middle_unlike = number("middle_unlike"), turned_speed = number("turned_speed"),
+           straight_speed = number("straight_speed"), creates_energy = number("creates_energy"),
+           on_grid = number("on_grid"), met_soon = number("met_soon"), slides_in = number("slides_in");
     int most_halves = whole("most_halves"), most_meetings = whole("most_meetings");
     // mbproj/thresholds/steps.py
     double safety = number("safety"), smallest_change = number("smallest_change"),

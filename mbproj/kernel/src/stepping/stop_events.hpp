@@ -62,6 +62,9 @@ public:
         return last_known_ = margins(now_.to.t, now_.y_new, turns, last_), true;
     }
 
+    // Whether a friction pushes along the motion at the end of the step that was made: nothing could be right then.
+    bool finds_push(const std::vector<double>& lambda) { return policy_.finds_push(now_.y_new, lambda); }
+
     enum class Found { nothing, at_once, ahead, none };
 
     // Finds the first meeting in the step that was made, and sets `now.to` there. `counted`: the turns at the start;

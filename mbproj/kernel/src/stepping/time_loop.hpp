@@ -178,7 +178,7 @@ private:
             return stop_at(now_.to.t), false;
         if (!all_finite(slope_.data(), slope_.size())) return stop({Status::not_finite, now_.to.t}), false;
         meets_ = watching && stops_.meets(slope_, counted_.turns, lambda_);
-        if (!meets_) return true;
+        if (!meets_) return !watching || !stops_.finds_push(lambda_) || (stop({Status::undecided, now_.to.t}), false);
         make_again();
         if (stops_.halts()) stop({Status::halted, now_.t});  // where the step began
         return false;
