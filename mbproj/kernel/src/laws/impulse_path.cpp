@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "algebra/decompositions.hpp"
-#include "laws/contact_problem.hpp"
+#include "laws/coulomb_problem.hpp"
 
 namespace mbproj {
 
@@ -128,7 +128,7 @@ private:
             return !each.slides && given_(each.tangents).norm() > (1.0 + thresholds_.slips) * each.most;
         });
     }
-    // The friction of stops at rest within their cones, at changes a without it: that of springs with a tiny compliance.
+    // The friction of stops at rest within their cones, at changes a without it.
     bool limited(const Vector& a, Vector& found) const {
         std::vector<Cone> cones;
         for (const Rough& each : rough_) {
@@ -138,8 +138,8 @@ private:
             for (std::size_t k = 0; k < each.tangents.size(); ++k)
                 cones.back().tangents.push_back(static_cast<int>(of(first) + k));
         }
-        const DenseMatrix own = B_(held_, held_);
-        return contact_problem(own, a, cones, thresholds_.springs_give * own.diagonal().maxCoeff(), thresholds_, found);
+        Vector rate;
+        return coulomb_problem(B_(held_, held_), a, cones, thresholds_, found, rate);
     }
 
     // The impulses per dp at these rates. Sticking friction follows that of stops that turn while they slide.
