@@ -33,7 +33,7 @@ from mbproj.dynamics import (
 from mbproj.dynamics.derivatives.tangent import velocities as rates_of
 from mbproj.dynamics.equations.equations_of_motion import solve_bordered
 from mbproj.dynamics.equations.gaps import gaps, pressing
-from mbproj.dynamics.rank.row_space import scaled_jacobian, split
+from mbproj.dynamics.rank.row_space import independent
 from mbproj.errors import InputError, SimulationError
 from mbproj.formats.as_scene import scene_text
 from mbproj.formats.couplers import ROUNDED
@@ -244,7 +244,7 @@ class _Moving:
         slides, else it has none."""
         system, pose = self.system, pose_of(state.q)
         twist, loads = twist_of(pose, state.v), applied(state.instant(system))
-        rows = np.sort(split(scaled_jacobian(system, pose), np.arange(system.constraints))[0])
+        rows = np.flatnonzero(independent(system, pose))
         force = generalised_force(system, pose, twist) + generalised(pose, loads.force, loads.torque)
         if system.stops is not None:  # those of elastic ropes, which only pull
             gap, along = gaps(system.stops, pose, state.turns), system.stops.coordinates
