@@ -31,9 +31,14 @@ class Cone(NamedTuple):
     slides: tuple[float, ...] = ()
 
 
-def contact_problem(B, b, cones, give=0.0):
+def contact_problem(B, b, cones):
     """The forces y along all rows with which no row that is held accelerates; None where none are within the cones."""
-    return core().contact_problem(_thresholds(), _numbers(B), _numbers(b), list(cones), give)
+    return core().contact_problem(_thresholds(), _numbers(B), _numbers(b), list(cones))
+
+
+def coulomb_problem(B, b, cones):
+    """The forces y along all rows by Coulomb's law: stops may open, frictions may slip. None where none are found."""
+    return core().coulomb_problem(_thresholds(), _numbers(B), _numbers(b), list(cones))
 
 
 def one_sided(N, b):

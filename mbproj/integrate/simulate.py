@@ -189,7 +189,7 @@ def simulate(
         events=len({event.time for event in (*events, *tally.met) if event.kind not in (SHARED, DECIDES)}),
         shared=words_on_sharing(tally.met),
         crowded=crowded(events),
-        unresolved=unresolved(splits_of(system, state.t, settings)),
+        unresolved=(*unresolved(splits_of(system, state.t, settings)), *_unresolved_slips(system, settings, tally)),
         passed=words_on_passes(tally.passed),
         halved=words_on_halvings(tally.halved),
         decided_by_shares=words_on_shares(tally.met),
@@ -209,6 +209,14 @@ def _refuse_at_the_start(system: System, state: State, settings: Settings) -> No
         from mbproj.dynamics.friction.shared_loads import refuse_shared_loads
 
         refuse_shared_loads(system, state)
+
+
+def _unresolved_slips(system: System, settings: Settings, tally: Tally) -> tuple[str, ...]:
+    """Return, in words, the frictions in a plane whose slip turned as it began, in steps of a fixed size: near rest the
+    direction of v/|v| follows the forces at once, which makes any explicit method one of order 1."""
+    if settings.step is None:
+        return ()
+    return tuple(f"friction '{system.names.frictions[k]}', whose slip turns as it begins" for k in tally.turned)
 
 
 def _swamped(system: System, state: State) -> tuple[str, ...]:

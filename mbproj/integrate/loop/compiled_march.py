@@ -108,6 +108,7 @@ def march(
         tally.velocity_peak = _peak(compiled, run.velocity_peak)
         _take_events(compiled.system, run, tally, [] if inside is None else inside.take(run))
         tally.halved = _halved(compiled.system, run)
+        tally.turned = () if inside is None else tuple(run.contacts["turned"])
         tally.rows = RowsKept.of(run.kept)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         if len(block["t"]):

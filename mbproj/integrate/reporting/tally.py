@@ -93,8 +93,8 @@ class Tally:
 
     `phases`: the seconds of each phase in a sample of the steps, where measured. `met`: the state events at which steps
     ended. `passed`, `halved`: the switches that fixed steps passed over, and the causes for which they were halved.
-    `rows`: the counts of the rows for energy and momenta. `reached`: the time in s of a run that has returned without
-    samples."""
+    `turned`: the numbers of frictions whose slip turned as it began. `rows`: the counts of the rows for energy and
+    momenta. `reached`: the time in s of a run that has returned without samples."""
 
     steps: int = 0
     rejected_steps: int = 0
@@ -112,6 +112,7 @@ class Tally:
     met: list[Event] = field(default_factory=list)
     passed: list[Passed] = field(default_factory=list)
     halved: list[Halved] = field(default_factory=list)
+    turned: tuple[int, ...] = ()
     rows: RowsKept = field(default_factory=RowsKept)
     reached: float = 0.0
 

@@ -16,7 +16,7 @@ from mbproj.thresholds import Thresholds
 #: The thresholds that decide when contacts open and frictions slip, the factor by which they are loosened, and the part
 #: of the distance to the looser solution that bounds the error. A decision comes between one slack and twice the slack
 #: early: the looser solution is at least 8 slacks away, and the true one at most 2.
-SLACKS, LOOSER, PART = ("slips", "contact_pulls", "just_slips"), 10.0, 0.25
+SLACKS, LOOSER, PART = ("slips", "contact_pulls"), 10.0, 0.25
 #: How much lower the floor under one of the feet is where these share a load, in lengths of the mechanism, and the most
 #: feet under which it is lowered.
 UNEVEN, MOST_FEET = 1e-6, 8

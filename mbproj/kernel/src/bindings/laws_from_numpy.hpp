@@ -4,6 +4,7 @@
 #include <nanobind/stl/pair.h>
 
 #include "bindings/loads_from_numpy.hpp"
+#include "laws/coulomb_problem.hpp"
 #include "laws/impact.hpp"
 #include "laws/one_sided.hpp"
 
@@ -20,10 +21,7 @@ inline nb::object array_of_vector(const Eigen::VectorXd& found) {
     return array_of(std::vector<double>(found.begin(), found.end()), static_cast<std::size_t>(found.size()));
 }
 
-inline nb::object contact_problem_of(const Thresholds& thresholds, Numbers2 B, Numbers1 b,
-                                     const std::vector<ConeNumbers>& given, double give) {
-    const std::size_t size = b.size();
-    require(B, {size, size}, "B");
+inline std::vector<Cone> cones_of(const std::vector<ConeNumbers>& given, std::size_t size) {
     std::vector<Cone> cones;
     for (const auto& [push, tangents, most, slides] : given) {
         if (push != -1) index_below(push, size, "push");
@@ -31,8 +29,23 @@ inline nb::object contact_problem_of(const Thresholds& thresholds, Numbers2 B, N
         if (!slides.empty() && slides.size() != tangents.size()) refuse("slides", "do not fit the tangents");
         cones.push_back({push, tangents, most, slides});
     }
+    return cones;
+}
+
+inline nb::object contact_problem_of(const Thresholds& thresholds, const Numbers2& B, const Numbers1& b,
+                                     const std::vector<ConeNumbers>& given) {
+    require(B, {b.size(), b.size()}, "B");
     Eigen::VectorXd y;
-    if (!contact_problem(matrix(B, "B"), vector(b, "b"), cones, give, thresholds, y)) return nb::none();
+    if (!contact_problem(matrix(B, "B"), vector(b, "b"), cones_of(given, b.size()), thresholds, y)) return nb::none();
+    return array_of_vector(y);
+}
+
+inline nb::object coulomb_problem_of(const Thresholds& thresholds, const Numbers2& B, const Numbers1& b,
+                                     const std::vector<ConeNumbers>& given) {
+    require(B, {b.size(), b.size()}, "B");
+    Eigen::VectorXd y, a;
+    if (!coulomb_problem(matrix(B, "B"), vector(b, "b"), cones_of(given, b.size()), thresholds, y, a))
+        return nb::none();
     return array_of_vector(y);
 }
 
@@ -130,7 +143,9 @@ inline nb::object forces_of(const Thresholds& thresholds, const BalanceNumbers& 
 
 inline void add_laws(nb::module_& m) {
     m.def("contact_problem", &contact_problem_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"), nb::arg("cones"),
-          nb::arg("give"), "The forces of contacts and frictions that hold at an instant; None where none hold.");
+          "The forces of contacts and frictions that hold at an instant; None where none hold.");
+    m.def("coulomb_problem", &coulomb_problem_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"), nb::arg("cones"),
+          "The forces of contacts and frictions by Coulomb's law, which may slip; None where none are found.");
     m.def("one_sided", &one_sided_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"),
           "The pushes of stops that only push; None where none open the gaps.");
     m.def("strike", &strike_of, nb::arg("thresholds"), nb::arg("law"), nb::arg("B"), nb::arg("before"),

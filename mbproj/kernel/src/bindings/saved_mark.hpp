@@ -19,7 +19,7 @@ template <class Contacts, class Visit> auto each_saved(Contacts& state, Visit&& 
     visit("straight", state.straight), visit("starting", state.starting);
     visit("sliding", state.sliding), visit("stuck", state.stuck);
     visit("pushing", state.pushing), visit("bearing", state.bearing);
-    visit("turning", state.turning);
+    visit("turning", state.turning), visit("turned", state.turned);
     visit("shares", state.shares), visit("shared", state.shared);
     visit("rubbed", state.rubbed), visit("decides", state.decides);
     visit("push", state.push), visit("fastest", state.fastest);
@@ -52,8 +52,11 @@ template <class T> T saved_from(const nb::dict& given) {
 // Of so many stops and frictions.
 inline ContactState contacts_from(const nb::dict& given, std::size_t coordinates) {
     auto state = saved_from<ContactState>(given);
-    const std::pair<const char*, std::vector<int>&> lists[] = {
-        {"held", state.held}, {"idle", state.idle}, {"straight", state.straight}, {"starting", state.starting}};
+    const std::pair<const char*, std::vector<int>&> lists[] = {{"held", state.held},
+                                                               {"idle", state.idle},
+                                                               {"straight", state.straight},
+                                                               {"starting", state.starting},
+                                                               {"turned", state.turned}};
     for (const auto& [name, list] : lists)
         for (const int k : list) index_below(k, coordinates, name);
     const std::pair<const char*, Numbered&> numbered[] = {{"sliding", state.sliding},

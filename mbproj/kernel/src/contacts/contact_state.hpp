@@ -85,7 +85,8 @@ inline bool has(const std::vector<int>& all, int k) { return std::find(all.begin
 // with their c or r. Where rows of stops depend on each other, some are held: each stop of `shares` pushes with parts
 // of their multipliers, unless it is `idle`; the motion may depend on that, `decides`. `bearing`: frictions at rest
 // without a row, with their part of the static force. `starting`, or going `straight` to rest: frictions in a plane
-// that keep their direction. `rubbed`: the part of each friction in `lost`. `shared`: contacts, numbered as in events,
+// that keep their direction. `turned`: frictions
+// whose slip has turned as it began. `rubbed`: the part of each friction in `lost`. `shared`: contacts, numbered as in events,
 // whose forces the motion does not determine.
 struct ContactState {
     std::vector<int> held;
@@ -95,7 +96,7 @@ struct ContactState {
     long events = 0;
     Numbered sliding, stuck, pushing, bearing, turning;
     std::vector<std::pair<int, Numbered>> shares;
-    std::vector<int> idle, straight, starting, shared;
+    std::vector<int> idle, straight, starting, shared, turned;
     std::vector<double> rubbed;
     bool decides = false;
 

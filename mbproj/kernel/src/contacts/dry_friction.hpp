@@ -223,6 +223,7 @@ private:
                                   first = (unit(soon, own, other) - ahead * rate).normalized();
             for (auto& [number, way] : next.sliding)
                 if (number == k || number == laws_[k].partner) way = first[number == k ? 0 : 1];
+            if (rate.norm() * ahead > thresholds_.slips && !has(next.turned, k)) next.turned.push_back(k);
             next.turning.emplace_back(k, rate[0]), next.turning.emplace_back(laws_[k].partner, rate[1]);
         }
         return true;

@@ -94,7 +94,7 @@ public:
             borne[row] = border_.moves(row) ? forces[rows[k].coordinate] : 0.0;
         }
         const Eigen::MatrixXd& B = border_.operator_of_rows();
-        if (!contact_problem(B, -B * borne, cones, 0.0, thresholds_, least)) return;
+        if (!contact_problem(B, -B * borne, cones, thresholds_, least)) return;
         for (std::size_t k = 0; k < rows.size(); ++k) forces[rows[k].coordinate] = least[static_cast<Eigen::Index>(k)];
     }
 

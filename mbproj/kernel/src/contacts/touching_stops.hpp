@@ -203,7 +203,7 @@ private:
         if (independent(B, stay, thresholds_.no_push).size() == stay.size()) return;
         std::vector<Cone> cones;
         for (int k = 0; k < static_cast<int>(stay.size()); ++k) cones.push_back({k, {}, 0.0, {}});
-        if (Vector y; contact_problem(B(stay, stay), b(stay), cones, 0.0, thresholds_, y)) z(stay) = y;
+        if (Vector y; contact_problem(B(stay, stay), b(stay), cones, thresholds_, y)) z(stay) = y;
     }
 
     // The state after impulses z.

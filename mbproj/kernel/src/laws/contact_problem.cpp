@@ -121,50 +121,43 @@ double most_along(const Numbers& u, const std::vector<Cone>& cones, double most)
 
 }  // namespace
 
-bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<Cone>& cones, double give,
+bool contact_problem(const DenseMatrix& B, const Numbers& b, const std::vector<Cone>& cones,
                      const Thresholds& thresholds, Numbers& y) {
     constexpr int most_passes = 100, most_tries = 20;  // of Newton's method; of passes that may not improve
     const Rows held = held_by(cones);
     const double scale = largest(b(held));
     y = Numbers::Zero(b.size());
     if (scale == 0.0) return true;
-    Rows wanted = held;
-    if (give == 0.0) {
-        SemidefiniteCholesky cholesky;
-        cholesky.factor(B(held, held), thresholds.no_push);
-        wanted.clear();
-        for (const auto k : cholesky.rows()) wanted.push_back(held[k]);
-        std::sort(wanted.begin(), wanted.end());
-    }
-    const auto count = static_cast<Eigen::Index>(wanted.size());
-    const DenseMatrix more = give * DenseMatrix::Identity(count, count), rows = B(wanted, Eigen::all);
-    const DenseMatrix own = B(wanted, wanted) + more;
-    DenseMatrix spread = B(Eigen::all, wanted);
-    if (give != 0.0) spread = DenseMatrix::Identity(b.size(), b.size())(Eigen::all, wanted);
+    Rows wanted;
+    SemidefiniteCholesky cholesky;
+    cholesky.factor(B(held, held), thresholds.no_push);
+    for (const auto k : cholesky.rows()) wanted.push_back(held[k]);
+    std::sort(wanted.begin(), wanted.end());
+    const DenseMatrix rows = B(wanted, Eigen::all), own = B(wanted, wanted), spread = B(Eigen::all, wanted);
     const Numbers b_wanted = b(wanted);
-    const auto left_over = [&](const Numbers& y, const Numbers& w) { return Numbers(b_wanted + rows * y + give * w); };
+    const auto left_over = [&](const Numbers& y) { return Numbers(b_wanted + rows * y); };
 
-    Numbers w = solved(rows * spread + more, -b_wanted);  // as if all forces were within their cones
+    Numbers w = solved(rows * spread, -b_wanted);  // as if all forces were within their cones
     Projection at(cones, b.size()), trial(cones, b.size());
     const double largest_push = 1e2 * largest(spread * w);
     at.of(spread * w);
-    Numbers off = left_over(at.y, w);
+    Numbers off = left_over(at.y);
     double damping = 0.0;
     bool leaps = false;
     for (int pass = 0, tries = most_tries; pass < most_passes; ++pass) {
         if (largest(off) <= thresholds.no_push * scale) {
             y = at.y;
-            return give != 0.0 || largest((b + B * y)(held)) <= std::sqrt(thresholds.no_push) * scale;
+            return largest((b + B * y)(held)) <= std::sqrt(thresholds.no_push) * scale;
         }
         // The residual is the gradient of a convex function. Where the function has no minimum, the residual becomes a
         // direction along which forces would have to do more work than they can (Farkas).
-        if (give == 0.0 && b_wanted.dot(off) > most_along(-spread * off, cones, largest_push)) return false;
-        const DenseMatrix left = rows * at.slope * spread + more;
+        if (b_wanted.dot(off) > most_along(-spread * off, cones, largest_push)) return false;
+        const DenseMatrix left = rows * at.slope * spread;
         Numbers w_trial, off_trial;
         while (true) {
             w_trial = w + least_squares(left + damping * own, -off);
             trial.of(spread * w_trial);
-            off_trial = left_over(trial.y, w_trial);
+            off_trial = left_over(trial.y);
             if (off_trial.norm() < off.norm() || leaps) break;
             damping = std::max(10.0 * damping, thresholds.rounding);
             if (damping > thresholds.damped_to) {  // no short step improves: some long ones leave this point

@@ -25,8 +25,8 @@ struct Cone {
 };
 
 // The forces y along all rows with which no held row accelerates: pushes, and tangents that stick. False where no forces within
-// the cones do that. B is symmetric. With a positive compliance `give`, in 1/kg, there always are forces.
-bool contact_problem(const Eigen::MatrixXd& B, const Eigen::VectorXd& b, const std::vector<Cone>& cones, double give,
+// the cones do that. B is symmetric.
+bool contact_problem(const Eigen::MatrixXd& B, const Eigen::VectorXd& b, const std::vector<Cone>& cones,
                      const Thresholds& thresholds, Eigen::VectorXd& y);
 
 }  // namespace mbproj

@@ -105,25 +105,24 @@ private:
     Vector b_, mobility_;
 };
 
-// Newton's method for one compliance, from `forces` on; steps that do not improve are halved.
+// Newton's method for one compliance, from `forces` on; steps that do not improve are halved. One more step follows the first
+// that is good enough.
 bool solve(const Law& law, double give, double pace, const Thresholds& thresholds, Vector& forces) {
     constexpr double shortest = 1e-3;
-    Vector r, r_trial;
+    Vector r, r_trial, trial;
     DenseMatrix slope, slope_trial;
     law.at(forces, give, pace, r, slope);
-    bool found = false;
     for (int step = 0; step < most_steps; ++step) {
-        if (std::exchange(found, r.norm() <= thresholds.no_push * std::min(1.0, pace) * largest(forces))) return true;
+        const bool there = r.norm() <= thresholds.no_push * std::min(1.0, pace) * largest(forces);
         const Vector change = least_squares(slope, -r);
-        for (double part = 1.0;; part *= 0.5) {
-            const Vector trial = forces + part * change;
+        for (double part = 1.0; part >= shortest; part *= 0.5) {
+            trial = forces + part * change;
             law.at(trial, give, pace, r_trial, slope_trial);
-            if (r_trial.norm() < r.norm() || part < shortest) {
-                forces = trial;
-                break;
-            }
+            if (there || r_trial.norm() < r.norm()) break;
         }
-        if (!forces.allFinite()) return false;
+        if (!trial.allFinite()) return there;
+        if (!there || r_trial.norm() < r.norm()) forces = trial;
+        if (there) return true;
         r = r_trial, slope.swap(slope_trial);
     }
     return false;
@@ -140,10 +139,12 @@ bool coulomb_problem(const DenseMatrix& B, const Vector& b, const std::vector<Co
     for (const int stride : {3, 1})
         for (const double pace : {10.0, 1.0, 100.0, 0.1}) {
             Vector forces = Vector::Zero(law.size());
-            int digits = first_digits;
-            while (solve(law, std::pow(10.0, -digits), pace, thresholds, forces) && digits < last_digits)
-                digits = std::min(digits + stride, last_digits);
-            if (digits < last_digits) continue;
+            bool found = true;
+            for (int digits = first_digits; found; digits = std::min(digits + stride, last_digits)) {
+                found = solve(law, std::pow(10.0, -digits), pace, thresholds, forces);
+                if (digits == last_digits) break;
+            }
+            if (!found) continue;
             y = law.spread(forces);
             a = b + B * y;
             return true;

@@ -139,8 +139,7 @@ bool FrictionBalance::all_hold(const Loads& loads, const Thresholds& thresholds,
     const auto solve = [&](const Vector& load, const Vector& given, Vector& y) {
         const Vector known = least + given;
         Vector found;
-        if (!contact_problem(B, b + B * known, cones(1.0 - thresholds.slips, 1.0 - margin, load), 0.0, thresholds,
-                             found))
+        if (!contact_problem(B, b + B * known, cones(1.0 - thresholds.slips, 1.0 - margin, load), thresholds, found))
             return false;
         return y = found + known, true;
     };
