@@ -49,7 +49,7 @@ def _as_drawn(compiled: Compiled, start: State, count: int, first: list[int]) ->
     """Return the state at which the scene draws the mechanism, closed, with no speed but that of its motions, and the
     rows left out there. The `start` and its rows `first` stand where that does not close, or where not exactly `count`
     rows depend on the others there."""
-    from mbproj.dynamics.rank.nearby import NO_CONDITIONS
+    from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 
     system, own = compiled.system, compiled.model.rows
     try:
