@@ -65,8 +65,8 @@ class Contact:
         1e-4,
         "1",
         "kernel",
-        "where feet that share a load neither all stick nor accelerate, it has just reached what they carry: they slip "
-        "as with static forces that are less by this part",
+        "feet that share a load and give way again and again at one time, though no slip is seen, slip as with static "
+        "forces that are less by this part",
         "a block of 5e-4 kg m² on two feet, tests/friction/planes/test_slips.py: with 1e-7 its slip is round-off",
     )
     pushes_along: float = threshold(

@@ -97,10 +97,10 @@ def test_bounces_take_their_part_of_the_sliding():
 @pytest.mark.parametrize("μ", [0.1, 0.3, 2.0])
 @pytest.mark.parametrize("e", [0.0, 0.5])
 def test_a_corner_strikes_the_floor(e, μ):
-    """In flight without weight; the impulse within the cone, at its edge where the corner slips."""
+    """By Newton's law, in flight without weight; the impulse within the cone, at its edge where the corner slips."""
     R, α, tilt, u, w = 0.5, 0.3, 0.2, 1.0, -2.0
     text = block(μ, tilt, R=R, α=α, gravity=0.0, velocity=(u, 0, w), e=e, above=0.1, duration=0.1)
-    _, recorded = run(text)
+    _, recorded = run(text.replace("simulation: {", "simulation: {impact_law: newton, "))
     (hit,) = recorded.of("impact")
     assert hit.name == "stop 'right'"
     b, h = R * np.sin(α), R * np.cos(α)

@@ -261,7 +261,7 @@ private:
         take(staying, closed, which);
         push.setZero(), opens.assign(opens.size(), true);
         const int number = std::max(met - static_cast<int>(laws_.size()), -1), rest = released ? -1 : number;
-        const bool gave_way = released && number >= 0 && next.met_often > 1;
+        const bool gave_way = released && number >= 0 && 2 * next.met_often > thresholds_.most_meetings;
         Vector pushes;
         Flags open;
         if (!friction_.settle(t, after_, turns, touching_.rows_of(closed), rest, !struck, gave_way, next, pushes, open))

@@ -36,7 +36,7 @@ public:
 
     // Decides what frictions do from y at t on, with whole turns, while these stops touch and stay closed. Sets the
     // pushes of the stops, how they share a load, and which of them may open. `met`: the friction that has come to
-    // rest, or -1; after an impact no friction is `known` to stick; `gave_way`: one has just done so at this time. Frictions at rest lose the rest of their velocity
+    // rest, or -1; after an impact no friction is `known` to stick; `gave_way`: frictions have done so often at this time. Frictions at rest lose the rest of their velocity
     // in y. With `own_walls`, walls have rows of their own. False where nothing can be decided.
     bool settle(double t, Vector& y, const std::vector<long>& turns, const std::vector<ContactRow>& closed, int met,
                 bool known, bool gave_way, ContactState& next, Vector& push, Flags& opens, bool own_walls = false) {

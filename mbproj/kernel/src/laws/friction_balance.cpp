@@ -169,8 +169,8 @@ bool FrictionBalance::slip(const Loads& loads, const Thresholds& thresholds, Vec
 // The forces y where not all frictions at rest can hold, and the accelerations with which these frictions slip. Where none does,
 // the load has just reached what they carry: the slip is that with a little less friction.
 bool FrictionBalance::yields(const Loads& loads, const Thresholds& thresholds, Vector& y, Vector& slip) const {
-    for (const double part : {1.0, 1.0 - thresholds.just_slips}) {
-        if (!coulomb(loads, thresholds, part, y, slip)) return false;
+    for (const double less : {0.0, 10.0 * thresholds.slips, gave_way ? thresholds.just_slips : 0.0}) {
+        if (!coulomb(loads, thresholds, 1.0 - less, y, slip)) return false;
         const double none = none_slips(thresholds, y);
         for (Index k = 0; k < count(); ++k)
             if (rests(k) && with_partner(slip, k) > none) return true;

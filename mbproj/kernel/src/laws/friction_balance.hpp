@@ -38,10 +38,11 @@ struct FrictionBalance {
     // acceleration that counts as round-off.
     Vector fixed, sliding, direction, still;
     std::vector<int> stop,
-        partner;            // for each friction, the stop whose push multiplies it, and the other tangent, or -1
-    Flags able;             // for each row, whether something can move along it
-    Flags up, down;         // for each friction, whether a wall can push that way along its row
-    bool gave_way = false;  // whether a friction has just given way here, though some share seemed to hold it
+        partner;     // for each friction, the stop whose push multiplies it, and the other tangent, or -1
+    Flags able;      // for each row, whether something can move along it
+    Flags up, down;  // for each friction, whether a wall can push that way along its row
+    bool gave_way =
+        false;  // whether frictions have given way often at this time, though some share seemed to hold them
 
     // False where no forces satisfy these laws.
     bool decide(const Loads& loads, const Thresholds& thresholds, Balanced& found);
