@@ -24,8 +24,8 @@ from .scene import Watched
 
 #: What a run says where it doubts its motion, as attributes of its results.
 DOUBTS = ("decided_by_shares", "stiffness", "passed_over", "halved")
-#: What a note says that doubts the motion, or the order of a method.
-MOTION = ("the motion may be wrong", "order")
+#: What a note says that doubts the motion, or the steps.
+MOTION = ("the motion may be wrong", "fixed steps do not resolve")
 #: What a run imports.
 PACKAGES = (
     "mbproj.cli.report",
