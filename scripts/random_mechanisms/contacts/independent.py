@@ -56,6 +56,10 @@ Rate = Callable[[float, Array, float], list[float]]
 Look = Callable[[float, Array, float], tuple[list[float], float]]
 
 
+#: How often pushes are looked at from one time to the next.
+LOOKS = 8
+
+
 @dataclass(frozen=True)
 class Solution:
     """What is compared, (T, k), what each is known to, (k,), and the smallest push at each time in N, (T,)."""
@@ -70,9 +74,11 @@ class Unsolved(Exception):
 
 
 def solve(rate: Rate, look: Look, start: list[float], times: Array) -> Solution:
-    """The motion at these times; valid until a push ends."""
-    found = [_motion(rate, look, start, times, width) for width in WIDTHS]
-    (coarse, _), (fine, push) = found
+    """The motion at these times; valid until a push ends, which may be between two of them."""
+    dense = np.interp(np.arange(LOOKS * (len(times) - 1) + 1) / LOOKS, np.arange(len(times)), times)
+    (coarse, _), (fine, pushes) = (_motion(rate, look, start, dense, width) for width in WIDTHS)
+    coarse, fine = coarse[::LOOKS], fine[::LOOKS]
+    push = np.append(pushes[:1], pushes[1:].reshape(-1, LOOKS).min(axis=1))
     ends = np.flatnonzero(push < 0.0)
     until = ends[0] if len(ends) else len(times)
     off = np.abs(coarse[:until] - fine[:until]).max(axis=0) if until else np.zeros(fine.shape[1])
