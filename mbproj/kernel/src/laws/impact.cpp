@@ -1,15 +1,45 @@
 // The laws of Newton, Poisson and Stronge.
 #include "laws/impact.hpp"
 
+#include "algebra/decompositions.hpp"
+#include "algebra/semidefinite.hpp"
+#include "laws/coulomb_problem.hpp"
 #include "laws/one_sided.hpp"
 
 namespace mbproj {
 
-Strike Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& before, const Vector& restitution,
+namespace {
+
+// The rates without the part that no impulse changes, where that is slower than rates at rest, `slow`: round-off of rows that
+// depend on each other. No impulses would end it, however large.
+Eigen::VectorXd changeable(const Eigen::MatrixXd& B, const Eigen::VectorXd& rate, const Eigen::VectorXd& slow,
+                           double none) {
+    std::vector<Eigen::Index> able;
+    for (Eigen::Index k = 0; k < rate.size(); ++k)
+        if (B(k, k) > 0.0) able.push_back(k);
+    const Eigen::VectorXd size = B.diagonal()(able).cwiseSqrt(), unit = size.cwiseInverse();
+    SemidefiniteCholesky cholesky;
+    cholesky.factor(unit.asDiagonal() * B(able, able) * unit.asDiagonal(), none);
+    if (cholesky.full()) return rate;
+    const Eigen::MatrixXd N = cholesky.root();
+    const Eigen::VectorXd own = size.cwiseProduct(N * least_squares(N, rate(able).cwiseProduct(unit)));
+    Eigen::VectorXd found = rate;
+    found(able) = own;
+    return ((rate - found).array().abs() <= slow.array()).all() ? found : rate;
+}
+
+}  // namespace
+
+Strike Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& rate, const Vector& restitution,
                       const Vector& slow, const Rubbing& rubbing, const std::vector<bool>& moves,
                       const Thresholds& thresholds) {
     rubbing_ = &rubbing, moves_ = &moves, thresholds_ = &thresholds;
-    taken = Vector::Zero(before.size());
+    taken = Vector::Zero(rate.size());
+    Vector rests(rate.size());
+    rests.head(slow.size()) = slow;
+    for (Eigen::Index k = 0; k < rubbing.size(); ++k)
+        rests[slow.size() + k] = slow[rubbing.by[static_cast<std::size_t>(k)]];
+    const Vector before = changeable(B, rate, rests, thresholds.no_push);
     const bool opens = law == ImpactLaw::newton    ? newton(B, before, restitution)
                        : law == ImpactLaw::poisson ? poisson(B, before, restitution)
                                                    : energetic(B, before, restitution, slow);
@@ -32,7 +62,27 @@ bool Impact::impulses(const Eigen::MatrixXd& B, const Vector& b, const Vector& g
         for (std::size_t k = 0; k < count; ++k)
             found[static_cast<Eigen::Index>(k)] = along[rubbing_->by[k]] + given[rubbing_->by[k]];
     };
-    return problem.forces(loads, *thresholds_, y);
+    if (problem.forces(loads, *thresholds_, y)) return true;
+    return given.isZero(0.0) && by_newtons_method(B, b, y);
+}
+
+// These impulses where changing one after the other does not converge: some rows depend on each other.
+bool Impact::by_newtons_method(const Eigen::MatrixXd& B, const Vector& b, Vector& y) const {
+    const auto stops = static_cast<int>(b.size() - rubbing_->size());
+    std::vector<Cone> cones;
+    for (int i = 0; i < stops; ++i) {
+        const auto able = [&](int row) { return (*moves_)[static_cast<std::size_t>(row)]; };
+        if (!able(i) && b[i] < 0.0) return false;
+        if (!able(i)) continue;
+        cones.push_back({i, {}, 0.0, {}});
+        for (int k = 0; k < static_cast<int>(rubbing_->size()); ++k) {
+            const auto at = static_cast<std::size_t>(k);
+            if (rubbing_->by[at] != i || !able(stops + k)) continue;
+            cones.back().tangents.push_back(stops + k), cones.back().most = rubbing_->coefficient[at];
+        }
+    }
+    Vector rate;
+    return coulomb_problem(B, b, cones, *thresholds_, y, rate);
 }
 
 // The speed of each struck stop after the impact is -e times that before, or larger where it is left. As far as friction allows,
