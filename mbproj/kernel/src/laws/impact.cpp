@@ -3,7 +3,6 @@
 
 #include "algebra/decompositions.hpp"
 #include "algebra/semidefinite.hpp"
-#include "laws/coulomb_problem.hpp"
 #include "laws/one_sided.hpp"
 
 namespace mbproj {
@@ -62,27 +61,7 @@ bool Impact::impulses(const Eigen::MatrixXd& B, const Vector& b, const Vector& g
         for (std::size_t k = 0; k < count; ++k)
             found[static_cast<Eigen::Index>(k)] = along[rubbing_->by[k]] + given[rubbing_->by[k]];
     };
-    if (problem.forces(loads, *thresholds_, y)) return true;
-    return given.isZero(0.0) && by_newtons_method(B, b, y);
-}
-
-// These impulses where changing one after the other does not converge: some rows depend on each other.
-bool Impact::by_newtons_method(const Eigen::MatrixXd& B, const Vector& b, Vector& y) const {
-    const auto stops = static_cast<int>(b.size() - rubbing_->size());
-    std::vector<Cone> cones;
-    for (int i = 0; i < stops; ++i) {
-        const auto able = [&](int row) { return (*moves_)[static_cast<std::size_t>(row)]; };
-        if (!able(i) && b[i] < 0.0) return false;
-        if (!able(i)) continue;
-        cones.push_back({i, {}, 0.0, {}});
-        for (int k = 0; k < static_cast<int>(rubbing_->size()); ++k) {
-            const auto at = static_cast<std::size_t>(k);
-            if (rubbing_->by[at] != i || !able(stops + k)) continue;
-            cones.back().tangents.push_back(stops + k), cones.back().most = rubbing_->coefficient[at];
-        }
-    }
-    Vector rate;
-    return coulomb_problem(B, b, cones, *thresholds_, y, rate);
+    return problem.forces(loads, *thresholds_, y);
 }
 
 // The speed of each struck stop after the impact is -e times that before, or larger where it is left. As far as friction allows,

@@ -31,7 +31,6 @@ private:
     bool energetic(const Eigen::MatrixXd& B, const Vector& before, const Vector& e, const Vector& slow);
     bool along_path(const Eigen::MatrixXd& B, const Vector& e);
     bool impulses(const Eigen::MatrixXd& B, const Vector& b, const Vector& given, Vector& y) const;
-    bool by_newtons_method(const Eigen::MatrixXd& B, const Vector& b, Vector& y) const;
     void work(const Eigen::MatrixXd& B, const Vector& before, const Vector& z);
 
     const Rubbing* rubbing_ = nullptr;
