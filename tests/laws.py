@@ -104,11 +104,11 @@ class Struck:
     lost: float
 
 
-def strike(law, A, speeds, restitution, coefficient=(), rubbing=()):
+def strike(law, A, speeds, restitution, coefficient=(), rubbing=(), off=0.0):
     """The impact of stops, of which the first rows of A are, then their tangents; None where the law has no answer.
-    `rubbing`: of each tangent its partner, or -1, and its stop."""
+    `rubbing`: of each tangent its partner, or -1, and its stop; `off`: the error of the rows' rates."""
     A, speeds = np.asarray(A), np.asarray(speeds)
-    own = _numbers(A @ A.T), _numbers(A @ speeds), _numbers(restitution), _numbers(coefficient)
+    own = _numbers(A @ A.T), _numbers(A @ speeds + off), _numbers(restitution), _numbers(coefficient)
     found = core().strike(_thresholds(), IMPACT_LAWS.index(law), *own, list(rubbing))
     if found is None:
         return None

@@ -48,3 +48,57 @@ def test_balls_that_bounce_on_each_other_come_to_rest_on_each_other(formulation,
     np.testing.assert_allclose(recorded["stops/force"][-1], [18.5, 8.5, 2.5], rtol=1e-9)
     fallen = 10.0 * (1.0 * 0.4 + 0.6 * 0.55 + 0.25 * 0.7)
     assert recorded["diagnostics/dissipation"][-1] == pytest.approx(fallen, rel=1e-9)
+
+
+#: A short arm that falls on a stop at the end of its range, where it stays or bounces.
+ARM = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {{duration: 4, output_step: 0.05, {steps}, formulation: {formulation}}}
+bodies:
+  arm: {{mass: 0.4, inertia: [1e-6, 3e-5, 3e-5], position: [0.025, 0, 0]}}
+joints:
+  hip: {{type: revolute, bodies: [ground, arm], location: [0, 0, 0], axis: [0, 1, 0], speed: 2.0,
+        limits: {{angle: {{range: [-0.5, {high}], rigid: true, restitution: {e}}}}}}}
+"""
+#: A wheel that turns between two stops, more than a turn from each other.
+WHEEL = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {{duration: 9, output_step: 0.05, {steps}, formulation: {formulation}}}
+bodies:
+  wheel: {{mass: 3, inertia: [0.2, 0.3, 0.2], position: [0, 0, 0]}}
+joints:
+  axle: {{type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0], speed: 11,
+         limits: {{angle: {{range: [-4, 9], rigid: true, restitution: 0.7}}}}}}
+"""
+CONTROLLED = [f"integrator: {name}, tolerance: 1.0e-9" for name in ("dop853", "dopri5", "radau5")]
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize(("steps", "e"), [(steps, 0.0) for steps in CONTROLLED] + [(CONTROLLED[0], 0.4)])
+def test_an_angle_at_rest_behind_an_impact_gains_no_turns(steps, e, formulation):
+    """Steps at rest are so long that the rate before the impact would turn by whole turns in one."""
+    for high in np.linspace(0.9, 1.3, 5):
+        _, recorded = run(ARM.format(steps=steps, e=e, formulation=formulation, high=high))
+        met = recorded.of("rest" if e else "impact")[-1].time
+        rests = recorded["time"] > met
+        assert recorded["diagnostics/step_size"][rests].max() > 0.3
+        np.testing.assert_allclose(recorded["joints/coordinate"][rests, 0], high, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(recorded["stops/gap"][rests], [[0.5 + high, 0.0]] * rests.sum(), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+def test_a_wheel_between_stops_is_followed_through_its_turns(formulation):
+    """Its angle is piecewise linear: each impact keeps 0.7 of the speed, and turns it."""
+    steps = "integrator: dop853, tolerance: 1.0e-9"
+    _, recorded = run(WHEEL.format(steps=steps, formulation=formulation))
+    times, angles, speed = [0.0], [0.0], 11.0
+    while times[-1] < 9.0:
+        end = 9.0 if speed > 0.0 else -4.0
+        times.append(times[-1] + (end - angles[-1]) / speed)
+        angles.append(end)
+        speed *= -0.7
+    assert len(recorded.of("impact")) == len(times) - 2 > 3
+    expected = np.interp(recorded["time"], times, angles)
+    np.testing.assert_allclose(recorded["joints/coordinate"][:, 0], expected, rtol=0, atol=1e-7)

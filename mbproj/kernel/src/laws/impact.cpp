@@ -1,15 +1,44 @@
 // The laws of Newton, Poisson and Stronge.
 #include "laws/impact.hpp"
 
+#include "algebra/decompositions.hpp"
+#include "algebra/semidefinite.hpp"
 #include "laws/one_sided.hpp"
 
 namespace mbproj {
 
-Strike Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& before, const Vector& restitution,
+namespace {
+
+// The rates without the part that no impulse changes, where that is slower than rates at rest, `slow`: round-off of rows that
+// depend on each other. No impulses would end it, however large.
+Eigen::VectorXd changeable(const Eigen::MatrixXd& B, const Eigen::VectorXd& rate, const Eigen::VectorXd& slow,
+                           double none) {
+    std::vector<Eigen::Index> able;
+    for (Eigen::Index k = 0; k < rate.size(); ++k)
+        if (B(k, k) > 0.0) able.push_back(k);
+    const Eigen::VectorXd size = B.diagonal()(able).cwiseSqrt(), unit = size.cwiseInverse();
+    SemidefiniteCholesky cholesky;
+    cholesky.factor(unit.asDiagonal() * B(able, able) * unit.asDiagonal(), none);
+    if (cholesky.full()) return rate;
+    const Eigen::MatrixXd N = cholesky.root();
+    const Eigen::VectorXd own = size.cwiseProduct(N * least_squares(N, rate(able).cwiseProduct(unit)));
+    Eigen::VectorXd found = rate;
+    found(able) = own;
+    return ((rate - found).array().abs() <= slow.array()).all() ? found : rate;
+}
+
+}  // namespace
+
+Strike Impact::strike(ImpactLaw law, const Eigen::MatrixXd& B, const Vector& rate, const Vector& restitution,
                       const Vector& slow, const Rubbing& rubbing, const std::vector<bool>& moves,
                       const Thresholds& thresholds) {
     rubbing_ = &rubbing, moves_ = &moves, thresholds_ = &thresholds;
-    taken = Vector::Zero(before.size());
+    taken = Vector::Zero(rate.size());
+    Vector rests(rate.size());
+    rests.head(slow.size()) = slow;
+    for (Eigen::Index k = 0; k < rubbing.size(); ++k)
+        rests[slow.size() + k] = slow[rubbing.by[static_cast<std::size_t>(k)]];
+    const Vector before = changeable(B, rate, rests, thresholds.no_push);
     const bool opens = law == ImpactLaw::newton    ? newton(B, before, restitution)
                        : law == ImpactLaw::poisson ? poisson(B, before, restitution)
                                                    : energetic(B, before, restitution, slow);

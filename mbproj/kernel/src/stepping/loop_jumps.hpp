@@ -21,6 +21,7 @@ protected:
         if (!met) stop({Status::undecided, now_.t});
         if (!met || !goes_on) return false;
         stops_.set_start(now_.t, now_.y, counted_.turns);
+        turns_.take_speeds(counted_);
         go_on();
         return true;
     }
@@ -75,7 +76,7 @@ protected:
 
     using Parts::begin_balance, Parts::steps_, Parts::equations_, Parts::stepper_, Parts::schedule_, Parts::now_;
     using Parts::counted_, Parts::stops_, Parts::is_asked, Parts::acted_, Parts::stop, Parts::stop_at, Parts::events;
-    using Parts::trial_, Parts::go_on;
+    using Parts::trial_, Parts::turns_, Parts::go_on;
 };
 
 }  // namespace mbproj

@@ -48,6 +48,12 @@ public:
         return counted;
     }
 
+    // After velocities have jumped, those in place: turns are counted on from the rates after the jump.
+    void take_speeds(Counted& counted) const {
+        for (const Counting& each : counting_)
+            counted.angles[each.coordinate].speed = equations_.angle(each.coordinate).speed;
+    }
+
     // Before the state y at a time is closed: sets angles that are followed and driven to the values of their motions.
     void lead(double t, Vector& y) const {
         if (!followed_.size || model_.driven.empty()) return;
