@@ -1,8 +1,8 @@
 """How far each body's centre of mass can be from points of the ground, for any pose that closes the joints.
 
 A path of links and rods reaches no farther than it is long. So a body's centre lies in a ball about each point of the
-ground that a joint holds, whose radius is the length of the shortest path there: within a body from point to point,
-along a rod its length, through joints that hold two points together nothing. A joint that slides has the length at
+ground that a joint holds. The radius is the length of the shortest path there: within a body from point to point, along
+a rod its length, through joints that hold two points together nothing. A joint that slides has the length at
 which it is held or driven. Where it is free it may slide as far as all lengths of the mechanism together, which loops
 of links do not exceed.
 """

@@ -40,8 +40,8 @@ def _stresses(system: System, pose: Pose) -> tuple[Array, Array]:
 
 
 def unique_components(system: System, state: State) -> dict[str, Array | Marks]:
-    """Return whether each component of the joints' reactions is unique, (nj, 3), and the projections (nj, 3, 3) on the
-    directions along which they are not, by the path in a results file.
+    """Return, by the path in a results file, whether each component of the joints' reactions is unique, (nj, 3). Beside
+    it are the projections (nj, 3, 3) on the directions along which they are not.
 
     A component is unique if it is so at the start and, for few bodies, at poses nearby. The result is empty where a
     loop has too many bodies for a decision."""

@@ -7,10 +7,8 @@ from math import inf
 import numpy as np
 import pytest
 
-from mbproj import read_scene_text, settings_to_run
+from mbproj import Mechanism, read_scene_text, settings_to_run, simulate_certified
 from mbproj.cli.report.trust import lines_on
-from mbproj.studies.certify.certified import simulate_certified
-from mbproj.studies.measure.mechanism import Mechanism
 from tests.friction.known.closed_forms import Belt
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box
 from tests.kernel.scenes import needs_kernel

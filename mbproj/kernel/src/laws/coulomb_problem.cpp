@@ -108,15 +108,15 @@ private:
 // Newton's method for one compliance, from `forces` on; steps that do not improve are halved. One more step follows the first
 // that is good enough.
 bool solve(const Law& law, double give, double pace, const Thresholds& thresholds, Vector& forces) {
-    constexpr double shortest = 1e-3;
+    constexpr int most_halvings = 9;
     Vector r, r_trial, trial;
     DenseMatrix slope, slope_trial;
     law.at(forces, give, pace, r, slope);
     for (int step = 0; step < most_steps; ++step) {
         const bool there = r.norm() <= thresholds.no_push * std::min(1.0, pace) * largest(forces);
         const Vector change = least_squares(slope, -r);
-        for (double part = 1.0; part >= shortest; part *= 0.5) {
-            trial = forces + part * change;
+        for (int halvings = 0; halvings <= most_halvings; ++halvings) {
+            trial = forces + std::ldexp(1.0, -halvings) * change;
             law.at(trial, give, pace, r_trial, slope_trial);
             if (there || r_trial.norm() < r.norm()) break;
         }
