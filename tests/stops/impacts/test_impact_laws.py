@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mbproj.cli import mbproj
@@ -119,6 +119,7 @@ def test_sliding_that_comes_to_stick_is_that_of_routh(e):
 
 @given(st.integers(0, 10_000), st.sampled_from([1, 2]), st.floats(0.0, 2.0), st.floats(0.0, 1.0))
 @settings(deadline=None, max_examples=60)
+@example(0, 1, 2.225e-309, 1.0)  # next to nothing
 def test_the_energetic_law_gives_back_its_part_and_creates_none(seed, k, coefficient, e):
     A, speeds = falling(np.random.default_rng(seed), k)
     B, u = A @ A.T, A @ speeds

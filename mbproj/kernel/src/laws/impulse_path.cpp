@@ -43,7 +43,7 @@ public:
                 rough.tangents.push_back(stops_ + k);
                 rough.most = rubbing.coefficient[of(k)] * push[i];
             }
-            if (rough.most > 0.0) rough_.push_back(rough);
+            if (rough.most > thresholds_.no_digits * push[i]) rough_.push_back(rough);
         }
     }
 
@@ -267,7 +267,8 @@ bool follow_impulse(const DenseMatrix& B, const Vector& u, const Vector& push, c
     Path path(unit, wanted, restitution, rubbing, moves, thresholds);
     Vector y = path.start(u.cwiseProduct(scale) / speed);
     if (!path.follow([&](const Vector& at) { return path.power(at); }, y)) return false;
-    path.follow([&](const Vector& at) { return path.given_back(at); }, y);
+    if ((restitution.array() > 0.0).any())  // the round-off of nothing that is to be given back would be a bounce
+        path.follow([&](const Vector& at) { return path.given_back(at); }, y);
     impulse = y.segment(size, size).cwiseProduct(scale) * speed;
     work = y.segment(2 * size, size) * (speed * speed);
     return true;
