@@ -20,8 +20,8 @@ SMALLEST = 0.1
 BOOKS, LAWS = 1e-4, 1e-6
 #: A gap in m, a speed in m/s that are none.
 NO_GAP, NO_SPEED = 1e-9, 1e-6
-#: Up to this part of the largest speed a slip keeps its direction, as it begins and as it ends: some `straight_speed`.
-SLOW = 1e-4
+#: Up to this speed in m/s a slip keeps its direction, as it begins and as it ends: 3 × `straight_speed` of speeds up to 1.
+SLOW = 3e-5
 #: Where the independent solution is not known to this part of what is compared, a branch decides: no case.
 UNKNOWN = 1e-2
 
