@@ -20,7 +20,7 @@ SMALLEST = 0.1
 BOOKS, LAWS = 1e-4, 1e-6
 #: A gap in m, a speed in m/s that are none.
 NO_GAP, NO_SPEED = 1e-9, 1e-6
-#: Up to this speed in m/s a slip keeps its direction, as it begins and as it ends: 3 × `straight_speed` of speeds up to 1.
+#: Up to this speed in m/s a slip may keep its direction, as it begins and as it ends (`straight_speed`).
 SLOW = 3e-5
 #: Where the independent solution is not known to this part of what is compared, a branch decides: no case.
 UNKNOWN = 1e-2
@@ -108,7 +108,7 @@ def contact(laws: dict[str, Law], outcome: Outcome) -> Iterator[Found]:
         yield "what sticks moves", (speed * sticks).max(), NO_SPEED, name
         power = (F * u).sum(axis=1).max()
         yield "friction pushes along the slip", power, 10.0 * LAWS * largest * NO_SPEED + 1e-12, name
-        slides = speed > NO_SPEED
+        slides = speed > SLOW
         if slides.any():
             mu = law.slides + (law.static - law.slides) * (
                 np.exp(-((speed / law.stribeck) ** 2)) if law.stribeck else 0.0
