@@ -49,7 +49,7 @@ def main() -> int:
             ["-m", "pytest", "-n", "2", "-k", NOT_BY_THE_CLOCK, *asked.tests],
             ["scripts/random_impacts.py", "--count", str(asked.scenes), *seed],
         ):
-            ended = subprocess.run([sys.executable, *command], cwd=copy, env=environment(), check=False).returncode
+            ended = subprocess.run([sys.executable, *command], cwd=copy, env=environment(copy), check=False).returncode
             if ended:
                 return ended
         return crashes(copy, ["scripts/random_campaign.py", *contacts, "--seconds", "200"])
@@ -57,7 +57,7 @@ def main() -> int:
 
 def crashes(copy: Path, campaign: list[str]) -> int:
     """How many scenes of a campaign ended by a signal: it judges the motion too, which is not the question here."""
-    told = subprocess.run([sys.executable, *campaign], cwd=copy, env=environment(), check=False, capture_output=True)
+    told = subprocess.run([sys.executable, *campaign], cwd=copy, env=environment(copy), check=False, capture_output=True)
     print(told.stdout.decode(), told.stderr.decode(), sep="\n")
     return sum(line.startswith("signal") for line in told.stdout.decode().splitlines())
 
@@ -94,7 +94,7 @@ def compile_sanitized(copy: Path) -> None:
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
 
-def environment() -> dict[str, str]:
+def environment(copy: Path) -> dict[str, str]:
     """The runtime of the sanitizers comes first into the process, which is not compiled with them, and with it that of
     C++, whose exceptions it looks for at the start. Python frees little when it ends, so that leaks cannot be told from
     its own."""
@@ -108,6 +108,7 @@ def environment() -> dict[str, str]:
         "ASAN_OPTIONS": "detect_leaks=0",
         "UBSAN_OPTIONS": "print_stacktrace=1",
         "MBPROJ_KERNEL": "1",
+        "PYTHONPATH": str(copy),  # not the package that is installed
     }
 
 
