@@ -57,7 +57,9 @@ def main() -> int:
 
 def crashes(copy: Path, campaign: list[str]) -> int:
     """How many scenes of a campaign ended by a signal: it judges the motion too, which is not the question here."""
-    told = subprocess.run([sys.executable, *campaign], cwd=copy, env=environment(copy), check=False, capture_output=True)
+    told = subprocess.run(
+        [sys.executable, *campaign], cwd=copy, env=environment(copy), check=False, capture_output=True
+    )
     print(told.stdout.decode(), told.stderr.decode(), sep="\n")
     return sum(line.startswith("signal") for line in told.stdout.decode().splitlines())
 
