@@ -1,8 +1,9 @@
-// The laws of contacts and dry friction at an instant, with NumPy arrays: for tests.
+// The laws of contacts and dry friction at an instant, and the decompositions that they use, with NumPy arrays: for tests.
 #pragma once
 
 #include <nanobind/stl/pair.h>
 
+#include "algebra/decompositions.hpp"
 #include "bindings/loads_from_numpy.hpp"
 #include "laws/coulomb_problem.hpp"
 #include "laws/impact.hpp"
@@ -141,7 +142,52 @@ inline nb::object forces_of(const Thresholds& thresholds, const BalanceNumbers& 
     return array_of_vector(y);
 }
 
+// Q R of Y: the nearest w - Yλ with Yᵀ(w - Yλ) = c, and λ.
+inline nb::object nearest_of(const Numbers2& Y, const Numbers1& w, const Numbers1& c) {
+    require(w, {Y.shape(0)}, "w"), require(c, {Y.shape(1)}, "c");
+    if (Y.shape(0) < Y.shape(1)) refuse("Y", "has more columns than rows");
+    PivotedQr qr;
+    qr.factor(matrix(Y, "Y"));
+    Eigen::VectorXd moved = vector(w, "w"), lambda;
+    qr.solve(moved, vector(c, "c"), lambda);
+    return nb::make_tuple(array_of_vector(moved), array_of_vector(lambda));
+}
+
+inline int determinant_sign_of(int size, const std::vector<std::tuple<int, int, double>>& given) {
+    std::vector<Entry> entries;
+    for (const auto& [row, column, value] : given)
+        entries.push_back({index_below(row, size, "row"), index_below(column, size, "column"), value});
+    return determinant_sign(size, entries);
+}
+
+// Of a symmetric matrix of three rows: its least and largest eigenvalue, R with RᵀR = A, K⁻¹ with A = K Kᵀ, and |A⁻¹|.
+inline nb::object small_decompositions_of(const Numbers2& given) {
+    require(given, {3, 3}, "A");
+    const Matrix<3, 3> A = matrix_at<3, 3>(given.data()), R = root<3>(A), inverse = inverse_root<3>(A);
+    const auto rows = [](const Matrix<3, 3>& of) {
+        const Matrix<3, 3> by_rows = of.transpose();
+        return array_of(std::vector<double>(by_rows.begin(), by_rows.end()), 3, 3);
+    };
+    const auto [least, most] = eigenvalue_range<3>(A);
+    return nb::make_tuple(least, most, rows(R), rows(inverse), norm_of_inverse<3>(A));
+}
+
+inline void add_decompositions(nb::module_& m) {
+    m.def("solved", [](const Numbers2& A, const Numbers1& b) {
+        require(A, {b.size(), b.size()}, "A");
+        return array_of_vector(solved(matrix(A, "A"), vector(b, "b")));
+    });
+    m.def("least_squares", [](const Numbers2& A, const Numbers1& b) {
+        require(A, {b.size(), A.shape(1)}, "A");
+        return array_of_vector(least_squares(matrix(A, "A"), vector(b, "b")));
+    });
+    m.def("nearest", &nearest_of);
+    m.def("determinant_sign", &determinant_sign_of);
+    m.def("small_decompositions", &small_decompositions_of);
+}
+
 inline void add_laws(nb::module_& m) {
+    add_decompositions(m);
     m.def("contact_problem", &contact_problem_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"), nb::arg("cones"),
           "The forces of contacts and frictions that hold at an instant; None where none hold.");
     m.def("coulomb_problem", &coulomb_problem_of, nb::arg("thresholds"), nb::arg("B"), nb::arg("b"), nb::arg("cones"),

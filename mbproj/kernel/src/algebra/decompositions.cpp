@@ -1,0 +1,354 @@
+// Decompositions of matrices.
+#include "algebra/decompositions.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "algebra/cholesky.hpp"
+
+namespace mbproj {
+
+namespace {
+
+using DenseMatrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+using Index = Eigen::Index;
+
+constexpr double epsilon = std::numeric_limits<double>::epsilon();
+
+// 0 x = 0 has the solution 0.
+double quotient(double a, double b) { return a == 0.0 ? 0.0 : a / b; }
+
+// P A = L U with partial pivoting, by outer products (Golub & Van Loan, alg. 3.4.1).
+class Lu final {
+public:
+    explicit Lu(const DenseMatrix& A) : LU_(A), pivots_(A.rows()) {
+        const Index size = LU_.rows();
+        for (Index k = 0; k < size; ++k) {
+            Index pivot = k;
+            for (Index i = k + 1; i < size; ++i)
+                if (std::abs(LU_(i, k)) > std::abs(LU_(pivot, k))) pivot = i;
+            pivots_[k] = pivot;
+            if (LU_(pivot, k) == 0.0) continue;
+            if (pivot != k)
+                for (Index j = 0; j < size; ++j) std::swap(LU_(k, j), LU_(pivot, j));
+            for (Index i = k + 1; i < size; ++i) LU_(i, k) /= LU_(k, k);
+            for (Index j = k + 1; j < size; ++j)
+                for (Index i = k + 1; i < size; ++i) LU_(i, j) -= LU_(i, k) * LU_(k, j);
+        }
+    }
+
+    // x = A⁻¹ x.
+    void solve(double* x) const {
+        const Index size = LU_.rows();
+        for (Index k = 0; k < size; ++k) std::swap(x[k], x[pivots_[k]]);
+        for (Index j = 0; j < size; ++j)
+            for (Index i = j + 1; i < size; ++i) x[i] -= x[j] * LU_(i, j);
+        for (Index j = size; j-- > 0;) {
+            x[j] = quotient(x[j], LU_(j, j));
+            for (Index i = 0; i < j; ++i) x[i] -= x[j] * LU_(i, j);
+        }
+    }
+
+private:
+    DenseMatrix LU_;
+    std::vector<Index> pivots_;
+};
+
+// The reflection 1 - τ v vᵀ that leaves of x only its first number.
+struct Reflection {
+    double tau, first;
+};
+// Turns x into v, whose first number is 1 (Golub & Van Loan, alg. 5.1.1, with the sign that cancels no digits).
+Reflection reflection(double* x, Index size) {
+    double rest = 0.0;
+    for (Index i = 1; i < size; ++i) rest += x[i] * x[i];
+    const double first = x[0];
+    x[0] = 1.0;
+    if (rest <= std::numeric_limits<double>::min()) {
+        std::fill(x + 1, x + size, 0.0);
+        return {0.0, first};
+    }
+    const double length = std::sqrt(first * first + rest), now = first >= 0.0 ? -length : length;
+    for (Index i = 1; i < size; ++i) x[i] /= first - now;
+    return {(now - first) / now, now};
+}
+
+// Reflects the numbers first, rest[1], rest[2], ... by v.
+void apply(double tau, const double* v, Index size, double& first, double* rest) {
+    if (tau == 0.0) return;
+    double along = 0.0;
+    for (Index i = 1; i < size; ++i) along += v[i] * rest[i];
+    along += first;
+    first -= tau * along;
+    for (Index i = 1; i < size; ++i) rest[i] -= along * (tau * v[i]);
+}
+
+// The eigenvalues of a symmetric matrix, ascending, and their unit vectors.
+template <int N> struct Principal {
+    Column<N> values;
+    Matrix<N, N> axes;
+};
+
+// By Jacobi's rotations, each of which makes an entry beside the diagonal 0 (Golub & Van Loan, alg. 8.5.1 and 8.5.3).
+template <int N> Principal<N> principal(Matrix<N, N> A) {
+    constexpr int most_sweeps = 30;  // convergence is quadratic: four or five are usual
+    Matrix<N, N> axes = Matrix<N, N>::Identity();
+    bool turned = N > 1;
+    for (int sweep = 0; turned && sweep < most_sweeps; ++sweep) {
+        turned = false;
+        for (int p = 0; p < N; ++p)
+            for (int q = p + 1; q < N; ++q) {
+                if (!(std::abs(A(p, q)) > epsilon * std::sqrt(std::abs(A(p, p))) * std::sqrt(std::abs(A(q, q)))))
+                    continue;
+                turned = true;
+                const double half = 0.5 * (A(q, q) - A(p, p)) / A(p, q);
+                const double tangent = std::copysign(1.0, half) / (std::abs(half) + std::sqrt(1.0 + half * half));
+                const double c = 1.0 / std::sqrt(1.0 + tangent * tangent), s = tangent * c;
+                const auto rotate = [c, s](double& x, double& y) {
+                    const double before = x;
+                    x = c * before - s * y;
+                    y = s * before + c * y;
+                };
+                A(p, p) -= tangent * A(p, q);
+                A(q, q) += tangent * A(p, q);
+                A(p, q) = A(q, p) = 0.0;
+                for (int k = 0; k < N; ++k) {
+                    rotate(axes(k, p), axes(k, q));
+                    if (k == p || k == q) continue;
+                    rotate(A(k, p), A(k, q));
+                    A(p, k) = A(k, p), A(q, k) = A(k, q);
+                }
+            }
+    }
+    int order[N];
+    std::iota(order, order + N, 0);
+    std::stable_sort(order, order + N, [&A](int i, int j) { return A(i, i) < A(j, j); });
+    Principal<N> found;
+    for (int k = 0; k < N; ++k) {
+        found.values[k] = A(order[k], order[k]);
+        found.axes.col(k) = axes.col(order[k]);
+    }
+    return found;
+}
+
+}  // namespace
+
+Vector solved(const DenseMatrix& A, const Vector& b) {
+    Vector x = b;
+    Lu(A).solve(x.data());
+    return x;
+}
+
+DenseMatrix solved_columns(const DenseMatrix& A, const DenseMatrix& B) {
+    DenseMatrix X = B;
+    const Lu lu(A);
+    for (Index c = 0; c < X.cols(); ++c) lu.solve(X.data() + c * X.rows());
+    return X;
+}
+
+Vector least_squares(const DenseMatrix& A, const Vector& b) {
+    PivotedQr qr;
+    qr.factor(A);
+    return qr.least_squares(b);
+}
+
+// Gaussian elimination with partial pivoting. Each row is kept from its first number that is not 0 to its last, so that the
+// work follows the profile of the matrix. Rows wait at the column in which they begin.
+int determinant_sign(int size, const std::vector<Entry>& entries) {
+    std::vector<std::vector<double>> rows(size);
+    std::vector<std::vector<int>> waiting(size);
+    std::vector<int> first(size, size), end(size, 0), row_of(size);
+    const auto wait = [&](int row) {
+        std::vector<double>& own = rows[row];
+        const auto begin = std::find_if(own.begin(), own.end(), [](double x) { return x != 0.0; });
+        if (begin == own.end()) return false;
+        first[row] += static_cast<int>(begin - own.begin());
+        own.erase(own.begin(), begin);
+        waiting[first[row]].push_back(row);
+        return true;
+    };
+    for (const Entry& each : entries) {
+        first[each.row] = std::min(first[each.row], each.column);
+        end[each.row] = std::max(end[each.row], each.column + 1);
+    }
+    for (int row = 0; row < size; ++row) rows[row].resize(std::max(end[row] - first[row], 0));
+    for (const Entry& each : entries) rows[each.row][each.column - first[each.row]] = each.value;
+    for (int row = 0; row < size; ++row)
+        if (!wait(row)) return 0;
+    int sign = 1;
+    for (int column = 0; column < size; ++column) {
+        const std::vector<int>& here = waiting[column];
+        if (here.empty()) return 0;
+        const int pivot = row_of[column] = *std::max_element(
+            here.begin(), here.end(), [&](int r, int s) { return std::abs(rows[r][0]) < std::abs(rows[s][0]); });
+        const std::vector<double>& by = rows[pivot];
+        if (by[0] < 0.0) sign = -sign;
+        for (const int row : here) {
+            if (row == pivot) continue;
+            std::vector<double>& own = rows[row];
+            if (own.size() < by.size()) own.resize(by.size());
+            const double factor = own[0] / by[0];
+            own[0] = 0.0;
+            for (std::size_t k = 1; k < by.size(); ++k) own[k] -= factor * by[k];
+            if (!wait(row)) return 0;
+        }
+    }
+    // The sign of the order of the pivots: each exchange changes it.
+    for (int k = 0; k < size; ++k)
+        for (; row_of[k] != k; sign = -sign) std::swap(row_of[k], row_of[row_of[k]]);
+    return sign;
+}
+
+void PivotedQr::factor(const DenseMatrix& Y) {
+    rows_ = Y.rows(), columns_ = Y.cols(), size_ = std::min(rows_, columns_);
+    R_.resize(rows_ * columns_), v_.resize(rows_ * size_), tau_.resize(size_), pivots_.resize(columns_);
+    for (Index i = 0; i < rows_; ++i)
+        for (Index j = 0; j < columns_; ++j) R(i, j) = Y(i, j);
+    std::iota(pivots_.begin(), pivots_.end(), 0);
+    const auto length_from = [this](Index row, Index column) {
+        double sum = 0.0;
+        for (Index i = row; i < rows_; ++i) sum += R(i, column) * R(i, column);
+        return std::sqrt(sum);
+    };
+    // The lengths of the columns below row k, and what they were when they were last computed from their numbers.
+    std::vector<double> length(columns_), computed, along(columns_);
+    for (Index j = 0; j < columns_; ++j) length[j] = length_from(0, j);
+    computed = length;
+    for (Index k = 0; k < size_; ++k) {
+        const Index pivot = std::max_element(length.begin() + k, length.end()) - length.begin();
+        if (pivot != k) {
+            for (Index i = 0; i < rows_; ++i) std::swap(R(i, k), R(i, pivot));
+            std::swap(length[k], length[pivot]);
+            std::swap(computed[k], computed[pivot]);
+            std::swap(pivots_[k], pivots_[pivot]);
+        }
+        double* const v = &v_[k * rows_];
+        for (Index i = k; i < rows_; ++i) v[i] = R(i, k);
+        const Reflection found = reflection(v + k, rows_ - k);
+        tau_[k] = found.tau, R(k, k) = found.first;
+        if (found.tau != 0.0) {
+            std::fill(along.begin() + k, along.end(), 0.0);
+            for (Index i = k + 1; i < rows_; ++i)
+                for (Index j = k + 1; j < columns_; ++j) along[j] += v[i] * R(i, j);
+            for (Index j = k + 1; j < columns_; ++j) {
+                along[j] += R(k, j);
+                R(k, j) -= found.tau * along[j];
+            }
+            for (Index i = k + 1; i < rows_; ++i)
+                for (Index j = k + 1; j < columns_; ++j) R(i, j) -= along[j] * (found.tau * v[i]);
+        }
+        for (Index j = k + 1; j < columns_; ++j) {
+            if (length[j] == 0.0) continue;
+            const double part = std::abs(R(k, j)) / length[j], rest = std::max((1.0 + part) * (1.0 - part), 0.0);
+            const double since = length[j] / computed[j];
+            // The difference has lost half of its digits (Drmač & Bujanović, LAPACK Working Note 176).
+            if (rest * (since * since) <= std::sqrt(epsilon))
+                length[j] = computed[j] = length_from(k + 1, j);
+            else
+                length[j] *= std::sqrt(rest);
+        }
+    }
+}
+
+Index PivotedQr::rank() const {
+    double most = 0.0;
+    for (Index k = 0; k < size_; ++k) most = std::max(most, std::abs(R(k, k)));
+    Index found = 0;
+    while (found < size_ && std::abs(R(found, found)) > epsilon * static_cast<double>(size_) * most) ++found;
+    return found;
+}
+
+void PivotedQr::reflect(Index k, Vector& x) const { apply(tau_[k], &v_[k * rows_ + k], rows_ - k, x[k], &x[k]); }
+
+// R = (T 0) Z of the independent rows (Golub & Van Loan 5.5.5), reflected from the right.
+Vector PivotedQr::least_squares(Vector b) const {
+    const Index rank = this->rank(), beyond = columns_ - rank;
+    for (Index k = 0; k < rank; ++k) reflect(k, b);
+    std::vector<double> T(R_.begin(), R_.begin() + rank * columns_), z(rank * (beyond + 1)), tau(rank);
+    const auto t = [&](Index row) { return T.data() + row * columns_; };
+    for (Index k = rank; beyond > 0 && k-- > 0;) {
+        double* const own = &z[k * (beyond + 1)];
+        own[0] = t(k)[k];
+        std::copy(t(k) + rank, t(k) + columns_, own + 1);
+        const Reflection found = reflection(own, beyond + 1);
+        tau[k] = found.tau, t(k)[k] = found.first;
+        for (Index i = 0; i < k; ++i) apply(found.tau, own, beyond + 1, t(i)[k], t(i) + rank - 1);
+    }
+    Vector y = Vector::Zero(columns_), x(columns_);
+    for (Index i = rank; i-- > 0;) {
+        y[i] = b[i];
+        for (Index j = rank; --j > i;) y[i] -= t(i)[j] * y[j];
+        y[i] /= t(i)[i];
+    }
+    for (Index k = 0; k < rank; ++k)
+        if (beyond > 0) apply(tau[k], &z[k * (beyond + 1)], beyond + 1, y[k], y.data() + rank - 1);
+    for (Index k = 0; k < columns_; ++k) x[pivots_[k]] = y[k];
+    return x;
+}
+
+void PivotedQr::solve(Vector& w, const Vector& c, Vector& lambda) const {
+    for (Index k = 0; k < columns_; ++k) reflect(k, w);
+    std::vector<double> wanted(columns_), along(columns_, 0.0);
+    for (Index j = 0; j < columns_; ++j) {
+        wanted[j] = quotient(c[pivots_[j]] - along[j], R(j, j));
+        for (Index i = j + 1; i < columns_; ++i) along[i] += R(j, i) * wanted[j];
+    }
+    lambda.resize(columns_);
+    for (Index i = columns_; i-- > 0;) {
+        double rest = w[i] - wanted[i];
+        for (Index j = columns_; --j > i;) rest -= R(i, j) * lambda[pivots_[j]];
+        lambda[pivots_[i]] = quotient(rest, R(i, i));
+    }
+    std::copy(wanted.begin(), wanted.end(), w.data());
+    for (Index k = columns_; k-- > 0;) reflect(k, w);
+}
+
+template <int N> EigenvalueRange eigenvalue_range(const Matrix<N, N>& A) {
+    const Principal<N> found = principal<N>(A);
+    return {found.values[0], found.values[N - 1]};
+}
+
+template <int N> Matrix<N, N> root(const Matrix<N, N>& A) {
+    const Principal<N> found = principal<N>(A);
+    Matrix<N, N> R;
+    for (int k = 0; k < N; ++k) R.row(k) = std::sqrt(std::max(found.values[k], 0.0)) * found.axes.col(k).transpose();
+    return R;
+}
+
+template <int N> Matrix<N, N> inverse_root(const Matrix<N, N>& A) {
+    Cholesky<N> cholesky;
+    cholesky.factor(A);
+    Matrix<N, N> found = Matrix<N, N>::Identity();
+    for (int c = 0; c < N; ++c) {
+        Column<N> x = found.col(c);
+        cholesky.forward(x);
+        found.col(c) = x;
+    }
+    return found;
+}
+
+template <int N> double norm_of_inverse(const Matrix<N, N>& A) {
+    if constexpr (N == 1)
+        return 1.0 / std::abs(A(0, 0));
+    else {
+        // The rows of the inverse are products of two columns, divided by the determinant.
+        const Column<N> a = A.col(0), b = A.col(1), c = A.col(2), b_c = b.cross(c);
+        return std::sqrt(b_c.squaredNorm() + c.cross(a).squaredNorm() + a.cross(b).squaredNorm()) /
+               std::abs(a.dot(b_c));
+    }
+}
+
+template EigenvalueRange eigenvalue_range(const Matrix<1, 1>&);
+template EigenvalueRange eigenvalue_range(const Matrix<3, 3>&);
+template Matrix<1, 1> inverse_root(const Matrix<1, 1>&);
+template Matrix<3, 3> inverse_root(const Matrix<3, 3>&);
+template double norm_of_inverse(const Matrix<1, 1>&);
+template double norm_of_inverse(const Matrix<3, 3>&);
+template Matrix<1, 1> root(const Matrix<1, 1>&);
+template Matrix<2, 2> root(const Matrix<2, 2>&);
+template Matrix<3, 3> root(const Matrix<3, 3>&);
+
+}  // namespace mbproj
