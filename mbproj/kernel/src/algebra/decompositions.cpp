@@ -92,44 +92,80 @@ template <int N> struct Principal {
     Matrix<N, N> axes;
 };
 
-// By Jacobi's rotations, each of which makes an entry beside the diagonal 0 (Golub & Van Loan, alg. 8.5.1 and 8.5.3).
-template <int N> Principal<N> principal(Matrix<N, N> A) {
-    constexpr int most_sweeps = 30;  // convergence is quadratic: four or five are usual
+// A tridiagonal matrix with the diagonal d and e beside it, and the rotation that made it so.
+template <int N> struct Tridiagonal {
+    double d[N], e[N] = {};
     Matrix<N, N> axes = Matrix<N, N>::Identity();
-    bool turned = N > 1;
-    for (int sweep = 0; turned && sweep < most_sweeps; ++sweep) {
-        turned = false;
-        for (int p = 0; p < N; ++p)
-            for (int q = p + 1; q < N; ++q) {
-                if (!(std::abs(A(p, q)) > epsilon * std::sqrt(std::abs(A(p, p))) * std::sqrt(std::abs(A(q, q)))))
-                    continue;
-                turned = true;
-                const double half = 0.5 * (A(q, q) - A(p, p)) / A(p, q);
-                const double tangent = std::copysign(1.0, half) / (std::abs(half) + std::sqrt(1.0 + half * half));
-                const double c = 1.0 / std::sqrt(1.0 + tangent * tangent), s = tangent * c;
-                const auto rotate = [c, s](double& x, double& y) {
-                    const double before = x;
-                    x = c * before - s * y;
-                    y = s * before + c * y;
-                };
-                A(p, p) -= tangent * A(p, q);
-                A(q, q) += tangent * A(p, q);
-                A(p, q) = A(q, p) = 0.0;
-                for (int k = 0; k < N; ++k) {
-                    rotate(axes(k, p), axes(k, q));
-                    if (k == p || k == q) continue;
-                    rotate(A(k, p), A(k, q));
-                    A(p, k) = A(k, p), A(q, k) = A(k, q);
-                }
+
+    explicit Tridiagonal(const Matrix<N, N>& A) {
+        for (int k = 0; k < N; ++k) d[k] = A(k, k);
+        for (int k = 0; k + 1 < N; ++k) e[k] = A(k + 1, k);
+        if constexpr (N == 3) {
+            const double square = A(2, 0) * A(2, 0);
+            if (square <= std::numeric_limits<double>::min()) return;
+            // A reflection takes the first column's (e0, A20) to (its length, 0).
+            const double length = std::sqrt(e[0] * e[0] + square), part = 1.0 / length;
+            const double c = e[0] * part, s = A(2, 0) * part;
+            const double change = 2.0 * c * e[1] + s * (d[2] - d[1]);
+            d[1] += s * change, d[2] -= s * change;
+            e[0] = length, e[1] -= c * change;
+            axes << 1.0, 0.0, 0.0, 0.0, c, s, 0.0, s, -c;
+        }
+    }
+
+    // A QR step with Wilkinson's shift on rows first to last (Golub & Van Loan, alg. 8.3.2).
+    void step(int first, int last) {
+        const double half = 0.5 * (d[last - 1] - d[last]), beside = e[last - 1];
+        const double more = std::max(std::abs(half), std::abs(beside)),
+                     less = std::min(std::abs(half), std::abs(beside));
+        const double length = more * std::sqrt(1.0 + (less / more) * (less / more));
+        const double shift =
+            half == 0.0 ? std::abs(beside) : beside * beside / (half + (half > 0.0 ? length : -length));
+        double x = d[first] - (d[last] - shift), z = e[first];
+        for (int k = first; k < last && z != 0.0; ++k) {
+            // The rotation that takes (x, z) to (r, 0).
+            const bool steep = std::abs(x) <= std::abs(z);
+            const double t = steep ? x / z : z / x, root = std::copysign(std::sqrt(1.0 + t * t), steep ? z : x);
+            const double part = 1.0 / root, s = steep ? -part : -t * part, c = steep ? t * part : part;
+            const double s_e = s * d[k] + c * e[k], s_d = s * e[k] + c * d[k + 1];
+            d[k] = c * (c * d[k] - s * e[k]) - s * (c * e[k] - s * d[k + 1]);
+            d[k + 1] = s * s_e + c * s_d;
+            e[k] = c * s_e - s * s_d;
+            if (k > first) e[k - 1] = c * e[k - 1] - s * z;
+            x = e[k];
+            if (k + 1 < last) z = -s * e[k + 1], e[k + 1] *= c;
+            for (int i = 0; i < N; ++i) {
+                const double before = axes(i, k);
+                axes(i, k) = c * before - s * axes(i, k + 1);
+                axes(i, k + 1) = s * before + c * axes(i, k + 1);
             }
+        }
+    }
+};
+
+// Golub & Van Loan, alg. 8.3.3. The matrix is scaled so that no square overflows.
+template <int N> Principal<N> principal(Matrix<N, N> A) {
+    constexpr int most_steps = 30 * N;  // two or three a value are usual
+    const double largest = A.largest(), scale = N > 1 && largest > 0.0 ? largest : 1.0;
+    Tridiagonal<N> T(Matrix<N, N>(A / scale));
+    for (int step = 0, first = 0, last = N - 1; step < most_steps; ++step) {
+        for (int k = first; k < last; ++k) {
+            const double digits = T.e[k] / epsilon;
+            if (digits * digits <= std::abs(T.d[k]) + std::abs(T.d[k + 1])) T.e[k] = 0.0;
+        }
+        while (last > 0 && T.e[last - 1] == 0.0) --last;
+        if (last == 0) break;
+        first = last - 1;
+        while (first > 0 && T.e[first - 1] != 0.0) --first;
+        T.step(first, last);
     }
     int order[N];
     std::iota(order, order + N, 0);
-    std::stable_sort(order, order + N, [&A](int i, int j) { return A(i, i) < A(j, j); });
+    std::stable_sort(order, order + N, [&T](int i, int j) { return T.d[i] < T.d[j]; });
     Principal<N> found;
     for (int k = 0; k < N; ++k) {
-        found.values[k] = A(order[k], order[k]);
-        found.axes.col(k) = axes.col(order[k]);
+        found.values[k] = scale * T.d[order[k]];
+        found.axes.col(k) = T.axes.col(order[k]);
     }
     return found;
 }
