@@ -159,13 +159,13 @@ template <int N> Principal<N> principal(Matrix<N, N> A) {
         while (first > 0 && T.e[first - 1] != 0.0) --first;
         T.step(first, last);
     }
-    int order[N];
-    std::iota(order, order + N, 0);
-    std::stable_sort(order, order + N, [&T](int i, int j) { return T.d[i] < T.d[j]; });
     Principal<N> found;
     for (int k = 0; k < N; ++k) {
-        found.values[k] = scale * T.d[order[k]];
-        found.axes.col(k) = T.axes.col(order[k]);
+        double* const least = std::min_element(T.d + k, T.d + N);
+        const int at = static_cast<int>(least - T.d);
+        found.values[k] = scale * *least;
+        found.axes.col(k) = T.axes.col(at);
+        *least = T.d[k], T.axes.col(at) = T.axes.col(k);
     }
     return found;
 }
