@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "algebra/cholesky.hpp"
 
@@ -21,6 +22,17 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // 0 x = 0 has the solution 0.
 double quotient(double a, double b) { return a == 0.0 ? 0.0 : a / b; }
 
+// to += factor * from.
+void add(double factor, const double* from, Index size, double* to) {
+    for (Index i = 0; i < size; ++i) to[i] += factor * from[i];
+}
+
+double inner(const double* a, const double* b, Index size) {
+    double sum = 0.0;
+    for (Index i = 0; i < size; ++i) sum += a[i] * b[i];
+    return sum;
+}
+
 // P A = L U with partial pivoting, by outer products (Golub & Van Loan, alg. 3.4.1).
 class Lu final {
 public:
@@ -35,8 +47,8 @@ public:
             if (pivot != k)
                 for (Index j = 0; j < size; ++j) std::swap(LU_(k, j), LU_(pivot, j));
             for (Index i = k + 1; i < size; ++i) LU_(i, k) /= LU_(k, k);
-            for (Index j = k + 1; j < size; ++j)
-                for (Index i = k + 1; i < size; ++i) LU_(i, j) -= LU_(i, k) * LU_(k, j);
+            const double* const multiples = &LU_(0, k);
+            for (Index j = k + 1; j < size; ++j) add(-LU_(k, j), multiples + k + 1, size - k - 1, &LU_(0, j) + k + 1);
         }
     }
 
@@ -44,11 +56,10 @@ public:
     void solve(double* x) const {
         const Index size = LU_.rows();
         for (Index k = 0; k < size; ++k) std::swap(x[k], x[pivots_[k]]);
-        for (Index j = 0; j < size; ++j)
-            for (Index i = j + 1; i < size; ++i) x[i] -= x[j] * LU_(i, j);
+        for (Index j = 0; j < size; ++j) add(-x[j], &LU_(0, j) + j + 1, size - j - 1, x + j + 1);
         for (Index j = size; j-- > 0;) {
             x[j] = quotient(x[j], LU_(j, j));
-            for (Index i = 0; i < j; ++i) x[i] -= x[j] * LU_(i, j);
+            add(-x[j], &LU_(0, j), j, x);
         }
     }
 
@@ -63,9 +74,7 @@ struct Reflection {
 };
 // Turns x into v, whose first number is 1 (Golub & Van Loan, alg. 5.1.1, with the sign that cancels no digits).
 Reflection reflection(double* x, Index size) {
-    double rest = 0.0;
-    for (Index i = 1; i < size; ++i) rest += x[i] * x[i];
-    const double first = x[0];
+    const double rest = inner(x + 1, x + 1, size - 1), first = x[0];
     x[0] = 1.0;
     if (rest <= std::numeric_limits<double>::min()) {
         std::fill(x + 1, x + size, 0.0);
@@ -79,9 +88,7 @@ Reflection reflection(double* x, Index size) {
 // Reflects the numbers first, rest[1], rest[2], ... by v.
 void apply(double tau, const double* v, Index size, double& first, double* rest) {
     if (tau == 0.0) return;
-    double along = 0.0;
-    for (Index i = 1; i < size; ++i) along += v[i] * rest[i];
-    along += first;
+    const double along = inner(v + 1, rest + 1, size - 1) + first;
     first -= tau * along;
     for (Index i = 1; i < size; ++i) rest[i] -= along * (tau * v[i]);
 }
@@ -194,42 +201,55 @@ Vector least_squares(const DenseMatrix& A, const Vector& b) {
 // Gaussian elimination with partial pivoting. Each row is kept from its first number that is not 0 to its last, so that the
 // work follows the profile of the matrix. Rows wait at the column in which they begin.
 int determinant_sign(int size, const std::vector<Entry>& entries) {
-    std::vector<std::vector<double>> rows(size);
-    std::vector<std::vector<int>> waiting(size);
-    std::vector<int> first(size, size), end(size, 0), row_of(size);
-    const auto wait = [&](int row) {
-        std::vector<double>& own = rows[row];
-        const auto begin = std::find_if(own.begin(), own.end(), [](double x) { return x != 0.0; });
-        if (begin == own.end()) return false;
-        first[row] += static_cast<int>(begin - own.begin());
-        own.erase(own.begin(), begin);
-        waiting[first[row]].push_back(row);
+    struct Row {
+        int first, end, next;  // its columns, and another row that begins in the same one
+        std::size_t at;        // the place of its first number
+    };
+    std::vector<Row> rows(size, {size, 0, -1, 0});
+    std::vector<int> waiting(size, -1), row_of(size);
+    std::vector<double> numbers;
+    for (const Entry& each : entries) {
+        Row& row = rows[each.row];
+        row.first = std::min(row.first, each.column), row.end = std::max(row.end, each.column + 1);
+    }
+    for (Row& row : rows) {
+        if (row.first >= row.end) return 0;
+        row.at = numbers.size();
+        numbers.resize(row.at + row.end - row.first);
+    }
+    for (const Entry& each : entries) numbers[rows[each.row].at + each.column - rows[each.row].first] = each.value;
+    const auto wait = [&](int r) {
+        Row& row = rows[r];
+        while (row.first < row.end && numbers[row.at] == 0.0) ++row.first, ++row.at;
+        if (row.first == row.end) return false;
+        row.next = waiting[row.first], waiting[row.first] = r;
         return true;
     };
-    for (const Entry& each : entries) {
-        first[each.row] = std::min(first[each.row], each.column);
-        end[each.row] = std::max(end[each.row], each.column + 1);
-    }
-    for (int row = 0; row < size; ++row) rows[row].resize(std::max(end[row] - first[row], 0));
-    for (const Entry& each : entries) rows[each.row][each.column - first[each.row]] = each.value;
-    for (int row = 0; row < size; ++row)
-        if (!wait(row)) return 0;
+    for (int r = 0; r < size; ++r)
+        if (!wait(r)) return 0;
+    const auto first = [&](int r) { return numbers[rows[r].at]; };
     int sign = 1;
     for (int column = 0; column < size; ++column) {
-        const std::vector<int>& here = waiting[column];
-        if (here.empty()) return 0;
-        const int pivot = row_of[column] = *std::max_element(
-            here.begin(), here.end(), [&](int r, int s) { return std::abs(rows[r][0]) < std::abs(rows[s][0]); });
-        const std::vector<double>& by = rows[pivot];
-        if (by[0] < 0.0) sign = -sign;
-        for (const int row : here) {
-            if (row == pivot) continue;
-            std::vector<double>& own = rows[row];
-            if (own.size() < by.size()) own.resize(by.size());
-            const double factor = own[0] / by[0];
-            own[0] = 0.0;
-            for (std::size_t k = 1; k < by.size(); ++k) own[k] -= factor * by[k];
-            if (!wait(row)) return 0;
+        int pivot = waiting[column];
+        if (pivot < 0) return 0;
+        for (int r = pivot; r >= 0; r = rows[r].next)
+            if (std::abs(first(r)) > std::abs(first(pivot))) pivot = r;
+        row_of[column] = pivot;
+        if (first(pivot) < 0.0) sign = -sign;
+        const Row& by = rows[pivot];
+        for (int r = waiting[column], next; r >= 0; r = next) {
+            Row& row = rows[r];
+            next = row.next;
+            if (r == pivot) continue;
+            if (row.end < by.end) {  // it becomes longer, at another place
+                const std::size_t before = std::exchange(row.at, numbers.size());
+                numbers.resize(row.at + by.end - column);
+                std::copy_n(&numbers[before], row.end - column, &numbers[row.at]);
+                row.end = by.end;
+            }
+            add(-first(r) / first(pivot), &numbers[by.at], by.end - column, &numbers[row.at]);
+            numbers[row.at] = 0.0;
+            if (!wait(r)) return 0;
         }
     }
     // The sign of the order of the pivots: each exchange changes it.
@@ -267,14 +287,12 @@ void PivotedQr::factor(const DenseMatrix& Y) {
         tau_[k] = found.tau, R(k, k) = found.first;
         if (found.tau != 0.0) {
             std::fill(along.begin() + k, along.end(), 0.0);
-            for (Index i = k + 1; i < rows_; ++i)
-                for (Index j = k + 1; j < columns_; ++j) along[j] += v[i] * R(i, j);
+            for (Index i = k + 1; i < rows_; ++i) add(v[i], &R(i, k) + 1, columns_ - k - 1, &along[k] + 1);
             for (Index j = k + 1; j < columns_; ++j) {
                 along[j] += R(k, j);
                 R(k, j) -= found.tau * along[j];
             }
-            for (Index i = k + 1; i < rows_; ++i)
-                for (Index j = k + 1; j < columns_; ++j) R(i, j) -= along[j] * (found.tau * v[i]);
+            for (Index i = k + 1; i < rows_; ++i) add(-found.tau * v[i], &along[k] + 1, columns_ - k - 1, &R(i, k) + 1);
         }
         for (Index j = k + 1; j < columns_; ++j) {
             if (length[j] == 0.0) continue;
@@ -299,7 +317,7 @@ Index PivotedQr::rank() const {
 
 void PivotedQr::reflect(Index k, Vector& x) const { apply(tau_[k], &v_[k * rows_ + k], rows_ - k, x[k], &x[k]); }
 
-// R = (T 0) Z of the independent rows (Golub & Van Loan 5.5.5), reflected from the right.
+// R = (T 0) Z of the independent rows (Golub & Van Loan, sect. 5.4): reflections from the right.
 Vector PivotedQr::least_squares(Vector b) const {
     const Index rank = this->rank(), beyond = columns_ - rank;
     for (Index k = 0; k < rank; ++k) reflect(k, b);
@@ -311,7 +329,11 @@ Vector PivotedQr::least_squares(Vector b) const {
         std::copy(t(k) + rank, t(k) + columns_, own + 1);
         const Reflection found = reflection(own, beyond + 1);
         tau[k] = found.tau, t(k)[k] = found.first;
-        for (Index i = 0; i < k; ++i) apply(found.tau, own, beyond + 1, t(i)[k], t(i) + rank - 1);
+        for (Index i = 0; i < k; ++i) {
+            const double part = found.tau * (inner(t(i) + rank, own + 1, beyond) + t(i)[k]);
+            t(i)[k] -= part;
+            add(-part, own + 1, beyond, t(i) + rank);
+        }
     }
     Vector y = Vector::Zero(columns_), x(columns_);
     for (Index i = rank; i-- > 0;) {
@@ -367,14 +389,9 @@ template <int N> Matrix<N, N> inverse_root(const Matrix<N, N>& A) {
 }
 
 template <int N> double norm_of_inverse(const Matrix<N, N>& A) {
-    if constexpr (N == 1)
-        return 1.0 / std::abs(A(0, 0));
-    else {
-        // The rows of the inverse are products of two columns, divided by the determinant.
-        const Column<N> a = A.col(0), b = A.col(1), c = A.col(2), b_c = b.cross(c);
-        return std::sqrt(b_c.squaredNorm() + c.cross(a).squaredNorm() + a.cross(b).squaredNorm()) /
-               std::abs(a.dot(b_c));
-    }
+    double sum = 0.0;
+    for (const double value : principal<N>(A).values) sum += 1.0 / (value * value);
+    return std::sqrt(sum);
 }
 
 template EigenvalueRange eigenvalue_range(const Matrix<1, 1>&);

@@ -22,7 +22,7 @@ struct Entry {
 // The sign of the determinant of a square matrix: 1, -1 or 0.
 int determinant_sign(int size, const std::vector<Entry>& entries);
 
-// The least and the largest eigenvalue of a symmetric matrix, for N = 1 and 3.
+// Of symmetric matrices of up to three rows: the least and the largest eigenvalue.
 struct EigenvalueRange {
     double least, most;
 };
