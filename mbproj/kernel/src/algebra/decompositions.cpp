@@ -33,6 +33,42 @@ double inner(const double* a, const double* b, Index size) {
     return sum;
 }
 
+// A square matrix, whose number (i, j) is at[i * row + j * column].
+struct Square {
+    const double* at;
+    Index row, column, size;
+
+    double operator()(Index i, Index j) const { return at[i * row + j * column]; }
+    // x_i -= Σ (i, j) x_j over the columns from..end: the sum first, so that x is rounded once.
+    void subtract(Index i, Index from, Index end, double* x) const {
+        double sum = 0.0;
+        for (Index j = from; j < end; ++j) sum += (*this)(i, j) * x[j];
+        x[i] -= sum;
+    }
+};
+constexpr Index panel = 8;  // columns that are solved before the other rows are changed
+
+// x = L⁻¹ x, with ones on the diagonal of L.
+void solve_lower(const Square& L, double* x) {
+    for (Index from = 0, end; from < L.size; from = end) {
+        end = std::min(from + panel, L.size);
+        for (Index j = from; j < end; ++j)
+            for (Index i = j + 1; i < end; ++i) x[i] -= L(i, j) * x[j];
+        for (Index i = end; i < L.size; ++i) L.subtract(i, from, end, x);
+    }
+}
+// x = U⁻¹ x.
+void solve_upper(const Square& U, double* x) {
+    for (Index end = U.size, from; end > 0; end = from) {
+        from = std::max(end - panel, Index{0});
+        for (Index j = end; j-- > from;) {
+            x[j] = quotient(x[j], U(j, j));
+            for (Index i = from; i < j; ++i) x[i] -= U(i, j) * x[j];
+        }
+        for (Index i = 0; i < from; ++i) U.subtract(i, from, end, x);
+    }
+}
+
 // P A = L U with partial pivoting, by outer products (Golub & Van Loan, alg. 3.4.1).
 class Lu final {
 public:
@@ -54,13 +90,10 @@ public:
 
     // x = A⁻¹ x.
     void solve(double* x) const {
-        const Index size = LU_.rows();
-        for (Index k = 0; k < size; ++k) std::swap(x[k], x[pivots_[k]]);
-        for (Index j = 0; j < size; ++j) add(-x[j], &LU_(0, j) + j + 1, size - j - 1, x + j + 1);
-        for (Index j = size; j-- > 0;) {
-            x[j] = quotient(x[j], LU_(j, j));
-            add(-x[j], &LU_(0, j), j, x);
-        }
+        for (Index k = 0; k < LU_.rows(); ++k) std::swap(x[k], x[pivots_[k]]);
+        const Square both{LU_.data(), 1, LU_.rows(), LU_.rows()};
+        solve_lower(both, x);
+        solve_upper(both, x);
     }
 
 private:
@@ -336,11 +369,8 @@ Vector PivotedQr::least_squares(Vector b) const {
         }
     }
     Vector y = Vector::Zero(columns_), x(columns_);
-    for (Index i = rank; i-- > 0;) {
-        y[i] = b[i];
-        for (Index j = rank; --j > i;) y[i] -= t(i)[j] * y[j];
-        y[i] /= t(i)[i];
-    }
+    std::copy_n(b.data(), rank, y.data());
+    solve_upper({T.data(), columns_, 1, rank}, y.data());
     for (Index k = 0; k < rank; ++k)
         if (beyond > 0) apply(tau[k], &z[k * (beyond + 1)], beyond + 1, y[k], y.data() + rank - 1);
     for (Index k = 0; k < columns_; ++k) x[pivots_[k]] = y[k];
@@ -354,12 +384,10 @@ void PivotedQr::solve(Vector& w, const Vector& c, Vector& lambda) const {
         wanted[j] = quotient(c[pivots_[j]] - along[j], R(j, j));
         for (Index i = j + 1; i < columns_; ++i) along[i] += R(j, i) * wanted[j];
     }
+    for (Index k = 0; k < columns_; ++k) along[k] = w[k] - wanted[k];
+    solve_upper({R_.data(), columns_, 1, columns_}, along.data());
     lambda.resize(columns_);
-    for (Index i = columns_; i-- > 0;) {
-        double rest = w[i] - wanted[i];
-        for (Index j = columns_; --j > i;) rest -= R(i, j) * lambda[pivots_[j]];
-        lambda[pivots_[i]] = quotient(rest, R(i, i));
-    }
+    for (Index k = 0; k < columns_; ++k) lambda[pivots_[k]] = along[k];
     std::copy(wanted.begin(), wanted.end(), w.data());
     for (Index k = columns_; k-- > 0;) reflect(k, w);
 }
