@@ -381,7 +381,9 @@ void PivotedQr::solve(Vector& w, const Vector& c, Vector& lambda) const {
     for (Index k = 0; k < columns_; ++k) reflect(k, w);
     std::vector<double> wanted(columns_), along(columns_, 0.0);
     for (Index j = 0; j < columns_; ++j) {
-        wanted[j] = quotient(c[pivots_[j]] - along[j], R(j, j));
+        for (Index i = j; j % panel == 0 && i < std::min(j + panel, columns_); ++i)
+            wanted[i] = c[pivots_[i]] - std::exchange(along[i], 0.0);
+        wanted[j] = quotient(wanted[j] - along[j], R(j, j));
         for (Index i = j + 1; i < columns_; ++i) along[i] += R(j, i) * wanted[j];
     }
     for (Index k = 0; k < columns_; ++k) along[k] = w[k] - wanted[k];
