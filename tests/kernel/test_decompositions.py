@@ -104,7 +104,7 @@ def test_roots_and_eigenvalues_of_symmetric_matrices(random, kind):
         least, most, R, inverse, norm = core().small_decompositions(A)
         size = values.max()
         assert [least, most] == pytest.approx([values.min(), size], rel=0.0, abs=16.0 * EPS * size)
-        assert R.T @ R == pytest.approx(A, rel=0.0, abs=16.0 * EPS * size)
+        assert pytest.approx(A, rel=0.0, abs=16.0 * EPS * size) == R.T @ R
         if kind == "semidefinite":
             continue
         assert not np.triu(inverse, 1).any()
@@ -116,7 +116,7 @@ def test_roots_and_eigenvalues_of_symmetric_matrices(random, kind):
 def test_negative_eigenvalues_count_as_zero_in_a_root(random):
     axes = np.linalg.qr(random.normal(size=(3, 3)))[0]
     _, _, R, _, _ = core().small_decompositions((axes * [2.0, -3.0, 0.5]) @ axes.T)
-    assert R.T @ R == pytest.approx((axes * [2.0, 0.0, 0.5]) @ axes.T, rel=0.0, abs=1e-15 * 30.0)
+    assert pytest.approx((axes * [2.0, 0.0, 0.5]) @ axes.T, rel=0.0, abs=1e-15 * 30.0) == R.T @ R
 
 
 def test_what_does_not_fit_is_refused_with_its_name():
