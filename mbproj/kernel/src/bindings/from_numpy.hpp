@@ -230,7 +230,9 @@ template <class D> std::vector<Body<D>> bodies(Record& given, const Thresholds& 
     return found;
 }
 
-template <class D> struct Bushings { std::vector<Bushing<D>> each; };
+template <class D> struct Bushings {
+    std::vector<Bushing<D>> each;
+};
 
 // Matrix number i of an array.
 template <int Rows, int Columns> Matrix<Rows, Columns> matrix_of(const Numbers3& array, std::size_t i) {

@@ -55,7 +55,7 @@ template <class D> void add_model(nb::module_& m, const std::string& name) {
         .def_prop_ro("bodies", &Model<D>::size)
         .def_prop_rw(
             "rows", [](const Model<D>& self) { return self.rows; },
-            [](Model<D>& self, const UsualRows<>& rows) {
+            [](Model<D>& self, const UsualRows& rows) {
                 rows_from(self, std::make_optional(rows.left_out));
                 self.rows = rows;
             });

@@ -1,6 +1,8 @@
 // Runs of one dimension, for Python: their samples, counters, peaks and marks; and how they change.
 #pragma once
 
+#include <chrono>
+
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
@@ -47,7 +49,27 @@ template <class D> void keep(TimeLoop<D>& run, bool energy, const Numbers2& fiel
     run.projector().keep(energy, std::move(found), tolerance);
 }
 
+// Advances the runs one after another, each by `most` samples at most, for so many seconds in all. Returns the samples of each;
+// a run that was not reached has none.
+template <class D> nb::list advance_runs(const std::vector<TimeLoop<D>*>& runs, std::size_t most, double seconds) {
+    if (std::count(runs.begin(), runs.end(), nullptr)) refuse("runs", "hold something that is none");
+    {
+        nb::gil_scoped_release released;
+        const auto now = [] { return std::chrono::steady_clock::now(); };
+        const auto begin = now();
+        for (TimeLoop<D>* run : runs) {
+            const double left = seconds - std::chrono::duration<double>(now() - begin).count();
+            if (left <= 0.0) break;
+            run->advance(most, left);
+        }
+    }
+    nb::list made;
+    for (TimeLoop<D>* run : runs) made.append(samples(*run));
+    return made;
+}
+
 template <class D> void add_run(nb::module_& m, const char* name) {
+    m.def("advance_runs", &advance_runs<D>, nb::arg("runs"), nb::arg("most"), nb::arg("seconds"));
     nb::class_<TimeLoop<D>>(m, name)
         .def("__init__",
              [](TimeLoop<D>* self, const Model<D>& model, const Tableau& tableau, const ProjectionSettings& projection,

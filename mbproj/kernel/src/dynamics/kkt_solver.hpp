@@ -74,12 +74,11 @@ public:
     // Whether the last factor is that of S with all rows held.
     bool is_regular() const { return !near_singular() && !loops_.by_qr(); }
     // An estimate of the last factor's squared distance from dependent rows, in parts of its usual value.
-    Measure<D> nearness() const { return near_singular() ? Measure<D>(0.0) : pivots_part(); }
+    double nearness() const { return near_singular() ? 0.0 : pivots_part(); }
 
     // Whether no row is nearer than √near to dependence, where all bodies have the same mass.
-    auto is_clear(const Pose<D>& pose, const Measure<D>& near) {
-        if (!is_regular() || metric_ != Metric::mass) return decltype(near < near)(false);
-        return near < even_nearness(pose);
+    bool is_clear(const Pose<D>& pose, double near) {
+        return is_regular() && metric_ == Metric::mass && near < even_nearness(pose);
     }
 
     // Whether rows are nearer than √near to dependence, where all bodies have the same mass: real masses do not count.
@@ -99,13 +98,13 @@ public:
     }
     // The smallest pivot of the rows held where all bodies have the same mass; and in parts of its usual value. The
     // current factor does not change.
-    Measure<D> even_pivot(const Pose<D>& pose) {
+    double even_pivot(const Pose<D>& pose) {
         ++close_looks_;
         return loops_.even_pivot(pose);
     }
-    Measure<D> even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
+    double even_nearness(const Pose<D>& pose) { return even_pivot(pose) / model_.rows.even; }
     // Sets the usual pivots of the rows held: masses and lengths of different orders make some small at every pose.
-    void expect(const std::vector<Measure<D>>& usual) { loops_.expect(usual); }
+    void expect(const std::vector<double>& usual) { loops_.expect(usual); }
     // The number of searches for dependent rows or a singular pose.
     long close_looks() const { return close_looks_; }
 
@@ -177,17 +176,14 @@ private:
     // their distance from the span of the others; dividing by that distance errs without bound. Where no row is near dependent,
     // the masses are why S has few digits, or none.
     bool factor_near_singular(const Pose<D>& pose, double shift, int failed, double near) {
-        if constexpr (is_full<D>) {
-            ++close_looks_;
-            near_ = near;
-            const int dependent = loops_.leave_out_dependent(pose, near * model_.rows.even);
-            if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
-            return loops_.factor(pose, thresholds_.no_digits, shift) < 0;
-        }
-        return false;
+        ++close_looks_;
+        near_ = near;
+        const int dependent = loops_.leave_out_dependent(pose, near * model_.rows.even);
+        if (dependent == 0 && failed >= 0) return loops_.factor_by_qr(pose);
+        return loops_.factor(pose, thresholds_.no_digits, shift) < 0;
     }
 
-    Measure<D> pivots_part() const {
+    double pivots_part() const {
         if (metric_ == Metric::coordinates) return cholesky().smallest_pivot() / model_.rows.even;
         return cholesky().nearness();
     }

@@ -45,7 +45,9 @@ template <class D> struct Loads {
 enum class Acts : int { alone, in_plane, kept, given };
 
 // A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F from a function.
-template <class D> struct LawSlopes { Scalar<D> of_value, of_rate, value, rate, given; };
+template <class D> struct LawSlopes {
+    Scalar<D> of_value, of_rate, value, rate, given;
+};
 
 // Whether a law's force changes with the state, not with time alone.
 template <class D> bool depends_on_state(const ProgramsOf<Scalar<D>>& programs, const Law<D>& law) {

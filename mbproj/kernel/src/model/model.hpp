@@ -156,13 +156,13 @@ template <class S> inline S near(const S& angle, const S& expected) {
 }
 
 // Properties of the constraint rows that are found before the run. Learned during the run, they would depend on its history.
-template <class Number = double> struct UsualRows {
+struct UsualRows {
     int redundant = 0;          // the number of rows that follow from the others at all poses
     std::vector<int> left_out;  // rows of loops' joints left out at most poses, ascending; if empty, see RowPolicy
     // The usual pivots of S with the other rows, all 1 where unknown. `even` is the smallest pivot where all bodies
     // have the same mass.
-    std::vector<Number> pivots;
-    Number even = 1.0;
+    std::vector<double> pivots;
+    double even = 1.0;
 };
 
 template <class D> struct Loads;
@@ -173,10 +173,10 @@ template <class D> struct Model {
     PrimitiveSet<D> constraints;
     PrimitiveSet<D> coordinates;
     std::vector<Joint> joints;
-    std::vector<Measure<D>> row_scale;  // the scale of a row's violation; 1 for the row of a flywheel
-    std::vector<bool> counts_turns;     // per coordinate: an angle
-    Measure<D> length;                  // the size of the mechanism
-    UsualRows<Measure<D>> rows;
+    std::vector<double> row_scale;   // the scale of a row's violation; 1 for the row of a flywheel
+    std::vector<bool> counts_turns;  // per coordinate: an angle
+    double length;                   // the size of the mechanism
+    UsualRows rows;
     std::shared_ptr<const Loads<D>> loads;  // the forces other than gravity, or none
     std::vector<DrivenRow<D>> driven;
     std::vector<Coupling> couplings;

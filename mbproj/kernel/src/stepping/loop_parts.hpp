@@ -26,27 +26,6 @@ protected:
           stops_(steps_, now_, equations_, stepper_, step_end_, schedule_, trial_), instants_(model_, equations_) {}
     ~LoopParts() = default;
 
-    // The case of this loop; nothing where it has begun, or where more is asked for than samples and the end.
-    std::optional<Case<D>> as_case() {
-        if (started_ || mark_ || keeps_marks || path || schedule_.keeps_ends || schedule_.follows() ||
-            step_end_.invariants() || other_ || stops_.inside() || stops_.watch().any())
-            return std::nullopt;
-        return Case<D>{model_, steps_, {now_.y.begin(), now_.y.end()}, counted_.turns};
-    }
-    // Takes over a run of its case that was made elsewhere.
-    void take(const CaseRun<D>& made) {
-        mark_ = made.at;
-        if (!made.finished) return;
-        started_ = true;
-        now_.t = now_.to.t = mark_->t, now_.to.h = mark_->h, now_.counters = mark_->counters;
-        now_.y = mark_->y, counted_ = mark_->counted, peaks = mark_->peaks;
-        factorised_before_ = now_.counters.factorisations - equations_.solver().factorisations();
-        mark_.reset();
-        stop({Status::finished, now_.t});
-    }
-    const Tableau& tableau() const { return tableau_; }
-    const ProjectionSettings& projection() const { return projection_; }
-
     Schedule& schedule() { return schedule_; }
     StateEvents<D>& events() { return trial_.events(); }
     const StateEvents<D>& events() const { return trial_.events(); }

@@ -32,11 +32,4 @@ template <class D> struct Mark {
     Peaks peaks;
 };
 
-// A run that was made elsewhere, with all samples: to its end, with the last step, or to a mark to go on from.
-template <class D> struct CaseRun {
-    Mark<D> at;
-    bool finished;
-    SampleBlock samples;
-};
-
 }  // namespace mbproj

@@ -120,15 +120,6 @@ struct SampleBlock {
     }
 };
 
-// A run that has not begun: its mechanism and steps, y and the whole turns of its joints' coordinates.
-template <class D> struct Model;
-template <class D> struct Case {
-    const Model<D>& model;
-    const Steps& steps;
-    std::vector<double> y;
-    std::vector<long> turns;
-};
-
 // The steps that were made: the times of their ends, their sizes, and the states there, one after another.
 struct StepPath {
     std::vector<double> t, h, y;

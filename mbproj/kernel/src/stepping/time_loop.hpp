@@ -30,7 +30,7 @@ public:
 
     // Runs on until there are `samples` more samples, `seconds` have passed, `attempts` steps were tried since the start, or
     // the run ends.
-    void advance(std::size_t samples, double seconds, long attempts) {
+    void advance(std::size_t samples, double seconds, long attempts = std::numeric_limits<long>::max()) {
         const FlushToZero flush;
         const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
         block.clear();
@@ -66,7 +66,7 @@ public:
         return !now_.outcome.stops() && trial_.stages_and_error() ? stepper_.estimate() : nullptr;
     }
     SampleBlock block;
-    using Parts::as_case, Parts::take, Parts::tableau, Parts::projection, Parts::follow_formulation;
+    using Parts::follow_formulation;
     using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
     using Parts::schedule, Parts::path, Parts::keeps_marks;
     bool pauses = false;  // whether `advance` came back because so many steps were tried

@@ -1,4 +1,4 @@
-"""The kernel's own sine and cosine, which doubles and packs share."""
+"""The kernel's own sine and cosine, for one double and for four at once."""
 
 from __future__ import annotations
 
