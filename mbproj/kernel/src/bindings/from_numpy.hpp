@@ -7,6 +7,7 @@
 
 #include <nanobind/stl/shared_ptr.h>
 
+#include "algebra/decompositions.hpp"
 #include "bindings/record.hpp"
 #include "kinematics/bushings.hpp"
 #include "model/model.hpp"

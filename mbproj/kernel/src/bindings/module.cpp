@@ -10,8 +10,10 @@
 
 namespace mbproj {
 
-void bind_plane(nb::module_& m);
-void bind_space(nb::module_& m);
+void bind_models(nb::module_& m);
+void bind_single_states(nb::module_& m);
+void bind_runs(nb::module_& m);
+void bind_tangents(nb::module_& m);
 
 namespace {
 
@@ -207,6 +209,8 @@ NB_MODULE(_core, m) {
     m.def("build_info", &build_info, "How this extension was compiled.");
     add_settings(m);
     add_laws(m);
-    bind_plane(m);
-    bind_space(m);
+    bind_models(m);
+    bind_single_states(m);
+    bind_runs(m);
+    bind_tangents(m);
 }

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "projection/projector.hpp"
+#include "projection/newton_projector.hpp"
 
 namespace mbproj {
 
@@ -234,7 +234,7 @@ private:
     const ProjectionSettings projection_;
     Phases phases_;
     EquationsOfMotion<D> equations_;
-    Projector<D> projector_;
+    NewtonProjector<D> projector_;
     Numbers state_;
 };
 

@@ -9,24 +9,24 @@
 
 namespace mbproj {
 
-template <class D> class ActingFrictions final {
+class ActingFrictions final {
 public:
-    explicit ActingFrictions(EquationsOfMotion<D>& equations)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), walls_(equations) {}
+    explicit ActingFrictions(Equations& equations)
+        : equations_(equations), model_(equations.mechanism()), thresholds_(model_.thresholds), walls_(equations) {}
 
     // Frictions are numbered after the stops, whose sides these are.
     void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
         laws_ = std::move(laws);
         stops_ = static_cast<int>(sides.size());
         walls_.begin(std::move(sides), laws_);
-        auto& applied = equations_.applied();
+        ActingLaws& applied = equations_.acting_laws();
         if (laws_.empty()) return;
-        const std::size_t count = model_.loads->laws.size();
+        const std::size_t count = equations_.law_count();
         if (applied.part.empty()) applied.part.assign(count, 1.0);
         applied.acts.assign(count, Acts::alone), applied.pushed.assign(count, 1.0);
         applied.turning.assign(count, 0.0);
     }
-    const Walls<D>& walls() const { return walls_; }
+    const Walls& walls() const { return walls_; }
     const std::vector<FrictionLaw>& laws() const { return laws_; }
     // Whether any friction is at a stop; at this stop.
     bool any_feet() const {
@@ -43,7 +43,7 @@ public:
         std::vector<ContactFoot> feet = feet_of(state, rows);
         const auto act = [&](int k, double part, Acts how) {
             const FrictionLaw& law = laws_[k];
-            equations_.applied().part[law.law] = part, equations_.applied().acts[law.law] = how;
+            equations_.acting_laws().part[law.law] = part, equations_.acting_laws().acts[law.law] = how;
             slides.push_back({stops_ + k, law.law});
             const auto own =
                 std::find_if(feet.begin(), feet.end(), [&](const ContactFoot& f) { return f.stop == law.stop; });
@@ -53,8 +53,8 @@ public:
             const bool slow = has(state.straight, k) || has(state.starting, k);
             act(k, way, slow ? Acts::kept : has(state.sliding, laws_[k].partner) ? Acts::in_plane : Acts::alone);
         }
-        for (const auto& [k, rate] : state.turning) equations_.applied().turning[laws_[k].law] = rate;
-        equations_.applied().since = state.met_at;
+        for (const auto& [k, rate] : state.turning) equations_.acting_laws().turning[laws_[k].law] = rate;
+        equations_.acting_laws().since = state.met_at;
         for (const auto& [k, part] : state.bearing) act(k, part * laws_[k].fixed, Acts::given);
         for (const auto& [k, at] : state.stuck) rows.push_back({stops_ + k, 1.0, at});
         equations_.hold_contacts(std::move(rows), std::move(slides), std::move(feet));
@@ -62,12 +62,12 @@ public:
     // The static force of each friction at the last state, not multiplied by a load.
     std::vector<double> bounds() const {
         std::vector<double> found;
-        for (const FrictionLaw& law : laws_) found.push_back(law.bound < 0 ? law.fixed : given(equations_, law.bound));
+        for (const FrictionLaw& law : laws_) found.push_back(law.bound < 0 ? law.fixed : equations_.given(law.bound));
         return found;
     }
     // Makes no friction act.
     void release() {
-        auto& applied = equations_.applied();
+        ActingLaws& applied = equations_.acting_laws();
         for (const FrictionLaw& law : laws_)
             applied.part[law.law] = applied.turning[law.law] = 0.0, applied.acts[law.law] = Acts::alone;
         equations_.hold_contacts({});
@@ -89,8 +89,7 @@ public:
                 for (const int own : {k, partner}) {
                     if (own < 0 || !has(*all, own)) continue;
                     const double F = lambda[model_.all_rows() + stops_ + own];
-                    const Coordinate<D> along(model_.stops.coordinates, stops_ + own, equations_.pose());
-                    power += F * along.rate(equations_.motion()), force = std::hypot(force, F);
+                    power += F * equations_.at_stop(stops_ + own).rate, force = std::hypot(force, F);
                 }
                 if (power > thresholds_.pushes_along * force * fastest * laws_[k].size) return k;
             }
@@ -176,10 +175,10 @@ private:
             if (row.sign = sign; !walls_.any(state, k, -sign)) rows.push_back(row);
     }
 
-    EquationsOfMotion<D>& equations_;
-    const Model<D>& model_;
+    Equations& equations_;
+    const Mechanism& model_;
     const Thresholds& thresholds_;
-    Walls<D> walls_;
+    Walls walls_;
     std::vector<FrictionLaw> laws_;
     int stops_ = 0;
 };

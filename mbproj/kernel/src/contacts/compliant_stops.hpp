@@ -7,22 +7,22 @@
 
 namespace mbproj {
 
-template <class D> class CompliantStops final {
+class CompliantStops final {
 public:
     using Vector = Eigen::VectorXd;
 
-    explicit CompliantStops(EquationsOfMotion<D>& equations)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), border_(model_),
-          slope_(model_.layout.size()) {}
+    explicit CompliantStops(Equations& equations)
+        : equations_(equations), model_(equations.mechanism()), thresholds_(model_.thresholds),
+          border_(equations.border()), slope_(model_.layout.size()) {}
 
     void begin(const std::vector<StopLaw>& laws) {
         laws_.clear();
         for (int k = 0; k < static_cast<int>(laws.size()); ++k)
             if (!laws[k].is_rigid()) laws_.emplace_back(k, laws[k]);
         if (laws_.empty()) return;
-        Applied<D>& applied = equations_.applied();
-        if (applied.part.empty()) applied.part.assign(model_.loads->laws.size(), 1.0);
-        applied.pace.assign(model_.loads->laws.size(), 1.0);
+        ActingLaws& applied = equations_.acting_laws();
+        if (applied.part.empty()) applied.part.assign(equations_.law_count(), 1.0);
+        applied.pace.assign(equations_.law_count(), 1.0);
     }
 
     bool fits(const ContactState& state) const {
@@ -35,7 +35,7 @@ public:
 
     // Makes the stops push from now on that push in this state.
     void act(const ContactState& state) {
-        Applied<D>& applied = equations_.applied();
+        ActingLaws& applied = equations_.acting_laws();
         for (const auto& [k, stop] : laws_) applied.part[stop.law] = 0.0;
         for (const auto& [k, by] : state.pushing) {
             const StopLaw& stop = law(k);
@@ -78,14 +78,14 @@ public:
             if (open > near ||
                 std::any_of(before.begin(), before.end(), [k = k](auto& each) { return each.first == k; }))
                 continue;
-            border_.hold({{k, stop.side, model_.stops.bound[k]}});
-            if (!border_.factor(equations_.pose(), equations_.solver())) return false;
+            border_->hold({{k, stop.side, model_.stops.bound[k]}});
+            if (!border_->factor()) return false;
             const double speed = rate(k, stop), slow = thresholds_.stop_rests * stop.size * own;
             double fall = 0.0;
             if (speed >= -slow && !accelerates(y, fall)) return false;
             const bool stays = speed <= slow ? fall < 0.0 || k == met : speed * speed < -2.0 * fall * stop.slack;
             if (!(open < -near || stays || speed < -slow)) continue;
-            const double by = stop.gives_by > 0.0 ? stop.gives_by * border_.operator_of_rows()(0, 0) : stop.damping;
+            const double by = stop.gives_by > 0.0 ? stop.gives_by * border_->operator_of_rows()(0, 0) : stop.damping;
             next.pushing.emplace_back(k, by);
             events.push_back({t, k, Happening::contact, -1, 0.0, 0.0});
         }
@@ -103,24 +103,22 @@ private:
                            [number](const auto& each) { return each.first == number; });
     }
     double gap(int k, const StopLaw& stop, const std::vector<long>& turns) const {
-        return stop_gap(model_, equations_.pose(), turns, k, stop.side);
+        return stop_gap(equations_, turns, k, stop.side);
     }
-    double rate(int k, const StopLaw& stop) const {
-        return stop.side * Coordinate<D>(model_.stops.coordinates, k, equations_.pose()).rate(equations_.motion());
-    }
+    double rate(int k, const StopLaw& stop) const { return stop.side * equations_.at_stop(k).rate; }
     // The acceleration of the gap of the border's row.
     bool accelerates(const Vector& y, double& found) {
         if (!equations_.own_slope_at(y.data(), slope_.data())) return false;
         Vector fall;
-        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), 1, fall);
+        border_->accelerations(1, fall);
         found = fall[0];
         return true;
     }
 
-    EquationsOfMotion<D>& equations_;
-    const Model<D>& model_;
+    Equations& equations_;
+    const Mechanism& model_;
     const Thresholds& thresholds_;
-    ContactBorder<D> border_;  // of one stop
+    const std::unique_ptr<Border> border_;  // of one stop
     std::vector<std::pair<int, StopLaw>> laws_;
     Vector slope_;
 };

@@ -9,12 +9,12 @@
 
 namespace mbproj {
 
-template <class D> class ContactPolicy final {
+class ContactPolicy final {
 public:
     using Vector = Eigen::VectorXd;
 
-    explicit ContactPolicy(EquationsOfMotion<D>& equations)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
+    explicit ContactPolicy(Equations& equations)
+        : equations_(equations), model_(equations.mechanism()), thresholds_(model_.thresholds),
           touching_(equations, undecided_), friction_(equations, undecided_), compliant_(equations),
           sharing_(equations) {}
 
@@ -76,7 +76,7 @@ public:
     }
 
     // Sets the events that end the current contacts, for which `watch` looks.
-    void watch(StopWatch<D>& watch, double spacing) const {
+    void watch(StopWatch& watch, double spacing) const {
         std::vector<WatchedGap> gaps;
         std::vector<WatchedRow> rows;
         const double slack = std::max(thresholds_.contact_pulls * state_.push, std::numeric_limits<double>::min());
@@ -138,7 +138,7 @@ private:
         friction_.acting.hold(state_, touching_.rows_of(state_.held), compliant_.slides(state_));
     }
 
-    double speed(const Vector& y) const { return fastest_part(model_, y); }
+    double speed(const Vector& y) const { return equations_.fastest_part(y); }
 
     // Finds the rigid stops that touch at a state, with their border, while no contact acts; decides which compliant
     // stops push. False where the equations have no unique solution.
@@ -152,7 +152,7 @@ private:
         std::vector<int> found;
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k) {
             if (!laws_[k].is_rigid()) continue;
-            const double gap = stop_gap(model_, equations_.pose(), turns, k, laws_[k].side);
+            const double gap = stop_gap(equations_, turns, k, laws_[k].side);
             if (holds(k) || gap <= thresholds_.touching * laws_[k].size) found.push_back(k);
         }
         return touching_.touch(std::move(found));
@@ -292,14 +292,14 @@ private:
             if (!has(state_.shared, k)) add(k, Happening::shared, 1);
     }
 
-    EquationsOfMotion<D>& equations_;
-    const Model<D>& model_;
+    Equations& equations_;
+    const Mechanism& model_;
     const Thresholds& thresholds_;
     Undecided undecided_;
-    TouchingStops<D> touching_;
-    DryFriction<D> friction_;
-    CompliantStops<D> compliant_;
-    Sharing<D> sharing_;
+    TouchingStops touching_;
+    DryFriction friction_;
+    CompliantStops compliant_;
+    Sharing sharing_;
     std::vector<StopLaw> laws_;
     ContactState state_;
     std::vector<ContactEvent> events_;

@@ -9,14 +9,15 @@
 
 namespace mbproj {
 
-template <class D> class DryFriction final {
+class DryFriction final {
 public:
     using Vector = Eigen::VectorXd;
     using Flags = std::vector<bool>;
 
-    DryFriction(EquationsOfMotion<D>& equations, Undecided& undecided)
-        : acting(equations), equations_(equations), model_(equations.model()), thresholds_(model_.thresholds),
-          undecided_(undecided), border_(model_), later_(model_), lambda_(model_.all_multipliers()) {}
+    DryFriction(Equations& equations, Undecided& undecided)
+        : acting(equations), equations_(equations), model_(equations.mechanism()), thresholds_(model_.thresholds),
+          undecided_(undecided), border_(equations.border()), later_(equations.border()),
+          lambda_(model_.all_multipliers()) {}
 
     // Frictions are numbered after the stops, whose sides these are.
     void begin(std::vector<FrictionLaw> laws, std::vector<double> sides) {
@@ -30,8 +31,8 @@ public:
         const auto are_some = [&](const auto& all) { return std::all_of(all.begin(), all.end(), is_one); };
         return are_some(state.sliding) && are_some(state.stuck) && are_some(state.bearing);
     }
-    const Walls<D>& walls() const { return acting.walls(); }
-    ActingFrictions<D> acting;
+    const Walls& walls() const { return acting.walls(); }
+    ActingFrictions acting;
     double ahead = 0.0;  // how long after a slip has begun its direction is looked at, s
 
     // Decides what frictions do from y at t on, with whole turns, while these stops touch and stay closed. Sets the
@@ -49,13 +50,13 @@ public:
         for (int k = 0; k < static_cast<int>(laws_.size()); ++k)
             if (laws_[k].stop < 0 || has(stops, laws_[k].stop))
                 rubs_.push_back(k), rows.push_back({stops_ + k, 1.0, 0.0});
-        border_.hold(std::move(rows));
+        border_->hold(std::move(rows));
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
-        if (!equations_.factor(Metric::mass) || !border_.factor(equations_.pose(), equations_.solver())) return false;
-        equations_.channels_at(t, y.data());
+        if (!equations_.factor(Metric::mass) || !border_->factor()) return false;
+        equations_.variables_at(t, y.data());
         fixed_ = acting.bounds();
-        border_.rates(equations_.motion(), rate_);
+        border_->rates(rate_);
         const Flags rests = rest(met, known, next);
         if (!stop_all(y, rests, next.fastest)) return false;
         FrictionBalance problem = balance(stops, rests, next.fastest);
@@ -64,7 +65,7 @@ public:
         if (problem.depends_at_walls(thresholds_))
             return settle(t, y, turns, closed, met, known, gave_way, next, push, opens, true);
         const bool all_slide = std::find(rests.begin(), rests.end(), true) == rests.end();
-        if (!accelerations(border_, y, problem.b)) return false;
+        if (!accelerations(*border_, y, problem.b)) return false;
         if (first_ == 0 && all_slide)
             if (const std::vector<int> names = jams(problem); !names.empty())
                 return undecided_.is_for(Cause::no_balance, names);
@@ -80,10 +81,10 @@ public:
         Eigen::Index own = 0;
         for (std::size_t i = 0; i < closed.size(); ++i) {
             const int k = own_walls ? -1 : walls().along(closed[i].coordinate);
-            if (k < 0) opens[i] = border_.opens(own, after[own]);
+            if (k < 0) opens[i] = border_->opens(own, after[own]);
             const double force = k < 0 ? found.y[own++] : closed[i].sign * found.y[first_ + place(k)];
             push[static_cast<Eigen::Index>(i)] =
-                k < 0 ? force : Walls<D>::push_of(force, fixed_[static_cast<std::size_t>(k)] * load[place(k)]);
+                k < 0 ? force : Walls::push_of(force, fixed_[static_cast<std::size_t>(k)] * load[place(k)]);
         }
         take(found, problem, speed, after.tail(speed.size()), turns, known, next);
         next.take_shares(found.shared ? &found.shares : nullptr, stops);
@@ -92,7 +93,7 @@ public:
     }
 
     // The round-off of the stops' last pushes.
-    double round_off() const { return border_.round_off(); }
+    double round_off() const { return border_->round_off(); }
 
     // Records frictions that begin to stick or slide, or reverse; at stops that touch, the first of two tangents.
     void record(double t, const ContactState& before, const ContactState& after,
@@ -117,7 +118,7 @@ private:
 
     // The sliding force at a speed at the last state, as the law has it for sliding forwards.
     double at(const FrictionLaw& law, double speed) const {
-        return law.bound < 0 ? law.at(speed) : -given(equations_, model_.loads->laws[law.law].program, std::abs(speed));
+        return law.bound < 0 ? law.at(speed) : -equations_.given(equations_.program_of(law.law), std::abs(speed));
     }
     // The place of a friction in `rubs_`.
     Eigen::Index place(int k) const { return std::find(rubs_.begin(), rubs_.end(), k) - rubs_.begin(); }
@@ -160,20 +161,20 @@ private:
         for (Eigen::Index i = 0; i < rate_.size(); ++i) {
             const Eigen::Index at = i - first_;
             if (at >= 0 && !rests[static_cast<std::size_t>(at)]) continue;
-            if (border_.moves(i) || at < 0) which.push_back(i);
-            if (at < 0 || !border_.moves(i)) continue;
+            if (border_->moves(i) || at < 0) which.push_back(i);
+            if (at < 0 || !border_->moves(i)) continue;
             wanted[i] = rate_[i];
             moves = moves || std::abs(rate_[i]) > thresholds_.stop_rests * fastest * laws_[rubs_[at]].size;
         }
         if (!moves) return true;
         SemidefiniteCholesky cholesky;
-        cholesky.factor(border_.operator_of_rows()(which, which), thresholds_.no_push);
+        cholesky.factor(border_->operator_of_rows()(which, which), thresholds_.no_push);
         cholesky.solve(wanted(which), own);
         z(which) = own;
-        if (!border_.respond(equations_.solver(), z)) return false;
-        add_velocities(equations_, y);
+        if (!border_->respond(z)) return false;
+        equations_.add_velocities(y);
         equations_.set_velocities(y.data(), false);
-        border_.rates(equations_.motion(), rate_);
+        border_->rates(rate_);
         return true;
     }
 
@@ -182,9 +183,9 @@ private:
         for (std::size_t i = 0; i < rubs_.size(); ++i)
             if (rests[i]) rate_[first_ + static_cast<Eigen::Index>(i)] = 0.0;
         FrictionBalance found;
-        found.stops = first_, found.B = border_.operator_of_rows();
+        found.stops = first_, found.B = border_->operator_of_rows();
         found.fixed = found.sliding = found.direction = found.still = Vector(count);
-        for (Eigen::Index i = 0; i < first_ + count; ++i) found.able.push_back(border_.moves(i));
+        for (Eigen::Index i = 0; i < first_ + count; ++i) found.able.push_back(border_->moves(i));
         for (Eigen::Index i = 0; i < count; ++i) {
             const int k = rubs_[static_cast<std::size_t>(i)];
             const double fast = speed(static_cast<std::size_t>(i));
@@ -195,8 +196,8 @@ private:
             const auto at = std::find(stops.begin(), stops.end(), laws_[k].stop);
             found.stop.push_back(laws_[k].stop < 0 ? -1 : static_cast<int>(at - stops.begin()));
             found.partner.push_back(partner_of(k));
-            found.up.push_back(Walls<D>::push(touching_[k], 1.0));
-            found.down.push_back(Walls<D>::push(touching_[k], -1.0));
+            found.up.push_back(Walls::push(touching_[k], 1.0));
+            found.down.push_back(Walls::push(touching_[k], -1.0));
         }
         return found;
     }
@@ -234,17 +235,16 @@ private:
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
         if (!equations_.factor(Metric::mass)) return false;
-        border_.set_normals(equations_.pose());
-        if (!border_.respond(equations_.solver(), h * now.y)) return false;
+        border_->set_normals();
+        if (!border_->respond(h * now.y)) return false;
         Vector later = y + h * slope;
-        add_velocities(equations_, later);
-        later_.hold(border_.rows());
+        equations_.add_velocities(later);
+        later_->hold(border_->rows());
         equations_.set_pose(t + h, later.data());
         equations_.set_velocities(later.data(), false);
-        if (!equations_.factor(Metric::mass) || !later_.factor(equations_.pose(), equations_.solver()) ||
-            !accelerations(later_, later, problem.b))
+        if (!equations_.factor(Metric::mass) || !later_->factor() || !accelerations(*later_, later, problem.b))
             return false;
-        problem.B = later_.operator_of_rows();
+        problem.B = later_->operator_of_rows();
         for (std::size_t i = 0; i < rubs_.size(); ++i) {
             const auto k = static_cast<Eigen::Index>(i);
             const bool begins = has(next.starting, rubs_[i]);
@@ -256,18 +256,17 @@ private:
     }
 
     // The accelerations of a border's rows without stops and frictions, and the loads of bearings then.
-    bool accelerations(ContactBorder<D>& border, const Vector& y, Vector& found) {
+    bool accelerations(Border& border, const Vector& y, Vector& found) {
         slope_.resize(y.size());
         if (!equations_.own_slope_at(y.data(), slope_.data(), lambda_.data())) return false;
-        border.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), first_, found);
+        border.accelerations(first_, found);
         base_.clear(), responses_.clear();
-        for (const Bearing<D>& bearing : model_.bearings)
-            base_.emplace_back(model_, equations_.pose(), bearing, lambda_.data());
+        const int bearings = equations_.bearing_count();
+        for (int k = 0; k < bearings; ++k) base_.push_back(equations_.supports(k, lambda_.data()));
         for (Eigen::Index i = 0; i < found.size() && !base_.empty(); ++i) {
             const Vector reaction = border.reactions().col(i);
             responses_.emplace_back();
-            for (const Bearing<D>& bearing : model_.bearings)
-                responses_.back().emplace_back(model_, equations_.pose(), bearing, reaction.data());
+            for (int k = 0; k < bearings; ++k) responses_.back().push_back(equations_.supports(k, reaction.data()));
         }
         return true;
     }
@@ -279,21 +278,21 @@ private:
             double& own = found[static_cast<Eigen::Index>(at)];
             own = stop < 0 ? 1.0 : forces[stop];
             if (stop >= 0 || number < 0) continue;
-            Supports<D> carried = base_[number];
+            Supports carried = base_[number];
             for (Eigen::Index i = 0; i < forces.size(); ++i) carried.add(responses_[i][number], forces[i]);
-            own = model_.bearings[number].preload + carried.load(model_.bearings[number]);
+            own = equations_.preload(number) + equations_.load(number, carried);
         }
     }
 
     // The frictions whose load grows by more than itself where all slide, and no stop touches.
     std::vector<int> jams(const FrictionBalance& problem) const {
-        const auto count = static_cast<Eigen::Index>(model_.bearings.size());
+        const auto count = Eigen::Index{equations_.bearing_count()};
         if (count == 0) return {};
         Eigen::MatrixXd left = Eigen::MatrixXd::Identity(count, count);
         for (std::size_t at = 0; at < rubs_.size(); ++at)
             for (Eigen::Index j = 0; j < count && laws_[rubs_[at]].bearing >= 0; ++j)
-                left(j, laws_[rubs_[at]].bearing) -=
-                    problem.sliding[static_cast<Eigen::Index>(at)] * responses_[at][j].load(model_.bearings[j]);
+                left(j, laws_[rubs_[at]].bearing) -= problem.sliding[static_cast<Eigen::Index>(at)] *
+                                                     equations_.load(static_cast<int>(j), responses_[at][j]);
         const Vector x = solved(left, Vector::Ones(count));
         if (x.allFinite() && x.minCoeff() > 0.0) return {};
         Eigen::Index worst;
@@ -336,17 +335,18 @@ private:
     double value_of(const Numbered& before, int k, const std::vector<long>& turns) const {
         if (!touching_[k].empty()) return touching_[k].front().at;
         const int coordinate = model_.stops.joint_coordinate[stops_ + k];
-        const Coordinate<D> along(model_.stops.coordinates, stops_ + k, equations_.pose());
-        const bool turned = coordinate >= 0 && is_angle(along.p.kind);
-        return among(before, k, along.value() + (turned ? 2.0 * M_PI * static_cast<double>(turns[coordinate]) : 0.0));
+        const bool turned = coordinate >= 0 && equations_.is_angle_at_stop(stops_ + k);
+        return among(before, k,
+                     equations_.at_stop(stops_ + k).value +
+                         (turned ? 2.0 * M_PI * static_cast<double>(turns[coordinate]) : 0.0));
     }
 
-    EquationsOfMotion<D>& equations_;
-    const Model<D>& model_;
+    Equations& equations_;
+    const Mechanism& model_;
     const Thresholds& thresholds_;
     Undecided& undecided_;
-    ContactBorder<D> border_;  // of stops that touch, and of the frictions that rub
-    ContactBorder<D> later_;   // of the same rows a little later
+    const std::unique_ptr<Border> border_;  // of stops that touch, and of the frictions that rub
+    const std::unique_ptr<Border> later_;   // of the same rows a little later
     std::vector<FrictionLaw> laws_;
     std::vector<double> fixed_;                      // the static force of each at the last decision
     std::vector<std::vector<ContactRow>> touching_;  // walls of each friction
@@ -355,8 +355,8 @@ private:
     Eigen::Index first_ = 0;  // the number of the border's rows of stops
     std::vector<double> lambda_;
     Vector slope_, rate_;
-    std::vector<Supports<D>> base_;
-    std::vector<std::vector<Supports<D>>> responses_;  // to a force of size 1 along each row
+    std::vector<Supports> base_;
+    std::vector<std::vector<Supports>> responses_;  // to a force of size 1 along each row
 };
 
 }  // namespace mbproj

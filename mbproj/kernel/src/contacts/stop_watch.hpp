@@ -4,14 +4,11 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
 #include <limits>
 #include <vector>
 
 #include "contacts/gap_cubic.hpp"
-#include "dynamics/equations_of_motion.hpp"
-#include "kinematics/bearings.hpp"
-#include "kinematics/coordinate.hpp"
+#include "dynamics/equations.hpp"
 
 namespace mbproj {
 
@@ -51,12 +48,10 @@ struct CubicStep {
     }
 };
 
-template <class D> class StopWatch {
+class StopWatch {
 public:
-    // `given`: the value of a program at the current state.
-    StopWatch(const Model<D>& model, std::function<double(int)> given)
-        : model_(model), stops_(model.stops), given_(std::move(given)), inside_(model.layout.size()), pose_(model),
-          motion_(model) {}
+    explicit StopWatch(Equations& equations)
+        : equations_(equations), model_(equations.mechanism()), stops_(model_.stops), inside_(model_.layout.size()) {}
 
     // Sets what is watched. Forces are evaluated at least every `spacing` seconds, and in the middle of each step.
     void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows, double spacing) {
@@ -76,10 +71,9 @@ public:
             double rate[2][2];
             for (int after : {0, 1}) {
                 inside_ = y + after * ahead * h * slope;
-                pose_.update(inside_.data());
-                motion_.update(inside_.data(), pose_);
-                rate[after][0] = along(each.stop, pose_, motion_).rate;
-                rate[after][1] = along(each.other, pose_, motion_).rate;
+                equations_.look(inside_.data());
+                rate[after][0] = equations_.seen_at_stop(each.stop).rate;
+                rate[after][1] = equations_.seen_at_stop(each.other).rate;
             }
             const double change = std::hypot(rate[1][0] - rate[0][0], rate[1][1] - rate[0][1]);
             const double most = model_.thresholds.slides_in * std::hypot(rate[0][0], rate[0][1]);
@@ -89,17 +83,14 @@ public:
     }
 
     // Looks at the start of a run, with whole turns of the joints' coordinates.
-    void begin(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns) {
-        set_gaps(pose, motion, turns, before_);
-    }
+    void begin(const std::vector<long>& turns) { set_gaps(turns, false, before_); }
 
     // Whether a step has met something, with the multipliers at its end. `parts`: the parts of the step at which
     // something may be met before its end.
-    bool met(const CubicStep& step, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
-             const std::vector<double>& lambda) {
+    bool met(const CubicStep& step, const std::vector<long>& turns, const std::vector<double>& lambda) {
         parts_.clear();
-        set_gaps(pose, motion, turns, now_);
-        const bool found = below(before_, now_, step.h, 0.0, 1.0) || gives_way(pose, lambda);
+        set_gaps(turns, false, now_);
+        const bool found = below(before_, now_, step.h, 0.0, 1.0) || gives_way(lambda);
         if (found && is_below(now_)) return true;
         return closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves) || found;
     }
@@ -116,12 +107,11 @@ public:
     const std::vector<double>& parts() const { return parts_; }
 
     // The watched values at a state: gaps, then forces, without rates. `slacks`: how far each may be below zero.
-    void margins(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
-                 const std::vector<double>& lambda, std::vector<GapRate>& found) const {
-        set_gaps(pose, motion, turns, found);
+    void margins(const std::vector<long>& turns, const std::vector<double>& lambda, std::vector<GapRate>& found) const {
+        set_gaps(turns, false, found);
         only_rates(found);
         for (const WatchedRow& each : rows_)
-            found.push_back({force(each, pose, lambda), std::numeric_limits<double>::quiet_NaN()});
+            found.push_back({force(each, lambda), std::numeric_limits<double>::quiet_NaN()});
     }
     // The watched values at the start of the last step, where forces are not known.
     std::vector<GapRate> first_margins() const {
@@ -140,13 +130,13 @@ public:
     const std::vector<WatchedRow>& rows() const { return rows_; }
 
     // Whether a force is beyond its bound within a step of size h; solve(part, λ) computes the multipliers inside it.
-    template <class Solve> bool gives_way_inside(double h, const Pose<D>& pose, const Solve& solve) {
+    template <class Solve> bool gives_way_inside(double h, const Solve& solve) {
         if (rows_.empty()) return false;
         const int looks = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)) - 1);
         std::vector<double> lambda(model_.all_multipliers());
         for (int look = 1; look <= looks; ++look) {
             const double x = look / (looks + 1.0);
-            if (solve(x, lambda) && gives_way(pose, lambda))
+            if (solve(x, lambda) && gives_way(lambda))
                 return parts_.insert(std::upper_bound(parts_.begin(), parts_.end(), x), x), true;
         }
         return false;
@@ -163,17 +153,17 @@ private:
             if ((gaps_[k].of_rate ? at[k].rate : at[k].value) < gaps_[k].least()) return true;
         return false;
     }
-    bool gives_way(const Pose<D>& pose, const std::vector<double>& lambda) const {
+    bool gives_way(const std::vector<double>& lambda) const {
         return std::any_of(rows_.begin(), rows_.end(),
-                           [&](const WatchedRow& each) { return force(each, pose, lambda) < -each.slack; });
+                           [&](const WatchedRow& each) { return force(each, lambda) < -each.slack; });
     }
-    double force(const WatchedRow& each, const Pose<D>& pose, const std::vector<double>& lambda) const {
+    double force(const WatchedRow& each, const std::vector<double>& lambda) const {
         const double load = each.by >= 0        ? lambda[each.by]
-                            : each.bearing >= 0 ? mbproj::load(model_, pose, each.bearing, lambda.data())
+                            : each.bearing >= 0 ? equations_.load(each.bearing, lambda.data())
                                                 : 0.0;
         const double own =
             each.other < 0 ? each.sign * lambda[each.row] : -std::hypot(lambda[each.row], lambda[each.other]);
-        return (each.program < 0 ? 1.0 : given_(each.program)) * (each.bound + each.part * load) + own;
+        return (each.program < 0 ? 1.0 : equations_.given(each.program)) * (each.bound + each.part * load) + own;
     }
 
     // Whether something falls below its bound on the cubics through two looks, at the parts x and x_to of a step, h apart.
@@ -203,14 +193,13 @@ private:
         const double middle = 0.5 * (x + x_to), h = (middle - x) * step.h;
         std::vector<GapRate> found;
         step.at(middle, inside_);
-        pose_.update(inside_.data());
-        motion_.update(inside_.data(), pose_);
-        set_gaps(pose_, motion_, turns, found);
+        equations_.look(inside_.data());
+        set_gaps(turns, true, found);
         bool unlike = false;
         for (std::size_t k = 0; k < gaps_.size(); ++k) {
             if (gaps_[k].of_rate) continue;
             const double expected = 0.5 * (from[k].value + to[k].value) + 0.25 * h * (from[k].rate - to[k].rate);
-            if (stops_.joint_coordinate[gaps_[k].stop] >= 0 && is_angle(gaps_[k].stop))
+            if (stops_.joint_coordinate[gaps_[k].stop] >= 0 && equations_.is_angle_at_stop(gaps_[k].stop))
                 found[k].value = near(found[k].value, expected);
             const auto [least, largest] = std::minmax({from[k].value, found[k].value, to[k].value});
             const double off = std::abs(found[k].value - expected);
@@ -222,18 +211,19 @@ private:
                 closes_inside(step, turns, found, to, middle, x_to, halves - 1));
     }
 
-    bool is_angle(int stop) const { return mbproj::is_angle(stops_.coordinates.instances[stop].kind); }
-
-    void set_gaps(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
-                  std::vector<GapRate>& found) const {
+    // At the state in place, or at the one seen beside it.
+    void set_gaps(const std::vector<long>& turns, bool beside, std::vector<GapRate>& found) const {
+        const auto along = [&](int number) {
+            return beside ? equations_.seen_at_stop(number) : equations_.at_stop(number);
+        };
         found.clear();
         for (const WatchedGap& each : gaps_) {
             const int coordinate = stops_.joint_coordinate[each.stop];
             const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
-            const GapRate at = along(each.stop, pose, motion);
+            const ValueAndRate at = along(each.stop);
             GapRate seen{each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate};
             if (each.other >= 0) {
-                const GapRate across = along(each.other, pose, motion);
+                const ValueAndRate across = along(each.other);
                 seen.value += each.other_sign * across.value;
                 seen.rate += each.other_sign * across.rate;
             }
@@ -241,22 +231,15 @@ private:
         }
     }
 
-    GapRate along(int number, const Pose<D>& pose, const Motion<D>& motion) const {
-        const Coordinate<D> coordinate(stops_.coordinates, number, pose);
-        return {coordinate.value(), coordinate.rate(motion)};
-    }
-
-    const Model<D>& model_;
-    const Stops<D>& stops_;
-    std::function<double(int)> given_;
+    Equations& equations_;
+    const Mechanism& model_;
+    const Stops& stops_;
     std::vector<WatchedGap> gaps_;
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;
     std::vector<GapRate> before_, now_;
     std::vector<double> parts_;
     Eigen::VectorXd inside_;
-    Pose<D> pose_;
-    Motion<D> motion_;
 };
 
 }  // namespace mbproj

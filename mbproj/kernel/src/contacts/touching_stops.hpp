@@ -8,14 +8,14 @@
 
 namespace mbproj {
 
-template <class D> class TouchingStops final {
+class TouchingStops final {
 public:
     using Vector = Eigen::VectorXd;
     using Flags = std::vector<bool>;
 
-    TouchingStops(EquationsOfMotion<D>& equations, Undecided& undecided)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), undecided_(undecided),
-          border_(model_), slope_(model_.layout.size()) {}
+    TouchingStops(Equations& equations, Undecided& undecided)
+        : equations_(equations), model_(equations.mechanism()), thresholds_(model_.thresholds), undecided_(undecided),
+          border_(equations.border()), slope_(model_.layout.size()) {}
 
     void begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts) {
         laws_ = std::move(laws), frictions_ = std::move(frictions), impacts_ = impacts;
@@ -42,12 +42,12 @@ public:
             rubbing_.coefficient.push_back(law.sliding);
             rubbing_.partner.push_back(at(rubs_, law.partner)), rubbing_.by.push_back(at(stop_, law.stop));
         }
-        border_.hold(std::move(rows));
-        if (!border_.factor(equations_.pose(), equations_.solver())) return false;
-        B_ = border_.operator_of_rows();
+        border_->hold(std::move(rows));
+        if (!border_->factor()) return false;
+        B_ = border_->operator_of_rows();
         moves_.clear();
         for (Eigen::Index k = 0; k < B_.rows(); ++k) {
-            moves_.push_back(border_.moves(k));
+            moves_.push_back(border_->moves(k));
             if (!moves_.back()) B_.row(k).setZero(), B_.col(k).setZero();
         }
         return true;
@@ -56,11 +56,11 @@ public:
     // Whether the restitution of a stop counts: of struck stops, and except by Newton's law, of others with an impulse.
     bool bounces(bool struck) const { return struck || impacts_ != ImpactLaw::newton; }
     // The rates of the gaps, then of the frictions there.
-    void rates(Vector& found) const { border_.rates(equations_.motion(), found); }
+    void rates(Vector& found) const { border_->rates(found); }
     Eigen::MatrixXd B_of_stops() const { return B_.topLeftCorner(count(), count()); }
 
     // The round-off of the last pushes.
-    double round_off() const { return border_.round_off(); }
+    double round_off() const { return border_->round_off(); }
 
     // The impact of the stops that touch, without restitution where a bounce would be lower than the lowest that
     // counts. `rate` becomes the rates after it.
@@ -137,7 +137,7 @@ public:
         const Vector after = free_ + B_of_stops() * push;
         for (std::size_t i = 0; i < opens.size(); ++i) {
             const auto k = static_cast<Eigen::Index>(i);
-            opens[i] = border_.opens(k, after[k]);
+            opens[i] = border_->opens(k, after[k]);
         }
         return true;
     }
@@ -160,7 +160,7 @@ private:
     // The kinetic energy that impulses z give, at rates before.
     double given(const Vector& before, const Vector& z) const { return 0.5 * z.dot(B_ * z) + z.dot(before); }
     bool creates(const Vector& y, const Vector& before, const Vector& z) const {
-        return given(before, z) > thresholds_.creates_energy * kinetic_energy(equations_, y);
+        return given(before, z) > thresholds_.creates_energy * equations_.kinetic_energy(y);
     }
     bool refuse_energy(const Vector& before, const Vector& e, const Vector& slow, const Vector& z) {
         Flags pushing(stop_.size());
@@ -178,8 +178,8 @@ private:
     // Records the energy that impulses z, at rates before, take from a motion y, and the work of motions.
     void account(const Vector& y, const Vector& before, const Vector& z, ContactState& next) const {
         next.lost -= given(before, z);
-        if (!model_.driven.empty())
-            next.work += kinetic_energy(equations_, after_) - kinetic_energy(equations_, y) - given(before, z);
+        if (!model_.driven_count() == 0)
+            next.work += equations_.kinetic_energy(after_) - equations_.kinetic_energy(y) - given(before, z);
     }
 
     // Pushes with which these stops stay closed, from the last accelerations. False where there are none.
@@ -208,9 +208,9 @@ private:
 
     // The state after impulses z.
     bool change(const Vector& y, const Vector& z) {
-        if (!border_.respond(equations_.solver(), z)) return false;
+        if (!border_->respond(z)) return false;
         after_ = y;
-        add_velocities(equations_, after_);
+        equations_.add_velocities(after_);
         return true;
     }
 
@@ -218,7 +218,7 @@ private:
     bool accelerations(const Vector& y, Vector& found) {
         equations_.set_velocities(y.data(), false);
         if (!equations_.own_slope_at(y.data(), slope_.data())) return false;
-        border_.accelerations(equations_.pose(), equations_.solver(), equations_.motion(), count(), found);
+        border_->accelerations(count(), found);
         found.conservativeResize(count());
         return true;
     }
@@ -274,11 +274,11 @@ private:
         return which;
     }
 
-    EquationsOfMotion<D>& equations_;
-    const Model<D>& model_;
+    Equations& equations_;
+    const Mechanism& model_;
     const Thresholds& thresholds_;
     Undecided& undecided_;
-    ContactBorder<D> border_;
+    const std::unique_ptr<Border> border_;
     Eigen::MatrixXd B_;  // of its rows, 0 where nothing can move
     std::vector<StopLaw> laws_;
     std::vector<FrictionLaw> frictions_;

@@ -3,14 +3,13 @@
 #pragma once
 
 #include "contacts/contact_state.hpp"
-#include "dynamics/equations_of_motion.hpp"
-#include "kinematics/bearings.hpp"
+#include "dynamics/equations.hpp"
 
 namespace mbproj {
 
-template <class D> class Walls final {
+class Walls final {
 public:
-    explicit Walls(const EquationsOfMotion<D>& equations) : equations_(equations), model_(equations.model()) {}
+    explicit Walls(const Equations& equations) : equations_(equations), model_(equations.mechanism()) {}
 
     // The sides of the stops, and the laws of the frictions, which are numbered after them.
     void begin(std::vector<double> sides, std::vector<FrictionLaw> laws) {
@@ -77,9 +76,7 @@ public:
             for (const auto& [k, at] : state.stuck) {
                 if (!is_along(stop, k)) continue;
                 double& force = forces[sides_.size() + k];
-                const double load = laws_[k].bearing < 0
-                                        ? 1.0
-                                        : mbproj::load(model_, equations_.pose(), laws_[k].bearing, lambda.data());
+                const double load = laws_[k].bearing < 0 ? 1.0 : equations_.load(laws_[k].bearing, lambda.data());
                 forces[stop] = push_of(sides_[stop] * force, fixed[static_cast<std::size_t>(k)] * load);
                 force -= sides_[stop] * forces[stop];
             }
@@ -91,8 +88,8 @@ private:
         return coordinates[stop] >= 0 && coordinates[stop] == coordinates[sides_.size() + friction];
     }
 
-    const EquationsOfMotion<D>& equations_;
-    const Model<D>& model_;
+    const Equations& equations_;
+    const Mechanism& model_;
     std::vector<double> sides_;
     std::vector<FrictionLaw> laws_;
 };

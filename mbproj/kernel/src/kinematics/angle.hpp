@@ -5,6 +5,12 @@
 
 namespace mbproj {
 
+// A joint's angle as a direction (cosine, sine), and its rate.
+template <class S> struct JointAngle {
+    S cosine = 1.0, sine = 0.0, speed = 0.0;
+    S value() const { return atan2(sine, cosine); }
+};
+
 namespace angle {
 template <class D> Scalar<D> value(const Point<D>* x) { return atan2(x[2].dot(x[1]), x[2].dot(x[0])); }
 template <class D> void gradient(const Point<D>* x, Point<D>* g) {

@@ -5,15 +5,11 @@
 
 namespace mbproj {
 
-template <class D> class ExplicitRungeKutta final : public ExplicitStages<D> {
+class ExplicitRungeKutta final : public ExplicitStages {
 public:
-    using Base = ExplicitStages<D>;
-    using typename Base::Vector;
-    using typename Base::Visit;
+    ExplicitRungeKutta(const Tableau& tableau, Equations& equations) : ExplicitStages(tableau, equations) {}
 
-    ExplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations) : Base(tableau, equations) {}
-
-    std::unique_ptr<Stepper<D>> copy() const override { return std::make_unique<ExplicitRungeKutta>(*this); }
+    std::unique_ptr<Stepper> copy() const override { return std::make_unique<ExplicitRungeKutta>(*this); }
 
     int error_cost() const override { return 1; }
 
@@ -68,8 +64,6 @@ private:
         }
         return combined(norms);
     }
-
-    using Base::combine, Base::combined, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
 };
 
 }  // namespace mbproj

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "algebra/weighted_sum.hpp"
-#include "dynamics/equations_of_motion.hpp"
+#include "dynamics/equations.hpp"
 
 namespace mbproj {
 
@@ -28,7 +28,7 @@ struct Unsolved {
     int body, force;
 };
 
-template <class D> class Stepper {
+class Stepper {
 public:
     using Vector = Eigen::VectorXd;
     using Visit = std::function<void(double, double, const Vector&)>;
@@ -123,7 +123,7 @@ public:
     }
 
 protected:
-    Stepper(const Tableau& tableau, EquationsOfMotion<D>& equations, std::size_t kept)
+    Stepper(const Tableau& tableau, Equations& equations, std::size_t kept)
         : tableau_(tableau), equations_(equations), layout_(equations.layout()), stage_(layout_.size()),
           k_(kept, Vector::Zero(layout_.size())) {}
     Stepper(const Stepper&) = default;
@@ -152,7 +152,7 @@ protected:
     }
 
     const Tableau& tableau_;
-    EquationsOfMotion<D>& equations_;
+    Equations& equations_;
     const Layout& layout_;
     Vector stage_;
     std::vector<Vector> k_;  // y' at the stages

@@ -20,20 +20,20 @@ struct SavedEvents {
     std::vector<double> told;
 };
 
-template <class D> class StateEvents {
+class StateEvents {
 public:
     using Vector = Eigen::VectorXd;
     using Met = std::tuple<double, int, int>;      // time, switch, direction
     using Passed = std::tuple<int, double, long>;  // switch, first time, how many times
 
     // `fixed`: whether steps are fixed: these pass over a switch once the motion was pushed back from it.
-    StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations, bool fixed)
-        : model_(model), equations_(equations), thresholds_(model.thresholds), fixed_(fixed),
-          count_(model.switches.size()), search_(thresholds_), x_(count_), before_(count_), after_(count_) {
+    StateEvents(Equations& equations, bool fixed)
+        : model_(equations.mechanism()), equations_(equations), thresholds_(model_.thresholds), fixed_(fixed),
+          count_(model_.switches.size()), search_(thresholds_), x_(count_), before_(count_), after_(count_) {
         if (count_ == 0) return;
         const double never = -std::numeric_limits<double>::infinity();
         const std::vector<double> zeros(count_, 0.0), free(count_, free_branch), last(count_, never);
-        const std::vector<double> held(model.programs.op.size(), free_branch);
+        const std::vector<double> held(equations.programs().op.size(), free_branch);
         state_ = {held, last, std::vector<int>(count_), std::vector<int>(count_), zeros, std::vector<long>(count_),
                   free};
         glanced_ = Vector::Zero(equations.layout().size());
@@ -93,7 +93,7 @@ public:
                 continue;
             }
             met_.emplace_back(t, static_cast<int>(k), crossing.leaving[k]);
-            held(k) = branch_beyond(model_.programs, model_.switches[k].at, held(k), crossing.leaving[k]);
+            held(k) = branch_beyond(equations_.programs(), model_.switches[k].at, held(k), crossing.leaving[k]);
         }
         direction_ = crossing.leaving;
         for (std::size_t k = 0; k < count_; ++k)
@@ -166,7 +166,7 @@ public:
         arguments_here(t, y, window, nullptr, x_);
         for (std::size_t k = 0; k < count_; ++k) {
             if (located(k)) continue;
-            const double now = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
+            const double now = natural_branch(equations_.programs(), model_.switches[k].at, x_[k]);
             if (std::isnan(now)) continue;
             if (!std::isnan(state_.told[k]) && now != state_.told[k]) ++state_.times[k];
             state_.told[k] = now;
@@ -196,14 +196,14 @@ private:
     const std::vector<Interval>& bounds() {
         bounds_.clear();
         for (const Switch& each : model_.switches)
-            bounds_.push_back(interval(model_.programs, each.at, state_.held[each.at]));
+            bounds_.push_back(interval(equations_.programs(), each.at, state_.held[each.at]));
         return bounds_;
     }
 
     void settle() {
         for (std::size_t k = 0; k < count_; ++k)
             if (located(k) && std::isnan(held(k)))
-                held(k) = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
+                held(k) = natural_branch(equations_.programs(), model_.switches[k].at, x_[k]);
     }
 
     void glance(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window,
@@ -221,12 +221,11 @@ private:
     }
     void arguments_here(double t, const Vector& y, const TimeWindow& window, const double* branches,
                         std::vector<double>& x) const {
-        Channels<D>& channels = equations_.set_channels(window.clamped(t), y.data());
-        equations_.applied().switch_arguments(model_, equations_.pose(), equations_.motion(), channels, branches, x);
+        equations_.switch_arguments(window.clamped(t), y.data(), branches, x);
     }
 
-    const Model<D>& model_;
-    EquationsOfMotion<D>& equations_;
+    const Mechanism& model_;
+    Equations& equations_;
     const Thresholds& thresholds_;
     const bool fixed_;
     const std::size_t count_;

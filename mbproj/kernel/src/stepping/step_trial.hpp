@@ -19,26 +19,26 @@ struct Standing {
     Outcome outcome{};
 };
 
-template <class D> class StepTrial {
+class StepTrial {
 public:
-    StepTrial(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Projector<D>& projector,
-              Stepper<D>& stepper, StepEnd<D>& step_end, Schedule& schedule, Phases& phases)
-        : steps_(steps), thresholds_(equations.model().thresholds), now_(now), equations_(equations), stepper_(stepper),
-          step_end_(step_end), schedule_(schedule), phases_(phases), doubling_(stepper, equations, projector),
-          control_(stepper.error_order(), thresholds_), events_(equations.model(), equations, steps.fixed()),
-          locates_(events_.any()), copy_(now.y) {
+    StepTrial(const Steps& steps, Standing& now, Equations& equations, Projector& projector, Stepper& stepper,
+              StepEnd& step_end, Schedule& schedule, Phases& phases)
+        : steps_(steps), thresholds_(equations.mechanism().thresholds), now_(now), equations_(equations),
+          stepper_(stepper), step_end_(step_end), schedule_(schedule), phases_(phases),
+          doubling_(stepper, equations, projector), control_(stepper.error_order(), thresholds_),
+          events_(equations, steps.fixed()), locates_(events_.any()), copy_(now.y) {
         if (locates_) events_.hold();
     }
 
-    StateEvents<D>& events() { return events_; }
-    const StateEvents<D>& events() const { return events_; }
+    StateEvents& events() { return events_; }
+    const StateEvents& events() const { return events_; }
     // Steps end at events in the state; fixed ones pass over those from which the motion is pushed back.
     bool locates() const { return locates_; }
     bool passes() const { return events_.passes(); }
     StepSizeControl& control() { return control_; }
     const std::vector<Halved>& halvings() const { return halvings_.all(); }
     // Of the last step: the check by halves, null if none was due; the crossing at its end; its error; why it failed.
-    const StepDoubling<D>* halves() const { return halved_ ? &doubling_ : nullptr; }
+    const StepDoubling* halves() const { return halved_ ? &doubling_ : nullptr; }
     std::optional<Crossing>& crossing() { return crossing_; }
     double error() const { return error_; }
     const Outcome& lost() const { return lost_; }
@@ -59,7 +59,7 @@ public:
     bool again() { return halved_ = false, attempt(); }
     // The stages of a step alone, with the rows that are held; false also where others would serve.
     bool stages() {
-        equations_.policy().begin();
+        equations_.begin_step();
         if (equations_.other()) equations_.other()->begin_step();
         const bool made = stepper_.attempt(now_.t, now_.y, now_.to.h, now_.y_new);
         now_.counters.evaluations += stepper_.attempt_cost();
@@ -119,9 +119,9 @@ private:
     // one half has such an error, of the third power of its size. A step that ends beyond the reach of its joints
     // passes none.
     bool passes_branch() {
-        if (!doubling_.is_near() || equations_.policy().passed().smallest > 0.0) return false;
+        if (!doubling_.is_near() || equations_.passed().smallest > 0.0) return false;
         equations_.set_pose(now_.to.t, now_.y_new.data());
-        if (equations_.model().open_by_more(equations_.constraint(), thresholds_.lost_limit) >= 0 ||
+        if (equations_.mechanism().open_by_more(equations_.constraint(), thresholds_.lost_limit) >= 0 ||
             !schedule_.halve(now_.t, now_.to.h, thresholds_.branch_halvings))
             return false;
         ++now_.counters.rejected_steps;
@@ -199,16 +199,15 @@ private:
     // How far the step and its extension are from its halves.
     double off() {
         stepper_.at(now_.y, now_.to.h, 0.5, copy_);
-        return std::max(doubling_.off(doubling_.end(), now_.y_new, now_.to.h),
-                        doubling_.off(doubling_.middle(), copy_, now_.to.h));
+        return std::max(equations_.distance(doubling_.end(), now_.y_new, now_.to.h),
+                        equations_.distance(doubling_.middle(), copy_, now_.to.h));
     }
 
     // Why a step could not be made.
     Outcome failed_at(double t) {
         const auto unsolved = stepper_.unsolved();
         if (!unsolved) return step_end_.failed_at(t);
-        const bool near =
-            equations_.policy().passed().smallest < thresholds_.near_branch || equations_.is_near_singular();
+        const bool near = equations_.passed().smallest < thresholds_.near_branch || equations_.is_near_singular();
         return Outcome::unsolved(t, unsolved->body, unsolved->force, near);
     }
     void stop_at(double t) { now_.outcome = failed_at(t); }
@@ -216,14 +215,14 @@ private:
     const Steps& steps_;
     const Thresholds& thresholds_;
     Standing& now_;
-    EquationsOfMotion<D>& equations_;
-    Stepper<D>& stepper_;
-    StepEnd<D>& step_end_;
+    Equations& equations_;
+    Stepper& stepper_;
+    StepEnd& step_end_;
     Schedule& schedule_;
     Phases& phases_;
-    StepDoubling<D> doubling_;
+    StepDoubling doubling_;
     StepSizeControl control_;
-    StateEvents<D> events_;
+    StateEvents events_;
     Halvings halvings_;
     const bool locates_;
     Eigen::VectorXd copy_, slope_;

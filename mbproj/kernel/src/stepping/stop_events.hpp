@@ -8,18 +8,18 @@
 
 namespace mbproj {
 
-template <class D> class StopEvents {
+class StopEvents {
 public:
     using Vector = Eigen::VectorXd;
-    using Counted = typename TurnCounter<D>::Counted;
+    using Counted = TurnCounter::Counted;
 
-    StopEvents(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Stepper<D>& stepper,
-               StepEnd<D>& step_end, Schedule& schedule, StepTrial<D>& trial)
+    StopEvents(const Steps& steps, Standing& now, Equations& equations, Stepper& stepper, StepEnd& step_end,
+               Schedule& schedule, StepTrial& trial)
         : steps_(steps), now_(now), equations_(equations), stepper_(stepper), step_end_(step_end), schedule_(schedule),
-          trial_(trial), watch_(equations.model(), [&equations](int program) { return given(equations, program); }),
-          policy_(equations), slope_(now.y), inside_(now.y), lambda_(equations.model().all_multipliers()) {}
+          trial_(trial), watch_(equations), policy_(equations), slope_(now.y), inside_(now.y),
+          lambda_(equations.mechanism().all_multipliers()) {}
 
-    StopWatch<D>& watch() { return watch_; }
+    StopWatch& watch() { return watch_; }
     // The loop itself decides stops and frictions with these laws. False where the state does not fit them.
     bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state,
                double spacing, LoadedJoints joints_in_space) {
@@ -38,8 +38,8 @@ public:
     // Whether a run ends before a step that meets something, as the trial run of a method does.
     bool halts() const { return halts_; }
     void halt() { halts_ = true; }
-    ContactPolicy<D>& policy() { return policy_; }
-    const ContactPolicy<D>& policy() const { return policy_; }
+    ContactPolicy& policy() { return policy_; }
+    const ContactPolicy& policy() const { return policy_; }
 
     // Whether a run cannot go on because rows of contacts have come to depend on each other, or on the joints'.
     bool loses_contacts(const Outcome& outcome) {
@@ -51,12 +51,11 @@ public:
     [[gnu::noinline, gnu::cold]] bool meets(const Vector& slope, const std::vector<long>& turns,
                                             const std::vector<double>& lambda) {
         const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope};
-        equations_.channels_at(now_.to.t, now_.y_new.data());
-        const bool at_end = watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda);
+        equations_.variables_at(now_.to.t, now_.y_new.data());
+        const bool at_end = watch_.met(step, turns, lambda);
         rests_ = watch_.rests(now_.to.h);
         const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(step, x, found); };
-        if (!watch_.gives_way_inside(now_.to.h, equations_.pose(), solve) && !at_end && rests_ < 0)
-            return watch_.pass(), false;
+        if (!watch_.gives_way_inside(now_.to.h, solve) && !at_end && rests_ < 0) return watch_.pass(), false;
         if (halts()) return true;
         lambda_ = lambda;
         return last_known_ = margins(now_.to.t, now_.y_new, turns, last_), true;
@@ -81,11 +80,11 @@ public:
         if (rests_ < 0 && !watch_.rows().empty()) {  // a look within the step is cheaper than a step to there
             const auto along = [&](double h, MeetingSearch::Margins& found) {
                 if (!solve_inside(step, h / whole.h, lambda_)) return false;
-                return watch_.margins(equations_.pose(), equations_.motion(), counted.turns, lambda_, found), true;
+                return watch_.margins(counted.turns, lambda_, found), true;
             };
             if (!along(0.0, first)) return Found::none;
             expected = search.first(along, first, last_, watch_.parts(), whole.h,
-                                    equations_.model().thresholds.same_written * whole.h);
+                                    equations_.mechanism().thresholds.same_written * whole.h);
         }
         if (!back(counted)) return Found::none;
         policy_.record_speed(now_.y);
@@ -98,13 +97,13 @@ public:
         const auto gaps = static_cast<int>(watch_.gaps().size());
         const bool is_force = met.which >= gaps;
         released_ = is_force || watch_.gaps()[met.which].begins;
-        stop_ = is_force ? watch_.rows()[met.which - gaps].row - equations_.model().all_rows()
+        stop_ = is_force ? watch_.rows()[met.which - gaps].row - equations_.mechanism().all_rows()
                          : watch_.gaps()[met.which].stop;
         meeting_ = true;
         trial_.crossing().reset();
         if (met.h < 4.0 * grain) return Found::at_once;
         const bool ends_there =
-            whole.h - met.h <= (steps_.fixed() ? equations_.model().thresholds.on_grid * steps_.step : 0.0);
+            whole.h - met.h <= (steps_.fixed() ? equations_.mechanism().thresholds.on_grid * steps_.step : 0.0);
         if (!ends_there) now_.to = schedule_.to(now_.t, now_.t + met.h);
         if (!ends_there) now_.to.shaped = whole.shaped;
         return Found::ahead;
@@ -138,7 +137,7 @@ public:
     void set_start(double t, const Vector& y, const std::vector<long>& turns) {
         equations_.set_pose(t, y.data());
         equations_.set_velocities(y.data(), false);
-        watch_.begin(equations_.pose(), equations_.motion(), turns);
+        watch_.begin(turns);
     }
 
     // Adds the contacts to the last sample of a block, from its multipliers.
@@ -195,7 +194,7 @@ private:
             step.at(x, inside_);
             solved = equations_.own_derivative(t, inside_.data(), slope_.data(), lambda.data());
         }
-        if (solved) equations_.channels_at(t, inside_.data());
+        if (solved) equations_.variables_at(t, inside_.data());
         return solved;
     }
 
@@ -207,20 +206,20 @@ private:
         } else if (!equations_.own_derivative(t, y.data(), slope_.data(), lambda_.data())) {
             return false;
         }
-        equations_.channels_at(t, y.data());
-        watch_.margins(equations_.pose(), equations_.motion(), turns, lambda_, found);
+        equations_.variables_at(t, y.data());
+        watch_.margins(turns, lambda_, found);
         return true;
     }
 
     const Steps& steps_;
     Standing& now_;
-    EquationsOfMotion<D>& equations_;
-    Stepper<D>& stepper_;
-    StepEnd<D>& step_end_;
+    Equations& equations_;
+    Stepper& stepper_;
+    StepEnd& step_end_;
     Schedule& schedule_;
-    StepTrial<D>& trial_;
-    StopWatch<D> watch_;
-    ContactPolicy<D> policy_;
+    StepTrial& trial_;
+    StopWatch watch_;
+    ContactPolicy policy_;
     Vector slope_, inside_;
     std::vector<double> lambda_;
     MeetingSearch::Margins last_;

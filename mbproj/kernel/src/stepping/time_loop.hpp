@@ -2,28 +2,38 @@
 // their own headers: the stepper, the schedule with its breaks, the trial of a step, its end, events in the state, samples.
 #pragma once
 
+#include "dynamics/instants.hpp"
 #include "stepping/flush_to_zero.hpp"
-#include "stepping/loop_jumps.hpp"
+#include "stepping/mark.hpp"
+#include "stepping/mechanics.hpp"
+#include "stepping/stop_events.hpp"
 
 namespace mbproj {
 
-template <class D> class TimeLoop : LoopJumps<D> {
+class TimeLoop final {
 public:
-    using Parts = LoopJumps<D>;
     using Vector = Eigen::VectorXd;
 
-    TimeLoop(Model<D> model, Tableau tableau, ProjectionSettings projection, Steps steps, const std::vector<double>& y,
-             std::vector<long> turns)
-        : Parts(std::move(model), std::move(tableau), projection, std::move(steps), y), slope_(now_.y), copy_(now_.y),
-          copy_slope_(now_.y), lambda_(model_.all_multipliers()), copy_lambda_(lambda_) {
+    TimeLoop(std::unique_ptr<Mechanics> mechanics, Steps steps, const std::vector<double>& y, std::vector<long> turns)
+        : mechanics_(std::move(mechanics)), steps_(std::move(steps)), phases_(mechanics_->phases),
+          equations_(mechanics_->equations()), model_(equations_.mechanism()), projector_(mechanics_->projector()),
+          stepper_(mechanics_->stepper()), turns_(equations_, stepper_), step_end_(equations_, projector_, turns_),
+          schedule_(steps_), now_{steps_.start, 0.0, Eigen::Map<const Vector>(y.data(), model_.layout.size()),
+                                  Vector::Zero(model_.layout.size())},
+          trial_(steps_, now_, equations_, projector_, stepper_, step_end_, schedule_, phases_),
+          stops_(steps_, now_, equations_, stepper_, step_end_, schedule_, trial_), instants_(equations_),
+          slope_(now_.y), copy_(now_.y), copy_slope_(now_.y), lambda_(model_.all_multipliers()), copy_lambda_(lambda_) {
         counted_.turns = std::move(turns);
     }
+    TimeLoop(const TimeLoop&) = delete;
+    TimeLoop& operator=(const TimeLoop&) = delete;
+
     // Before the first step: goes on from the mark of a run with the same start. False where the mark does not fit.
-    bool resume(Mark<D> mark) {
+    bool resume(Mark mark) {
         mark_ = std::move(mark);
-        return this->takes(*mark_);
+        return takes(*mark_);
     }
-    const Mark<D>* mark() {  // where a longer run can go on from; null where that is the start
+    const Mark* mark() {  // where a longer run can go on from; null where that is the start
         if (started_ && steps_.fixed()) take_mark();
         return mark_ ? &*mark_ : nullptr;
     }
@@ -53,9 +63,9 @@ public:
         count_factorisations();
     }
     // A mark of the state between two steps, for a run by another method: this run's end may have limited a step.
-    Mark<D> here() {
-        Mark<D> mark;
-        return this->write(mark), mark;
+    Mark here() {
+        Mark mark;
+        return write(mark), mark;
     }
     // Tries a step of size h from the start, and does not take it. Returns the estimated error of each number of y;
     // `now` has its end. Null where it cannot be made.
@@ -66,26 +76,40 @@ public:
         return !now_.outcome.stops() && trial_.stages_and_error() ? stepper_.estimate() : nullptr;
     }
     SampleBlock block;
-    using Parts::follow_formulation;
-    using Parts::peaks, Parts::events, Parts::projector, Parts::waits, Parts::give, Parts::values;
-    using Parts::schedule, Parts::path, Parts::keeps_marks;
-    bool pauses = false;  // whether `advance` came back because so many steps were tried
-    const Model<D>& model() const { return model_; }
+    Peaks peaks;
+    std::optional<StepPath> path;  // if it is asked for
+    bool keeps_marks = false;      // whether marks are asked for
+    bool waits = false;            // at a break, for values from outside
+    bool pauses = false;           // whether `advance` came back because so many steps were tried
+    const Mechanism& model() const { return model_; }
     bool carries_slope() const { return stepper_.carries_slope(); }
     const Phases& phases() const { return phases_; }
-    EquationsOfMotion<D>& equations() { return equations_; }
+    Equations& equations() { return equations_; }
     const std::vector<Halved>& halved() const { return trial_.halvings(); }
-    StopEvents<D>& stops() { return stops_; }
-    const StopEvents<D>& stops() const { return stops_; }
+    StopEvents& stops() { return stops_; }
+    const StopEvents& stops() const { return stops_; }
     const Standing& now() const { return now_; }
     const std::vector<long>& turns() const { return counted_.turns; }
+    Schedule& schedule() { return schedule_; }
+    StateEvents& events() { return trial_.events(); }
+    const StateEvents& events() const { return trial_.events(); }
+    // The values of programs of the time and channels, at the state between two steps.
+    std::vector<double> values(const Programs& programs) { return instants_.values(programs, now_.t, now_.y.data()); }
+    // Sets states of elements from here on, where the run waits.
+    void give(Instants::Given states) { instants_.give(std::move(states)); }
+    Projector& projector() { return projector_; }
+    // Before the first step: another formulation makes accelerations and projections.
+    void follow_formulation(std::unique_ptr<Formulation> other) {
+        other_ = std::move(other);
+        equations_.follow(other_.get());
+    }
 
 private:
     void begin() {
         started_ = true, ++now_.counters.evaluations;
         equations_.set_pose(now_.t, now_.y.data());
         equations_.set_velocities(now_.y.data(), true);
-        peaks.watch(equations_.constraint(), equations_.C_dot(), model_.constraints.rows, model_.driven.size(), now_.t);
+        peaks.watch(equations_.constraint(), equations_.C_dot(), model_.row_count(), model_.driven_count(), now_.t);
         counted_ = turns_.start(counted_.turns, now_.t, now_.y);
         if (mark_) return go_on_from_mark();
         if (stops_.begins() && !stops_.start(counted_.turns)) return stop({Status::undecided, now_.t});
@@ -108,7 +132,7 @@ private:
             started_ = false, --now_.counters.evaluations;
         else if (!began_)
             stop({Status::undecided, now_.t});
-        else if (this->change_contacts(change) && std::exchange(left_at_end_, false))
+        else if (change_contacts(change) && std::exchange(left_at_end_, false))
             end_step();
         if (now_.outcome.status == Status::undecided && stops_.policy().undecided().cause == Cause::no_inertia)
             stop(lost);
@@ -129,7 +153,7 @@ private:
         if (!equations_.start() || !(carries || evaluate(now_.y, false))) return stop_at(now_.t);
         if (carries) slope_ = mark_->slope;
         began_ = true, stepper_.first() = slope_;
-        factorised_before_ = now_.counters.factorisations - equations_.solver().factorisations();
+        factorised_before_ = now_.counters.factorisations - equations_.factorisations();
         shaped_ = mark_->shaped;
         if (anew) mark_.reset();  // another run with this method cannot go on from it
     }
@@ -189,10 +213,10 @@ private:
         if (now_.outcome.stops()) return false;
         schedule_.leave();
         const auto found = stops_.locate(counted_, slope_);
-        if (found == StopEvents<D>::Found::none) return stop_at(now_.to.t), false;
-        if (found == StopEvents<D>::Found::at_once) return meet_stop(), false;
+        if (found == StopEvents::Found::none) return stop_at(now_.to.t), false;
+        if (found == StopEvents::Found::at_once) return meet_stop(), false;
         if (!trial_.again() || !take_step(false)) return stops_.forget(), false;
-        stops_.watch().begin(equations_.pose(), equations_.motion(), counted_.turns);
+        stops_.watch().begin(counted_.turns);
         return true;
     }
 
@@ -218,7 +242,7 @@ private:
         stepper_.first().swap(slope_);
         now_.t = now_.to.t;
         if (now_.to.due) sample(now_.t, now_.y, stepper_.first(), lambda_, now_.to.h, counted_);
-        this->reach();
+        reach();
         if (trial_.passes()) events().watch(now_.t, now_.y, schedule_.window());
         if (stops_.meeting() && !meet_stop()) return void(left_at_end_ = true);
         end_step();
@@ -245,21 +269,166 @@ private:
     }
 
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
-                const typename TurnCounter<D>::Counted& turned) {
+                const TurnCounter::Counted& turned) {
         count_factorisations();
-        block.add<D>(t, y, slope, model_.size(), lambda, model_.constraints.rows, h, turned.values(), now_.counters);
+        block.add(t, y, slope, model_, lambda, h, turned.values(), now_.counters);
         if (stops_.inside()) stops_.record(block, lambda);
     }
 
-    using Parts::counted_, Parts::counted_before_, Parts::factorised_before_, Parts::shaped_, Parts::stops_;
-    using Parts::cross_event;
-    using Parts::make_again, Parts::begin_balance, Parts::meet_stop, Parts::change_contacts, Parts::cross_break;
-    using Parts::mark_, Parts::started_, Parts::stop, Parts::stop_at;
-    using Parts::model_, Parts::steps_, Parts::phases_, Parts::equations_, Parts::stepper_, Parts::turns_;
-    using Parts::step_end_, Parts::schedule_, Parts::now_, Parts::trial_;
-    using Parts::write, Parts::count_factorisations, Parts::go_on, Parts::choose_step;
-    Vector slope_;              // at the end of a step, until the step is taken over
-    Vector copy_, copy_slope_;  // of a sample inside a step
+    // At a break that asks, a run waits for values from outside.
+    bool is_asked() { return waits = !instants_.any_given() && schedule_.asks(now_.t); }
+    // Changes states at the breaks that are passed: to values from outside, then by controllers.
+    void act() {
+        instants_.take_given(now_.y.data());
+        bool looked = false;
+        acted_ = schedule_.act([&](int action) {
+            if (!std::exchange(looked, true)) instants_.set_channels(now_.t, now_.y.data());
+            return instants_.act(action, now_.y.data());
+        });
+    }
+    void go_on() {
+        if (steps_.fixed()) return;  // else the step is chosen anew
+        trial_.control().forget();
+        choose_step(schedule_.left(now_.t));
+    }
+
+    bool choose_step(double longest) {
+        const FirstStep first = stepper_.first_step(now_.t, now_.y, steps_.tolerance, longest);
+        ++now_.counters.evaluations;
+        if (first.h < 0.0) return stop_at(now_.t), false;
+        now_.h = std::max(first.h, schedule_.shortest(now_.t));  // round-off of y may ask for less
+        shaped_ = shaped_ || (first.limited && schedule_.is_before_end());
+        return true;
+    }
+
+    // Takes over a mark, except its contacts, which follow when the run begins. False where it is not of such a loop.
+    bool takes(const Mark& mark) {
+        auto* rows = step_end_.invariants();
+        if (mark.contacts.has_value() != stops_.inside() || mark.kept.has_value() != (rows != nullptr)) return false;
+        if (mark.contacts && !stops_.policy().fits(*mark.contacts)) return false;
+        if (rows) rows->kept = *mark.kept;
+        if (other_ && !other_->resume(mark.other)) return false;
+        return events().resume(mark.events);
+    }
+    void make_again() {  // takes back the step that was closed
+        --now_.counters.steps;
+        counted_ = counted_before_;
+        step_end_.take_back();
+    }
+    // Begins a new balance of the conserved quantities, at the current state.
+    void begin_balance() {
+        if (auto* rows = step_end_.invariants()) rows->begin(now_.t, now_.y.data());
+    }
+
+    void stop(const Outcome& reached) { now_.outcome = reached; }
+    void stop_at(double t) { stop(step_end_.failed_at(t)); }
+
+    void count_factorisations() { now_.counters.factorisations = factorised_before_ + equations_.factorisations(); }
+    void reach() {
+        schedule_.reach(now_.to);
+        if (path) path->add(now_.t, now_.to.h, now_.y);
+    }
+    void write(Mark& mark) {
+        count_factorisations();
+        mark.t = now_.t, mark.h = now_.h, mark.y = now_.y, mark.grid = schedule_.grid();
+        mark.part = schedule_.parts().at(), mark.halved = trial_.halvings();
+        mark.counted = counted_, mark.counters = now_.counters, mark.peaks = peaks;
+        mark.control = trial_.control().save(), mark.shortened = trial_.shortened();
+        if (events().any()) mark.events = events().save();
+        if (stops_.inside()) mark.contacts = stops_.policy().state();
+        if (const auto* rows = step_end_.invariants()) mark.kept = rows->kept;
+        if (other_) mark.other = other_->save();
+        mark.shaped = shaped_, mark.anew = false;
+        if (stepper_.carries_slope()) mark.slope = stepper_.first();
+    }
+
+    [[gnu::noinline, gnu::cold]] bool meet_stop() {
+        return change_contacts([this] { return stops_.meet(counted_.turns); });
+    }
+    // Velocities may jump, and with them branches of forces. False where the run stops, also where nothing can be decided.
+    template <class Change> bool change_contacts(const Change& change) {
+        bool met = true;
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
+        const bool goes_on = jump([&] { met = change(); });
+        if (!met) stop({Status::undecided, now_.t});
+        if (!met || !goes_on) return false;
+        stops_.set_start(now_.t, now_.y, counted_.turns);
+        turns_.take_speeds(counted_);
+        go_on();
+        return true;
+    }
+
+    void cross_break() {  // from here on functions of time are evaluated after the break
+        if (is_asked()) return;
+        equations_.set_window({});  // as in the current slope
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
+        equations_.set_window(schedule_.window());
+        const bool goes_on = jump([this] {
+            schedule_.pass_break(now_.t);
+            equations_.set_window(schedule_.window());
+            act();
+        });
+        if (goes_on) acted_ ? go_on() : stop_at(now_.t);
+    }
+    // Makes an instantaneous change: switches whose arguments jump with it take the branch at the new argument.
+    template <class Change> bool jump(const Change& change) {
+        if (trial_.locates()) events().before_jump(now_.t, now_.y, schedule_.window());
+        change();
+        if (trial_.locates()) events().after_jump(now_.t, now_.y, schedule_.window());
+        return renew() && (!trial_.locates() || !events().any_free() || change_branches([this] { events().turn(); }));
+    }
+
+    // Changes the branch of a switch at its crossing. False where the run stops.
+    bool cross_event() {
+        const Crossing crossing = *trial_.crossing();
+        trial_.crossing().reset();
+        int often = -1;
+        const bool passes = change_branches(
+            [&] { often = events().cross(crossing, now_.t, schedule_.grain(now_.t), steps_.interval()); });
+        if (often >= 0) return stop(Outcome::pushed_back(now_.t, often)), false;
+        return passes;
+    }
+
+    template <class Change> bool change_branches(const Change& change) {  // false where the motion leads back
+        events().glance_before(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
+        if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t), false;
+        change();
+        do {
+            if (!renew()) return false;
+            events().glance_after(now_.t, now_.y, stepper_.first(), now_.h, schedule_.window());
+        } while (events().passes_over_back(now_.t));
+        return events().pushed_back() < 0 || (stop(Outcome::pushed_back(now_.t, events().pushed_back())), false);
+    }
+
+    bool renew() {  // the slope at the state, and a new balance
+        begin_balance();
+        ++now_.counters.evaluations;
+        return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);
+    }
+
+    const std::unique_ptr<Mechanics> mechanics_;
+    const Steps steps_;
+    Phases& phases_;
+    std::unique_ptr<Formulation> other_;
+    Equations& equations_;
+    const Mechanism& model_;
+    Projector& projector_;
+    Stepper& stepper_;
+    TurnCounter turns_;
+    StepEnd step_end_;
+    Schedule schedule_;
+    Standing now_;
+    StepTrial trial_;
+    StopEvents stops_;
+    Instants instants_;
+    TurnCounter::Counted counted_, counted_before_;
+    std::optional<Mark> mark_;
+    bool started_ = false;
+    long factorised_before_ = 0;  // by the run that this one continues
+    bool shaped_ = false;         // whether the run's end has limited a step
+    bool acted_ = true;           // whether all values of controllers were finite
+    Vector slope_;                // at the end of a step, until the step is taken over
+    Vector copy_, copy_slope_;    // of a sample inside a step
     std::vector<double> lambda_, copy_lambda_;
     bool meets_ = false;        // whether the current step meets a stop
     bool began_ = false;        // whether the slope at the first state is known

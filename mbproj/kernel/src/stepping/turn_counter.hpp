@@ -11,12 +11,12 @@
 
 namespace mbproj {
 
-template <class D> class TurnCounter {
+class TurnCounter {
 public:
     using Vector = Eigen::VectorXd;
     // The angles at one point of the motion: the direction and the rate of each, the value that a motion prescribes;
     // and their turns.
-    struct Angle : JointAngle<D> {
+    struct Angle : JointAngle<double> {
         double prescribed = 0.0;
     };
     struct Counted {
@@ -30,12 +30,12 @@ public:
         }
     };
 
-    TurnCounter(const Model<D>& model, EquationsOfMotion<D>& equations, const Stepper<D>& stepper)
-        : model_(model), followed_(model.layout.followed), equations_(equations), stepper_(stepper) {
-        std::vector<int> motion(model.coordinates.instances.size(), -1);
-        for (std::size_t k = 0; k < model.driven.size(); ++k) motion[model.driven[k].coordinate] = static_cast<int>(k);
+    TurnCounter(Equations& equations, const Stepper& stepper)
+        : model_(equations.mechanism()), followed_(model_.layout.followed), equations_(equations), stepper_(stepper) {
+        std::vector<int> motion(model_.coordinate_count(), -1);
+        for (int k = 0; k < model_.driven_count(); ++k) motion[model_.driven_coordinate(k)] = k;
         for (std::size_t i = 0; i < motion.size(); ++i)
-            if (model.counts_turns[i]) counting_.push_back({static_cast<int>(i), motion[i]});
+            if (model_.counts_turns[i]) counting_.push_back({static_cast<int>(i), motion[i]});
     }
 
     // The angles at the start of a run, at y, the state in place.
@@ -56,10 +56,10 @@ public:
 
     // Before the state y at a time is closed: sets angles that are followed and driven to the values of their motions.
     void lead(double t, Vector& y) const {
-        if (!followed_.size || model_.driven.empty()) return;
+        if (!followed_.size || model_.driven_count() == 0) return;
         equations_.set_pose(t, y.data());
         for (const Counting& each : counting_)
-            if (each.motion >= 0) y[followed_.first + each.coordinate] = equations_.drive().prescribed(each.motion);
+            if (each.motion >= 0) y[followed_.first + each.coordinate] = equations_.prescribed(each.motion);
     }
 
     // Counts turns from y at t to y_new, in place. Returns the worst coordinate whose turns the step cannot tell.
@@ -109,7 +109,7 @@ public:
             double expected = rest * rest * ((1.0 + 2.0 * s) * before.value(i) + s * h * before.angles[i].speed) +
                               s * s * ((1.0 + 2.0 * rest) * after.value(i) - rest * h * after.angles[i].speed);
             if (each.motion >= 0)
-                expected = equations_.drive().prescribed(each.motion);
+                expected = equations_.prescribed(each.motion);
             else if (followed_.size)
                 expected = y[followed_.first + i];
             double off;
@@ -153,13 +153,13 @@ private:
     }
 
     Angle angle_now(const Counting& each) const {
-        return {equations_.angle(each.coordinate), each.motion < 0 ? 0.0 : equations_.drive().prescribed(each.motion)};
+        return {equations_.angle(each.coordinate), each.motion < 0 ? 0.0 : equations_.prescribed(each.motion)};
     }
 
-    const Model<D>& model_;
+    const Mechanism& model_;
     const Block followed_;  // in y
-    EquationsOfMotion<D>& equations_;
-    const Stepper<D>& stepper_;
+    Equations& equations_;
+    const Stepper& stepper_;
     std::vector<Counting> counting_;
 };
 
