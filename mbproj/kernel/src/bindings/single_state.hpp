@@ -25,7 +25,6 @@ public:
           projector_(equations_, projection_, phases_) {}
     SingleState(const SingleState&) = delete;
     SingleState& operator=(const SingleState&) = delete;
-
     Numbers constraint(double t, const double* y) {
         set_pose(t, y);
         return rows(equations_.constraint());

@@ -40,7 +40,6 @@ public:
     Equations(const Equations&) = delete;
     Equations& operator=(const Equations&) = delete;
     virtual ~Equations() = default;
-
     const Mechanism& mechanism() const { return mechanism_; }
     // The layout of y.
     const Layout& layout() const { return mechanism_.layout; }
@@ -91,7 +90,6 @@ public:
     virtual std::size_t loop_joint_count() const = 0;
     // The law of a friction that leaves no unique solution at the last state, or -1.
     virtual int jammed() const = 0;
-
     virtual const double* constraint() = 0;
     // C' of the last `set_velocities`.
     virtual const double* C_dot() const = 0;

@@ -325,6 +325,8 @@ template <class D> void EquationsOfMotion<D>::stabilise() {
         gamma_[r] -= 2.0 * projection_.alpha * C_dot_[r] + projection_.beta * projection_.beta * C[r];
 }
 
+template <class D> EquationsOfMotion<D>::~EquationsOfMotion() = default;
+
 template class EquationsOfMotion<Plane<double>>;
 template class EquationsOfMotion<Space<double>>;
 

@@ -19,7 +19,7 @@ public:
     using S = Size<D>;
 
     EquationsOfMotion(const Model<D>& model, const ProjectionSettings& projection);
-
+    ~EquationsOfMotion() override;
     const Programs& programs() const override { return model_.programs; }
     int law_count() const override { return model_.loads ? static_cast<int>(model_.loads->laws.size()) : 0; }
     int force_count() const override { return model_.loads ? model_.loads->size() : 0; }
@@ -29,15 +29,12 @@ public:
     bool derivative(double t, const double* y, double* slope, double* lambda = nullptr) override;
     bool watched_derivative(double t, const double* y, double* slope, double* lambda = nullptr) override;
     bool own_derivative(double t, const double* y, double* slope, double* lambda) override;
-
     void set_velocities(const double* y, bool with_C_dot) override;
-
     bool slope_at(const double* y, double* slope, double* lambda = nullptr, bool watched = false) override;
     bool own_slope_at(const double* y, double* slope, double* lambda = nullptr) override;
 
     // The rates of work in the last slope at another state, with that slope's multipliers; for scenes with loads.
     bool settle_work(double t, const double* y, double* slope);
-
     void set_pose(double t, const double* y) override;
     void set_window(const TimeWindow& window) override;
     void set_pose(const double* y) { set_pose(t_, y); }  // at the same time
@@ -98,27 +95,22 @@ public:
     void hold_contacts(std::vector<ContactRow> rows, std::vector<SlidingRow> slides = {},
                        std::vector<ContactFoot> feet = {}) override;
     std::unique_ptr<Border> border() override;
-
     std::optional<std::pair<int, RopeTrouble>> off_rope() const override;
     std::optional<std::pair<int, int>> overlap() const override;
-
     const Series<double>* variables_at(double t, const double* y) override { return channels_at(t, y).variables(); }
     void change_states(const double* y) override { channels_.set_states(y); }
     double given(int program, double rate = 0.0) override;
     void switch_arguments(double t, const double* y, const double* branches, std::vector<double>& found) override;
-
     ValueAndRate at_stop(int number) const override { return at_stop(number, pose_, motion_); }
     void look(const double* y) override;
     ValueAndRate seen_at_stop(int number) const override { return at_stop(number, seen_pose_, seen_motion_); }
     bool is_angle_at_stop(int number) const override;
-
     Supports supports(int bearing, const double* lambda) const override;
     using Equations::load;
     double load(int bearing, const Supports& carried) const override { return carried.load(model_.bearings[bearing]); }
     double preload(int bearing) const override { return model_.bearings[bearing].preload; }
     double arm(int bearing) const override;
     double borne(const Joint& joint, const double* lambda) const override;
-
     double fastest_part(const Vector& y) const override;
     // Flywheels have rows after those of C.
     double kinetic_energy(const Vector& y) const override;
@@ -134,7 +126,6 @@ private:
     bool factored_with_masses(bool found) { return metric_ = Metric::mass, held_ = factored_ = found; }
     bool factor_stage(double t, const double* y);
     bool slope_of_stage(const double* y, double* slope, double* lambda = nullptr, bool watched = false);
-
     bool factor_for_violation(const double* y);
 
     // From here on friction that depends on bearing loads is included.
@@ -171,5 +162,8 @@ private:
     bool known_ = false;  // whether C belongs to the pose in place
     Metric metric_ = Metric::mass;
 };
+
+extern template class EquationsOfMotion<Plane<double>>;
+extern template class EquationsOfMotion<Space<double>>;
 
 }  // namespace mbproj

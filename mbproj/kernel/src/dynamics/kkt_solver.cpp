@@ -144,6 +144,8 @@ template <class D> bool KktSolver<D>::set_halves(const Pose<D>& pose, Metric met
     return true;
 }
 
+template <class D> KktSolver<D>::~KktSolver() = default;
+
 template class KktSolver<Plane<double>>;
 template class KktSolver<Space<double>>;
 

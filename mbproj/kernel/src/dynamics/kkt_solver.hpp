@@ -19,6 +19,7 @@ public:
 
     // With a penalty factor, all joints stay in the loops: (M + α GᵀG)⁻¹ α Gᵀ = M⁻¹Gᵀ (S + 1/α)⁻¹.
     KktSolver(const Model<D>& model, std::optional<double> penalty);
+    ~KktSolver();
 
     // Leaves out these rows of the model, ascending, each of a joint in a loop, in the calls to come.
     void leave_out(const std::vector<int>& rows);
@@ -103,9 +104,7 @@ private:
     // their distance from the span of the others; dividing by that distance errs without bound. Where no row is near dependent,
     // the masses are why S has few digits, or none.
     bool factor_near_singular(const Pose<D>& pose, double shift, int failed, double near);
-
     double pivots_part() const;
-
     bool lends_inertia(int body, Metric metric) const;
     bool takes_inertia(int body, Metric metric) const;
 
@@ -141,5 +140,8 @@ private:
     Metric metric_ = Metric::mass;
     long factorisations_ = 0, close_looks_ = 0;
 };
+
+extern template class KktSolver<Plane<double>>;
+extern template class KktSolver<Space<double>>;
 
 }  // namespace mbproj

@@ -5,6 +5,11 @@
 
 namespace mbproj {
 
+// The angle plus the whole turns that bring it closest to the expected value.
+template <class S> inline S near(const S& angle, const S& expected) {
+    return angle + 2.0 * M_PI * nearbyint((expected - angle) / (2.0 * M_PI));
+}
+
 // A joint's angle as a direction (cosine, sine), and its rate.
 template <class S> struct JointAngle {
     S cosine = 1.0, sine = 0.0, speed = 0.0;

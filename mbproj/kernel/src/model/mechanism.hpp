@@ -110,7 +110,6 @@ struct Mechanism {
     Thresholds thresholds;
 
     virtual ~Mechanism() = default;
-
     virtual int size() const = 0;              // the number of bodies
     virtual int row_count() const = 0;         // of C
     virtual int coordinate_count() const = 0;  // of the joints' coordinates
@@ -118,7 +117,6 @@ struct Mechanism {
     virtual int driven_coordinate(int row) const = 0;
     virtual int flywheel_count() const = 0;
     virtual BodySizes sizes() const = 0;
-
     int joint_of(int row) const {
         int found = 0;
         while (row >= joints[found].row + joints[found].rows) ++found;

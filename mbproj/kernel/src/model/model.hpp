@@ -85,11 +85,6 @@ template <class D> struct Bearing {
     bool is_push() const { return is_of_rows() && axial == 0.0; }
 };
 
-// The angle plus the whole turns that bring it closest to the expected value.
-template <class S> inline S near(const S& angle, const S& expected) {
-    return angle + 2.0 * M_PI * nearbyint((expected - angle) / (2.0 * M_PI));
-}
-
 template <class D> struct Loads;
 
 template <class D> struct Model final : Mechanism {

@@ -235,6 +235,8 @@ template <class D> bool NewtonProjector<D>::within(const double* C, double grain
     return true;
 }
 
+template <class D> NewtonProjector<D>::~NewtonProjector() = default;
+
 template class NewtonProjector<Plane<double>>;
 template class NewtonProjector<Space<double>>;
 

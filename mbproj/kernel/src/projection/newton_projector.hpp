@@ -15,10 +15,9 @@ public:
     using S = Size<D>;
 
     NewtonProjector(EquationsOfMotion<D>& equations, const ProjectionSettings& settings, Phases& phases);
-
+    ~NewtonProjector() override;
     Projected after_step(long step, double t, const double* before, double* y) override;
     Projected anywhere(double t, double* y) override;
-
     void keep(bool energy, const std::vector<double>& fields, double tolerance) override;
     InvariantRows<D>* invariants() override { return invariants_.get(); }
 
@@ -27,22 +26,17 @@ public:
 
 private:
     Projected close(long step, double t, double* y);
-
     Projected anywhere_alone(double t, double* y);
     // The projection by another formulation, with its change of the velocities.
     [[gnu::noinline, gnu::cold]] Projected by_other(long step, double t, double* y);
-
     static Metric metric_of(Correction correction);
-
     bool closes() const { return settings_.corrects() && (model_.constraints.rows > 0 || equations_.contacts().any()); }
 
     // Without joints nothing has to be closed; conserved quantities are projected by the same schedule.
     bool frees_all(long step) const { return !closes() && settings_.corrects() && step % settings_.every == 0; }
     // Whether velocities that are `due` can be corrected: the pose is closed and factored.
     bool keeps(bool due, const Projected& done);
-
     double largest(const double* rows) const;
-
     void normalise(double* y) const;
 
     // Corrects the levels that are asked for, with a factor of this pose.
@@ -96,5 +90,8 @@ private:
     std::vector<double> start_;
     std::unique_ptr<InvariantRows<D>> invariants_;  // null where none are asked for
 };
+
+extern template class NewtonProjector<Plane<double>>;
+extern template class NewtonProjector<Space<double>>;
 
 }  // namespace mbproj

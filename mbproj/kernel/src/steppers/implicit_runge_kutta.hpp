@@ -25,7 +25,6 @@ public:
         implicit_.remember(tableau.stages());
     }
     ImplicitRungeKutta(const ImplicitRungeKutta&) = default;
-
     std::unique_ptr<Stepper> copy() const override { return std::make_unique<ImplicitRungeKutta>(*this); }
 
     long attempt_cost() const override { return evaluations_; }

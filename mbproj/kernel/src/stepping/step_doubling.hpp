@@ -18,25 +18,10 @@ public:
           middle_(Vector::Zero(equations.layout().size())), end_(middle_) {}
 
     // Whether the last step needs the check, by the poses of its stages; closed stages need none.
-    bool is_near() const {
-        if (half_->closes_stages()) return false;
-        const Thresholds& thresholds = equations_.mechanism().thresholds;
-        const Passed& passed = equations_.passed();
-        return passed.smallest < thresholds.passing && passed.smallest < thresholds.nearing * passed.largest;
-    }
+    bool is_near() const;
 
     // Two half steps from y at t, with its slope; false where they fail. Their evaluations count.
-    bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {
-        half_->first() = slope;
-        const bool reaches_middle = half_->attempt(t, y, 0.5 * h, middle_);
-        evaluations += half_->attempt_cost();
-        if (!reaches_middle || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular) return false;
-        evaluations += half_->arrival_cost();
-        if (!half_->follow_on(t + 0.5 * h, middle_)) return false;
-        const bool reaches_end = half_->attempt(t + 0.5 * h, middle_, 0.5 * h, end_);
-        evaluations += half_->attempt_cost();
-        return reaches_end && projector_.anywhere(t + h, end_.data()).regular;
-    }
+    bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations);
 
     // The states at the ends of the half steps.
     const Vector& middle() const { return middle_; }

@@ -3,9 +3,9 @@
 #pragma once
 
 #include "dynamics/instants.hpp"
+#include "steppers/mechanics.hpp"
 #include "stepping/flush_to_zero.hpp"
 #include "stepping/mark.hpp"
-#include "stepping/mechanics.hpp"
 #include "stepping/stop_events.hpp"
 
 namespace mbproj {
@@ -61,30 +61,23 @@ private:
 
     // Decides anew which contacts hold at the current state, where the equations cannot hold them.
     [[gnu::noinline, gnu::cold]] void decide_anew();
-
     void go_on_from_mark();
 
     // Makes a step. Its end is closed and counted; samples inside follow one by one, before the step is taken over.
     void step();
-
     bool take_step(bool watching);
-
     bool accept(bool watching);
 
     // Makes the step that meets a stop again, to there. False where that fails, or the stop is met at once.
     [[gnu::noinline, gnu::cold]] bool end_at_meeting();
-
     void report_turns(const Outcome& untold);
-
     void sample_inside();
-
     void finish_step();
     void end_step();
 
     // No mark once the run's end has limited a step: a longer run makes other steps.
     void take_mark();
     bool evaluate(const Vector& y, bool with_multipliers);
-
     void sample(double t, const Vector& y, const Vector& slope, const std::vector<double>& lambda, double h,
                 const TurnCounter::Counted& turned);
 
@@ -93,7 +86,6 @@ private:
     // Changes states at the breaks that are passed: to values from outside, then by controllers.
     void act();
     void go_on();
-
     bool choose_step(double longest);
 
     // Takes over a mark, except its contacts, which follow when the run begins. False where it is not of such a loop.
@@ -101,14 +93,12 @@ private:
     void make_again();
     // Begins a new balance of the conserved quantities, at the current state.
     void begin_balance();
-
     void stop(const Outcome& reached) { now_.outcome = reached; }
     void stop_at(double t) { stop(step_end_.failed_at(t)); }
 
     void count_factorisations() { now_.counters.factorisations = factorised_before_ + equations_.factorisations(); }
     void reach();
     void write(Mark& mark);
-
     [[gnu::noinline, gnu::cold]] bool meet_stop();
     // Velocities may jump, and with them branches of forces. False where the run stops, also where nothing can be decided.
     template <class Change> bool change_contacts(const Change& change) {

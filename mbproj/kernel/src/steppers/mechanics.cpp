@@ -1,4 +1,4 @@
-#include "stepping/mechanics.hpp"
+#include "steppers/mechanics.hpp"
 
 #include "projection/newton_projector.hpp"
 #include "steppers/explicit_runge_kutta.hpp"

@@ -18,7 +18,6 @@ public:
     Mechanics(const Mechanics&) = delete;
     Mechanics& operator=(const Mechanics&) = delete;
     virtual ~Mechanics() = default;
-
     virtual Equations& equations() = 0;
     virtual Projector& projector() = 0;
     virtual Stepper& stepper() = 0;
