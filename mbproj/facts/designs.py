@@ -73,7 +73,7 @@ SENSITIVITY = (
 SWEEP = (
     Fact("cases", "integer", "1", "number of cases", at="whole"),
     Fact("computed", "integer", "1", "cases that were computed now"),
-    Fact("by_arrays", "integer", "1", "of these those in packs"),
+    Fact("by_arrays", "integer", "1", "of these those that were computed as arrays"),
     Fact("reused", "integer", "1", "cases of an earlier command"),
     Fact("failed", "integer", "1", "cases that failed"),
     Fact("left", "integer", "1", "cases that are left after an interruption"),

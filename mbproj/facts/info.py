@@ -145,7 +145,6 @@ BUILD = (
             Fact("build_type", "string", "", "kind of the build", _BUILT),
             Fact("eigen", "string", "", "version of Eigen", _BUILT),
             Fact("instruction_set", "string", "", "processor that it is for", _BUILT),
-            Fact("packs", "integer", "1", "cases of a pack; 0 where there are no packs", _BUILT),
             Fact("reason", "string", "", "why it is not there", NOT_BUILT),
             Fact("advice", "string | null", "", "what to do; null where it was not wanted", NOT_BUILT),
         ),

@@ -13,7 +13,7 @@ from types import ModuleType
 
 from mbproj.version import __version__
 
-__all__ = ["build_info", "core", "fingerprint", "left_out", "pack_width"]
+__all__ = ["build_info", "core", "fingerprint", "left_out"]
 
 
 def core() -> ModuleType | None:
@@ -35,12 +35,6 @@ def fingerprint() -> str:
     kernel = build_info()
     built = "no kernel" if isinstance(kernel, str) else f"{kernel['compiler']} for {kernel['instruction_set']}"
     return f"mbproj {__version__} ({built}, numpy {np.__version__})"
-
-
-def pack_width() -> int:
-    """How many cases of a sweep a pack holds on this processor; 0 where there are no packs."""
-    kernel = core()
-    return 0 if kernel is None else int(kernel.pack_width())
 
 
 def left_out() -> bool:

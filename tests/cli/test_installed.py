@@ -76,10 +76,8 @@ def places(tmp_path_factory: pytest.TempPathFactory) -> Places:
         ignored = shutil.ignore_patterns("*.so", "*.pyd", "src", "__pycache__")
         shutil.copytree(Path(mbproj.__file__).parent, target / "mbproj", ignore=ignored)
     compiled = Path(extension.__file__).parent
-    for kernel in (*compiled.glob("_core*"), *compiled.glob("packs/*.so")):
-        place = found.packages / "mbproj" / "kernel" / kernel.relative_to(compiled)
-        place.parent.mkdir(exist_ok=True)
-        shutil.copy(kernel, place)
+    for kernel in compiled.glob("_core*"):
+        shutil.copy(kernel, found.packages / "mbproj" / "kernel" / kernel.name)
     (found.checkout / "mbproj" / "kernel" / "src").mkdir()
     described = found.packages / f"mbproj-{mbproj.__version__}.dist-info"
     described.mkdir()

@@ -77,14 +77,6 @@ def test_it_uses_what_this_processor_has_unless_it_is_portable():
         assert "avx" not in kernel.build_info()["flags"]
 
 
-@needs_kernel
-@pytest.mark.skipif(not ON_LINUX, reason="x86-64 and Linux only")
-def test_packs_are_as_wide_as_the_vectors_of_this_processor():
-    """What decides is the processor that runs, not how the kernel itself was compiled."""
-    flags = processor_flags()
-    assert kernel.pack_width() == (8 if {"avx512f", "avx512dq"} <= flags else 4 if "avx2" in flags else 0)
-
-
 def test_importing_the_package_loads_nothing():
     code = "import sys, mbproj.kernel; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from mbproj.cli.report.text import table
-from mbproj.kernel import build_info, left_out, pack_width
+from mbproj.kernel import build_info, left_out
 from mbproj.kernel.absence import advice
 from mbproj.plugins import installed
 from mbproj.registry import FORMULATIONS
@@ -28,7 +28,7 @@ def facts() -> dict[str, Any]:
         "h5py": h5py.__version__,
         "formulations": ["full"] if isinstance(kernel, str) else [name for name in FORMULATIONS if name != "auto"],
         "plugins": installed(),
-        "kernel": _absent(kernel) if isinstance(kernel, str) else {"built": True, **kernel, "packs": pack_width()},
+        "kernel": _absent(kernel) if isinstance(kernel, str) else {"built": True, **kernel},
     }
 
 
@@ -49,5 +49,4 @@ def lines() -> Iterator[str]:
     if not kernel["built"] and kernel["advice"]:
         yield f"  {kernel['advice']}"
     if kernel["built"]:
-        kernel["packs"] = f"of {kernel['packs']} cases" if kernel["packs"] else "none on this processor"
-        yield from table({key: kernel[key] for key in ("compiler", "build_type", "flags", "eigen", "packs")}, "  ")
+        yield from table({key: kernel[key] for key in ("compiler", "build_type", "flags", "eigen")}, "  ")

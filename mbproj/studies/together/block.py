@@ -78,35 +78,39 @@ def _measured_samples(
 
 
 def _integrated(compiled: Compiled, run: Any, count: int, timeout: float | None) -> list[Mapping[str, Any] | None]:
-    """Return the samples of each run, or None where it has not come to its end. Packs make runs side by side, as far as
-    they can; each run goes on by itself from there. With a `timeout` all runs are single."""
-    runs = run.items if isinstance(run, Each) else [run]  # all cases have the same run
-    ends: list[Mapping[str, Any] | None] = [None] * len(runs)
-    if timeout is None and len(runs) > 1:
-        with interruption() as asked:
-            ends = compiled.core.together(list(runs), RETURN_SECONDS, asked.check)
-    for at, run in enumerate(runs):
-        if run.outcome.status == compiled.core.Status.running:
-            first, ends[at] = ends[at], None
+    """Return the samples of each run, or None where it has not come to its end. A `timeout` holds for each run."""
+    runs = list(run.items) if isinstance(run, Each) else [run]  # all cases have the same run
+    parts: list[list[Mapping[str, Any]]] = [[] for _ in runs]
+    if timeout is None:
+        _advance(compiled, runs, parts)
+    else:
+        for own, samples in zip(runs, parts, strict=True):
             with suppress(TimeIsUp), time_limit(timeout):
-                ends[at] = _to_its_end(compiled, run, [] if first is None else [first])
+                _advance(compiled, [own], [samples])
+    finished = compiled.core.Status.finished
+    ends = [
+        _joined(samples) if run.outcome.status == finished else None for run, samples in zip(runs, parts, strict=True)
+    ]
     return ends if len(ends) == count else ends * count
 
 
-def _to_its_end(compiled: Compiled, run: Any, parts: list[Mapping[str, Any]]) -> Mapping[str, Any] | None:
-    """Continue a run to its end, and return its samples with those in `parts`; None where it fails."""
-    status, most = compiled.core.Status, block_samples(compiled.system.bodies)
+def _advance(compiled: Compiled, runs: list[Any], parts: list[list[Mapping[str, Any]]]) -> None:
+    """Advance runs until none is left that runs on, and add their samples to their parts."""
+    running, most = compiled.core.Status.running, block_samples(compiled.system.bodies)
+    left = list(zip(runs, parts, strict=True))
     with interruption() as asked:
-        while run.outcome.status == status.running:
-            parts.append(run.advance(most, RETURN_SECONDS))
+        while left := [each for each in left if each[0].outcome.status == running]:
+            made = compiled.core.advance_runs([run for run, _ in left], most, RETURN_SECONDS)
+            for (_, samples), block in zip(left, made, strict=True):
+                samples.append(block)
             asked.check()
-    if run.outcome.status != status.finished:
-        return None
-    return {name: _joined([part[name] for part in parts]) for name in OF_SAMPLES}
 
 
-def _joined(parts: Sequence[Any]) -> Any:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+def _joined(parts: Sequence[Mapping[str, Any]]) -> Mapping[str, Any]:
+    """One block of samples for several in turn."""
+    return (
+        parts[0] if len(parts) == 1 else {name: np.concatenate([part[name] for part in parts]) for name in OF_SAMPLES}
+    )
 
 
 def _values(measure: Expectation, samples: MeasuredSamples, duration: float | None, count: int) -> list[float]:

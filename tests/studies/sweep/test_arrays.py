@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from mbproj.kernel import core
 from mbproj.mechanisms_folder import mechanism
 from mbproj.studies.sweep import case
 from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
@@ -73,12 +72,8 @@ def by_arrays_and_alone(path):
     return run_cases(work, tasks), [run_case(work, task) for task in tasks]
 
 
-@pytest.mark.parametrize("packs", [True, False])
 @pytest.mark.parametrize("name", SWEEPS)
-def test_a_case_has_the_bits_that_it_has_alone(tmp_path, monkeypatch, name, packs):
-    """With steps in packs, where there are any here, and one by one."""
-    if not packs:
-        monkeypatch.setattr(core(), "together", lambda runs, *_: [None] * len(runs))
+def test_a_case_has_the_bits_that_it_has_alone(tmp_path, name):
     vary, measure = SWEEPS[name]
     path = tmp_path / "spec.yaml"
     path.write_text(

@@ -19,7 +19,9 @@ template <class Number, int Rows, int Columns, int RowStep, int ColumnStep> clas
 
 // The type of the numbers of a matrix or of a part of a matrix.
 template <class Derived> struct NumbersOf;
-template <int Rows, int Columns, class Scalar> struct NumbersOf<Matrix<Rows, Columns, Scalar>> { using Type = Scalar; };
+template <int Rows, int Columns, class Scalar> struct NumbersOf<Matrix<Rows, Columns, Scalar>> {
+    using Type = Scalar;
+};
 template <class Number, int Rows, int Columns, int RowStep, int ColumnStep>
 struct NumbersOf<View<Number, Rows, Columns, RowStep, ColumnStep>> {
     using Type = std::remove_const_t<Number>;

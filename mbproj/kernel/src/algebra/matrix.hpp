@@ -180,8 +180,8 @@ template <int Rows, int Columns, class Number> auto matrix_by_rows(const Number*
 
 // The values of a matrix, without the derivatives of dual numbers.
 template <int Rows, int Columns, class Scalar>
-Matrix<Rows, Columns, ValueOf<Scalar>> values_of(const Matrix<Rows, Columns, Scalar>& from) {
-    Matrix<Rows, Columns, ValueOf<Scalar>> found;
+Matrix<Rows, Columns, double> values_of(const Matrix<Rows, Columns, Scalar>& from) {
+    Matrix<Rows, Columns, double> found;
     for (int i = 0; i < Rows * Columns; ++i) found[i] = value_of(from[i]);
     return found;
 }

@@ -1,4 +1,4 @@
-// Sine and cosine of doubles and of packs, from one text without branches, so that a lane of a pack has the bits of the double.
+// Sine and cosine, of one double or of four at once, from one text without branches, so that four have the bits of one.
 // The argument is reduced by multiples of π/2 in three parts (Cody & Waite 1980); the polynomials are those of fdlibm.
 #pragma once
 
@@ -11,7 +11,9 @@
 
 namespace mbproj {
 
-template <class S> struct SineAndCosine { S sine, cosine; };
+template <class S> struct SineAndCosine {
+    S sine, cosine;
+};
 
 // The integer with the bits of a number.
 template <class S> struct BitsOf {

@@ -120,7 +120,7 @@ template <class D> void add_followers(Record& given, Model<D>& model) {
         if (of == Of::law && !loads) refuse("followers", "have a law that the model does not");
         PrimitiveSet<D>& set = of == Of::row   ? model.constraints
                                : of == Of::law ? loads->coordinates
-                                               : model.stops.coordinates;
+                                               : model.stop_coordinates;
         index_below(number, set.rows, "followers");
         const int at = model.programs.start[index_below(program, model.programs.size(), "followers")];
         if (model.programs.start[program + 1] != at + 2 || model.programs.op[at + 1] != Op::table)

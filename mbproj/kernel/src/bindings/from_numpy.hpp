@@ -7,6 +7,7 @@
 
 #include <nanobind/stl/shared_ptr.h>
 
+#include "algebra/decompositions.hpp"
 #include "bindings/record.hpp"
 #include "kinematics/bushings.hpp"
 #include "model/model.hpp"
@@ -230,7 +231,9 @@ template <class D> std::vector<Body<D>> bodies(Record& given, const Thresholds& 
     return found;
 }
 
-template <class D> struct Bushings { std::vector<Bushing<D>> each; };
+template <class D> struct Bushings {
+    std::vector<Bushing<D>> each;
+};
 
 // Matrix number i of an array.
 template <int Rows, int Columns> Matrix<Rows, Columns> matrix_of(const Numbers3& array, std::size_t i) {

@@ -232,7 +232,7 @@ template <class D> void add_stops(Record& given, Model<D>& model) {
         if (a.body > model.size()) refuse("stop_coordinates", "have a body that the model does not");
     for (const double bound : bounds)
         if (!std::isfinite(bound)) refuse("stop_bounds", "hold a number that is not finite");
-    model.stops = {coordinates, turns, bounds};
+    model.stop_coordinates = coordinates, model.stops = {turns, bounds};
 }
 
 // The last rows of the constraints, one for each function of time: the last programs.

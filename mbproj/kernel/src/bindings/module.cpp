@@ -10,9 +10,10 @@
 
 namespace mbproj {
 
-void bind_plane(nb::module_& m);
-void bind_space(nb::module_& m);
-void bind_together(nb::module_& m);
+void bind_models(nb::module_& m);
+void bind_single_states(nb::module_& m);
+void bind_runs(nb::module_& m);
+void bind_tangents(nb::module_& m);
 
 namespace {
 
@@ -78,21 +79,21 @@ void add_settings(nb::module_& m) {
         Thresholds([&names](const char* name) { return names.emplace_back(name), 1.0; });
         return names;
     });
-    nb::class_<UsualRows<>>(m, "UsualRows")
+    nb::class_<UsualRows>(m, "UsualRows")
         .def(
             "__init__",
-            [](UsualRows<>* self, int redundant, std::vector<int> left_out, std::vector<double> pivots, double even) {
+            [](UsualRows* self, int redundant, std::vector<int> left_out, std::vector<double> pivots, double even) {
                 if (!(even > 0.0 &&
                       std::all_of(pivots.begin(), pivots.end(), [](double pivot) { return pivot > 0.0; })))
                     refuse("rows", "have a pivot that is not positive");
-                new (self) UsualRows<>{redundant, std::move(left_out), std::move(pivots), even};
+                new (self) UsualRows{redundant, std::move(left_out), std::move(pivots), even};
             },
             nb::arg("redundant") = 0, nb::arg("left_out") = std::vector<int>(),
             nb::arg("pivots") = std::vector<double>(), nb::arg("even") = 1.0)
-        .def_ro("redundant", &UsualRows<>::redundant)
-        .def_ro("left_out", &UsualRows<>::left_out)
-        .def_ro("pivots", &UsualRows<>::pivots)
-        .def_ro("even", &UsualRows<>::even);
+        .def_ro("redundant", &UsualRows::redundant)
+        .def_ro("left_out", &UsualRows::left_out)
+        .def_ro("pivots", &UsualRows::pivots)
+        .def_ro("even", &UsualRows::even);
     record_class(m, "Programs", &programs)
         .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
             if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");
@@ -208,7 +209,8 @@ NB_MODULE(_core, m) {
     m.def("build_info", &build_info, "How this extension was compiled.");
     add_settings(m);
     add_laws(m);
-    bind_plane(m);
-    bind_space(m);
-    bind_together(m);
+    bind_models(m);
+    bind_single_states(m);
+    bind_runs(m);
+    bind_tangents(m);
 }

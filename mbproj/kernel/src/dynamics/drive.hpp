@@ -40,12 +40,12 @@ public:
 
     // Evaluates the motions at t. Accelerations may jump: they are evaluated inside the window. Values and rates are
     // continuous: they are those at t, so that joints close to round-off. False where one is not finite.
-    template <class Time> bool set(const Time& t, const TimeWindowOf<Time>& window) {
+    bool set(double t, const TimeWindow& window) {
         bool finite = true;
         for (std::size_t k = 0; k < found_.size(); ++k) {
             found_[k] = at(k, t);
-            const Time seen = window.clamped(t);
-            if (const auto beyond = seen != t; any(beyond)) found_[k].dd = where(beyond, at(k, seen).dd, found_[k].dd);
+            const double seen = window.clamped(t);
+            if (seen != t) found_[k].dd = at(k, seen).dd;
             finite = finite && found_[k].finite();
         }
         return finite;

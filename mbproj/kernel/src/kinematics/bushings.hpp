@@ -44,8 +44,8 @@ template <class S> inline Midway<Space<S>> midway(const Matrix<3, 3, S>& first, 
     }
     const S square = sines.squaredNorm(), sine = sqrt(square);
     const auto turns = square > 0.0;
-    const S longer = where(turns, atan2(sine, cosine) / sine, S(1.0));
-    const S along = where(turns, (1.0 - longer) / square, S(0.0));
+    const S longer = turns ? atan2(sine, cosine) / sine : S(1.0);
+    const S along = turns ? (1.0 - longer) / square : S(0.0);
     Column<4, S> half;
     half << 1.0 + cosine, sines;
     Midway<Space<S>> found;
@@ -79,8 +79,8 @@ public:
     using Coordinates = Column<Bushing<D>::coordinates, Scalar<D>>;
 
     Deflection(const Bushing<D>& bushing, const Pose<D>& pose)
-        : bushing_(bushing), arm_{pose[bushing.body[0]].rotation * bushing.origin[0],
-                                  pose[bushing.body[1]].rotation * bushing.origin[1]},
+        : bushing_(bushing),
+          arm_{pose[bushing.body[0]].rotation * bushing.origin[0], pose[bushing.body[1]].rotation * bushing.origin[1]},
           midway_(midway(Rotation<D>(pose[bushing.body[0]].rotation * bushing.turn[0]),
                          Rotation<D>(pose[bushing.body[1]].rotation * bushing.turn[1]))) {
         const Point<D> between = pose[bushing.body[1]].position + arm_[1] - pose[bushing.body[0]].position - arm_[0];

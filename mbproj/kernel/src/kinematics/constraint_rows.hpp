@@ -43,7 +43,9 @@ template <class D> void constraint(const Model<D>& model, const Pose<D>& pose, S
 }
 
 // C' and γ of one instance, with C'' = G a - γ.
-template <class D> struct RowRates { Scalar<D> C_dot, gamma; };
+template <class D> struct RowRates {
+    Scalar<D> C_dot, gamma;
+};
 
 template <class D>
 RowRates<D> row_rates(const Model<D>& model, const Instance<D>& p, const Pose<D>& pose, const Motion<D>& motion) {

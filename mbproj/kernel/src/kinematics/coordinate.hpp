@@ -20,8 +20,7 @@ template <class D> struct Coordinate {
             spoke[s] = pose[a.body].rotation * a.local;
             x[s] = a.is_point ? Point<D>(pose[a.body].position + spoke[s]) : spoke[s];
         }
-        if constexpr (is_full<D>)
-            if (p.on_line()) touch_ = on_curve::touch<D>(p, x, pose.piece(p.follower), pose.piece(p.other_follower));
+        if (p.on_line()) touch_ = on_curve::touch<D>(p, x, pose.piece(p.follower), pose.piece(p.other_follower));
         gradient<D>(p, x, g, known());
     }
     // The parameter of the foot on the curve that it follows, or on the second of two curves.
@@ -62,21 +61,14 @@ private:
     Touch<D> touch_;
 };
 
-// A joint's angle as a direction (cosine, sine), and its rate.
-template <class D> struct JointAngle {
-    Scalar<D> cosine = 1.0, sine = 0.0, speed = 0.0;
-    Scalar<D> value() const { return atan2(sine, cosine); }
-};
-
 // The angle of a joint coordinate that is one.
 template <class D>
-JointAngle<D> joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
+JointAngle<Scalar<D>> joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
     const Instance<D>& p = model.coordinates.instances[coordinate];
-    if constexpr (is_full<D>)
-        if (p.kind == Kind::lap) {
-            const Coordinate<D> lap(model.coordinates, coordinate, pose);
-            return {cos(lap.value()), sin(lap.value()), lap.rate(motion)};
-        }
+    if (p.kind == Kind::lap) {
+        const Coordinate<D> lap(model.coordinates, coordinate, pose);
+        return {cos(lap.value()), sin(lap.value()), lap.rate(motion)};
+    }
     Point<D> x[3], x_dot[3];
     for (int s = 0; s < 3; ++s) {
         const Attachment<D>& a = model.coordinates.attachments[p.slots[s]];

@@ -15,12 +15,8 @@ public:
     void start(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, const Scalar<D>* C) {
         start_.clear();
         for (const Coupling& coupling : model_.couplings) {
-            if constexpr (is_full<D>)
-                if (coupling.rolls) {
-                    start_.push_back(rolled(coupling, pose, expected, C[coupling.row]));
-                    continue;
-                }
-            start_.push_back(sum(coupling, pose, expected) - C[coupling.row]);
+            start_.push_back(coupling.rolls ? rolled(coupling, pose, expected, C[coupling.row])
+                                            : sum(coupling, pose, expected) - C[coupling.row]);
         }
     }
     // The sums at the start of the run; empty before the start.
@@ -32,11 +28,10 @@ public:
         for (std::size_t c = 0; c < model_.couplings.size(); ++c) {
             const Coupling& coupling = model_.couplings[c];
             Scalar<D>& row = C[coupling.row];
-            if constexpr (is_full<D>)
-                if (coupling.rolls && !start_.empty()) {
-                    row = static_cast<Scalar<D>>(row + (whole(coupling, pose, expected, row) - start_[c]));
-                    continue;
-                }
+            if (coupling.rolls && !start_.empty()) {
+                row += whole(coupling, pose, expected, row) - start_[c];
+                continue;
+            }
             if (coupling.period == 0.0) continue;
             row -= coupling.period * nearbyint(row / coupling.period);
             if (start_.empty()) continue;

@@ -1,6 +1,7 @@
 // Forces of a scene as data: laws on coordinates, given forces on bodies, bushings.
 #pragma once
 
+#include "kinematics/acting_laws.hpp"
 #include "kinematics/bushings.hpp"
 
 namespace mbproj {
@@ -40,12 +41,10 @@ template <class D> struct Loads {
     int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
 };
 
-// How a dry friction acts whose force is a law: against its rate; along the velocity in the plane of two tangents; in a
-// constant direction, as it begins to slide; or with a given force.
-enum class Acts : int { alone, in_plane, kept, given };
-
 // A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F from a function.
-template <class D> struct LawSlopes { Scalar<D> of_value, of_rate, value, rate, given; };
+template <class D> struct LawSlopes {
+    Scalar<D> of_value, of_rate, value, rate, given;
+};
 
 // Whether a law's force changes with the state, not with time alone.
 template <class D> bool depends_on_state(const ProgramsOf<Scalar<D>>& programs, const Law<D>& law) {

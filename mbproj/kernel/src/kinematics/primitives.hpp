@@ -57,9 +57,7 @@ template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, cons
         case Kind::distance: return (x[1] - x[0]).norm();
         case Kind::angle: return angle::value<D>(x);
         case Kind::coincident: return 0.0;
-        default:
-            if constexpr (is_full<D>) return outline::value<D>(p, x, known);
-            return 0.0;
+        default: return outline::value<D>(p, x, known);
     }
 }
 
@@ -78,8 +76,7 @@ void gradient(const Instance<D>& p, const Point<D>* x, Point<D>* g, const Touch<
             break;
         case Kind::angle: angle::gradient<D>(x, g); break;
         case Kind::coincident: break;
-        default:
-            if constexpr (is_full<D>) outline::gradient<D>(p, x, g, known);
+        default: outline::gradient<D>(p, x, g, known);
     }
 }
 
@@ -96,9 +93,7 @@ Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_d
         }
         case Kind::angle: return angle::curvature<D>(x, x_dot);
         case Kind::coincident: return 0.0;
-        default:
-            if constexpr (is_full<D>) return outline::curvature<D>(p, x, x_dot, known);
-            return 0.0;
+        default: return outline::curvature<D>(p, x, x_dot, known);
     }
 }
 

@@ -31,7 +31,9 @@ namespace slip {
 enum : int { p1, x1, y1, z1, p2, x2, y2, z2 };
 
 // The contact point from p2, the direction e of the row, and the rates of both.
-template <class D> struct Contact { Point<D> arm, e, arm_dot = Point<D>::Zero(), e_dot = Point<D>::Zero(); };
+template <class D> struct Contact {
+    Point<D> arm, e, arm_dot = Point<D>::Zero(), e_dot = Point<D>::Zero();
+};
 
 // The direction a × n in which a wheel rolls that turns about its axis a on a plane with the normal n. In the plane the axis is
 // normal to it, on the side of x × y.

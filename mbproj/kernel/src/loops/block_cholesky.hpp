@@ -64,8 +64,8 @@ public:
     Scalar contradiction(Scalar* x) const;
 
     std::vector<std::vector<int>> independent_rows(double smallest, double tied, int most);
-    ValueOf<Scalar> largest_left() const { return largest_left_; }  // the largest pivot that was left out
-    void keep() { kept_ = values_; }                                // `restore` brings them back
+    double largest_left() const { return largest_left_; }  // the largest pivot that was left out
+    void keep() { kept_ = values_; }                       // `restore` brings them back
     void restore() { values_ = kept_; }
 
     // Rows that `factor` leaves out from now on: their λ is 0 for any right-hand side.
@@ -74,15 +74,15 @@ public:
     std::size_t stored() const { return values_.size(); }
     std::size_t filled() const { return fill_; }  // the part of them in fill: blocks that are 0 in the matrix
     int row(int block) const { return begin_[block]; }
-    const ValueOf<Scalar>& smallest_pivot() const { return smallest_pivot_; }
-    const ValueOf<Scalar>& nearness() const { return nearness_; }  // the smallest ratio of a pivot to its usual value
-    void expect(const std::vector<ValueOf<Scalar>>& usual) {       // empty: all 1, for other rows or a penalty
+    double smallest_pivot() const { return smallest_pivot_; }
+    double nearness() const { return nearness_; }    // the smallest ratio of a pivot to its usual value
+    void expect(const std::vector<double>& usual) {  // empty: all 1, for other rows or a penalty
         const std::size_t n = per_usual_.size();
-        for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : ValueOf<Scalar>(1.0);
+        for (std::size_t r = 0; r < n; ++r) per_usual_[r] = usual.size() == n ? 1.0 / usual[r] : 1.0;
     }
     // The pivots of all rows in parts of their diagonal entries; 0 for those that are left out.
-    std::vector<ValueOf<Scalar>> pivots() const {
-        std::vector<ValueOf<Scalar>> found(diagonal_.size(), 0.0);
+    std::vector<double> pivots() const {
+        std::vector<double> found(diagonal_.size(), 0.0);
         for (std::size_t r = 0; r < found.size(); ++r)
             if (reciprocal_[r] > 0.0) found[r] = value_of(1.0 / (reciprocal_[r] * reciprocal_[r] * diagonal_[r]));
         return found;
@@ -127,8 +127,8 @@ private:
     std::vector<Scalar> values_, diagonal_, hidden_, reciprocal_;  // `diagonal_`: the squares of the rows
     std::vector<char> left_out_;                                   // one for each row, or none
     std::vector<Scalar> transposed_, kept_;                        // of the blocks of a column; values
-    std::vector<ValueOf<Scalar>> per_usual_;                       // 1 / usual pivots
-    ValueOf<Scalar> smallest_pivot_ = 1.0, nearness_ = 1.0, largest_left_ = 0.0;
+    std::vector<double> per_usual_;                                // 1 / usual pivots
+    double smallest_pivot_ = 1.0, nearness_ = 1.0, largest_left_ = 0.0;
     std::size_t fill_ = 0;
 };
 

@@ -82,7 +82,7 @@ public:
     }
     void leave_none_out() { rows_->cholesky.leave_out({}); }
     // The smallest pivot where all bodies have the same mass.
-    Measure<D> even_pivot(const Pose<D>& pose) {
+    double even_pivot(const Pose<D>& pose) {
         even().fill_evenly(pose);
         return even_->cholesky.factor(0.0), even_->cholesky.smallest_pivot();
     }
@@ -156,7 +156,7 @@ public:
 
     const BlockCholesky<Scalar<D>>& cholesky() const { return rows_->cholesky; }
     // The usual pivots of the rows held, or none: see BlockCholesky.
-    void expect(const std::vector<Measure<D>>& usual) { rows_->cholesky.expect(usual); }
+    void expect(const std::vector<double>& usual) { rows_->cholesky.expect(usual); }
 
 private:
     // Zᵀ f of the loops' bodies and pieces, without the parts that their hinges take.
@@ -210,10 +210,7 @@ private:
         const auto again = [this] { improve(); };
         const auto pivot = cholesky().smallest_pivot();  // S has the square of Y's condition number
         const auto is_ill = pivot * pivot < model_.thresholds.half_digits;
-        if constexpr (!is_full<D>)
-            refine_lanes(is_ill, model_.thresholds, step_, lambda_, work_, again);
-        else if (is_ill)
-            mbproj::refine(model_.thresholds, step_, lambda_, again);
+        if (is_ill) mbproj::refine(model_.thresholds, step_, lambda_, again);
     }
 
     // λ += S⁻¹ (Yᵀ w - c), and subtracts Y times the change from w; `rhs_` holds -c.

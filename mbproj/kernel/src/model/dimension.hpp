@@ -13,10 +13,6 @@ template <int Axes, class Number> struct Dimension {
 template <class Number> using Plane = Dimension<2, Number>;
 template <class Number> using Space = Dimension<3, Number>;
 template <class D> using Scalar = typename D::Scalar;
-// The type of measures, which have no derivatives: the mechanism's length, pivots.
-template <class D> using Measure = ValueOf<Scalar<D>>;
-// Whether numbers are no packs. Packs have no curves, ropes, rolling or closer tests near singular poses.
-template <class D> constexpr bool is_full = !is_pack<Scalar<D>>;
 
 // The sizes of a body: `turns` axes of rotation, `freedoms`, `orientation` numbers (θ, or Euler parameters Λ), and `state`: r,
 // orientation, r' in global axes, ω in body axes.

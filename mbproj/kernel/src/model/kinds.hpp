@@ -68,7 +68,7 @@ constexpr Form forms[] = {{"coincident", 2, 0},
                           {"ellipsoid_slip", 8, 3},
                           {"edge_slip", 8, 0}};
 constexpr const Form& form_of(Kind kind) { return forms[static_cast<int>(kind)]; }
-constexpr int most(int Form::*of) {
+constexpr int most(int Form::* of) {
     int found = 1;  // no array is empty
     for (const Form& form : forms) found = std::max(found, form.*of);
     return found;

@@ -11,7 +11,9 @@
 namespace mbproj {
 
 // A point and its derivatives by the parameter.
-template <class S> struct OnPiece { S x[4], y[4]; };
+template <class S> struct OnPiece {
+    S x[4], y[4];
+};
 
 template <class S> struct Foot {
     S s;

@@ -118,12 +118,10 @@ template <class Number> struct ProgramsOf {
             }
             top -= taken - 1;
             see(at, stack[top], stack[top + 1]);
-            if constexpr (!is_pack<S>)  // programs of packs have no branches to hold
-                if (held && !isnan(held[at])) {
-                    stack[top] = on_branch(at, held[at], stack[top], stack[top + 1]);
-                    continue;
-                }
-            stack[top] = taken == 1 ? unary(at, stack[top]) : binary(op[at], stack[top], stack[top + 1]);
+            if (held && !isnan(held[at]))
+                stack[top] = on_branch(at, held[at], stack[top], stack[top + 1]);
+            else
+                stack[top] = taken == 1 ? unary(at, stack[top]) : binary(op[at], stack[top], stack[top + 1]);
         }
         return stack[0];
     }
@@ -154,9 +152,9 @@ template <class Number> struct ProgramsOf {
         return op[at] == Op::min || op[at] == Op::max ? x - y : x;
     }
     // The piece of a table at x, which lies within one period. The first piece also holds before its knot.
-    template <class S> auto piece_at(int table, const S& x) const {
-        return table_start[table] +
-               rank(knot.data() + table_start[table] + 1, knot.data() + table_start[table + 1], value_of(x));
+    template <class S> int piece_at(int table, const S& x) const {
+        const auto second = knot.begin() + table_start[table] + 1, end = knot.begin() + table_start[table + 1];
+        return table_start[table] + static_cast<int>(std::upper_bound(second, end, value_of(x)) - second);
     }
 
 private:
@@ -194,8 +192,8 @@ private:
             case Op::power_of: return power_of(a, b);
             case Op::atan2: return arc_tangent(a, b);
             case Op::hypot: return hypotenuse(a, b);
-            case Op::min: return chosen(a.x <= b.x, a, b);
-            default: return chosen(a.x >= b.x, a, b);
+            case Op::min: return a.x <= b.x ? a : b;
+            default: return a.x >= b.x ? a : b;
         }
     }
 
@@ -240,8 +238,8 @@ private:
                 const S root = sqrt(x);
                 return chain(root, 0.5 / root, -0.25 / (root * root * root), s);
             }
-            case Op::abs: return chain(abs(x), where(x > 0.0, S(1.0), where(x < 0.0, S(-1.0), S(0.0))), S(0.0), s);
-            case Op::sign: return flat(where(x > 0.0, S(1.0), where(x < 0.0, S(-1.0), x)));
+            case Op::abs: return chain(abs(x), S(x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : 0.0), S(0.0), s);
+            case Op::sign: return flat(x > 0.0 ? S(1.0) : x < 0.0 ? S(-1.0) : x);
             case Op::floor: return flat(floor(x));
             case Op::ceil: return flat(ceil(x));
             default: return smooth_step(s);
@@ -253,9 +251,9 @@ private:
         return on_piece(piece_at(table, first.x), first);
     }
 
-    template <class At, class S> Series<S> on_piece(const At& at, const Series<S>& s) const {
-        const S c[4] = {pick(piece, 4 * at), pick(piece, 4 * at + 1), pick(piece, 4 * at + 2), pick(piece, 4 * at + 3)};
-        const S u = s.x - pick(origin, at);
+    template <class S> Series<S> on_piece(int at, const Series<S>& s) const {
+        const S c[4] = {piece[4 * at], piece[4 * at + 1], piece[4 * at + 2], piece[4 * at + 3]};
+        const S u = s.x - origin[at];
         return chain(c[0] + u * (c[1] + u * (c[2] + u * c[3])), c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]),
                      2.0 * c[2] + 6.0 * u * c[3], s);
     }

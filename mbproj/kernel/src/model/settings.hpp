@@ -3,7 +3,6 @@
 
 #include <limits>
 #include <optional>
-#include <tuple>
 #include <vector>
 
 #include <Eigen/Core>
@@ -31,16 +30,6 @@ struct Tableau {
     bool is_implicit() const { return gamma > 0.0; }
     bool is_coupled() const { return is_implicit() && splitting != a; }
     int stages() const { return static_cast<int>(b.size()); }
-    bool operator==(const Tableau& other) const {
-        const auto parts = [](const Tableau& of) {
-            return std::tie(of.order, of.error_order, of.b, of.c, of.extra_c, of.gamma, of.kinematic);
-        };
-        const auto same = [](const RowMajor& one, const RowMajor& two) {
-            return one.rows() == two.rows() && one.cols() == two.cols() && one == two;
-        };
-        return parts(*this) == parts(other) && same(a, other.a) && same(error, other.error) &&
-               same(extra_a, other.extra_a) && same(dense, other.dense) && same(splitting, other.splitting);
-    }
 };
 
 enum class Correction { none, baumgarte, mass, coordinates, penalty };
@@ -58,13 +47,6 @@ struct ProjectionSettings {
     std::optional<double> penalty() const {
         return correction == Correction::penalty ? std::optional(alpha) : std::nullopt;
     }
-    bool operator==(const ProjectionSettings& other) const {
-        const auto parts = [](const ProjectionSettings& of) {
-            return std::tie(of.correction, of.alpha, of.beta, of.paper_test, of.tolerance, of.every, of.threshold,
-                            of.position, of.velocity, of.max_iterations, of.fallback);
-        };
-        return parts(*this) == parts(other);
-    }
     bool corrects() const { return correction != Correction::none && correction != Correction::baumgarte; }
 };
 
@@ -78,11 +60,10 @@ struct Break {
 };
 
 // The time between two breaks, in which functions of time are evaluated.
-template <class Number> struct TimeWindowOf {
-    Number first = -std::numeric_limits<double>::infinity(), last = std::numeric_limits<double>::infinity();
-    Number clamped(const Number& t) const { return where(t < first, first, where(t > last, last, t)); }
+struct TimeWindow {
+    double first = -std::numeric_limits<double>::infinity(), last = std::numeric_limits<double>::infinity();
+    double clamped(double t) const { return t < first ? first : t > last ? last : t; }
 };
-using TimeWindow = TimeWindowOf<double>;
 
 // The times of samples between the first and the last of a run: origin + k interval, for k after `offset`. `count` includes the
 // first and the last sample.

@@ -17,7 +17,9 @@ template <class S> void cross(const S* a, const S* b, S* found) {
 }
 
 // A point and its derivatives by the parameter.
-template <class S> struct OnSpacePiece { S c[4][3]; };
+template <class S> struct OnSpacePiece {
+    S c[4][3];
+};
 
 struct SpacePiece {
     double start, origin;

@@ -11,10 +11,6 @@ template <class S> struct Series {
     bool finite() const { return isfinite(x) && isfinite(d) && isfinite(dd); }
 };
 
-template <class Holds, class S> inline Series<S> chosen(const Holds& holds, const Series<S>& a, const Series<S>& b) {
-    return {where(holds, a.x, b.x), where(holds, a.d, b.d), where(holds, a.dd, b.dd)};
-}
-
 // g(x(t)) from g, g' and g'' at x.
 template <class S> inline Series<S> chain(const S& g, const S& g1, const S& g2, const Series<S>& x) {
     return {g, g1 * x.d, g2 * x.d * x.d + g1 * x.dd};

@@ -16,7 +16,9 @@ template <class S> struct SecondCurve {
     S turned_y(const S& a, const S& b) const { return sine * a + cosine * b; }
 };
 
-template <class S> struct TwoFeet { Foot<S> first, second; };
+template <class S> struct TwoFeet {
+    Foot<S> first, second;
+};
 
 // Finds the pair of places nearest to the feet.
 class NearestPlaces final {

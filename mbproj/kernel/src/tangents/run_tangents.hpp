@@ -77,15 +77,13 @@ public:
                 if (!parts_[p]->inside(within, at[k], inside + k * y_.size(), slopes[p][k])) return false;
         }
         for (std::size_t k = 0; k < count; ++k)
-            write(
-                [&](std::size_t part) -> const auto& { return slopes[part][k]; }, found);
+            write([&](std::size_t part) -> const auto& { return slopes[part][k]; }, found);
         std::copy(y, y + y_.size(), y_.begin());
         return true;
     }
     // Writes the slope of the state for each direction, row by row.
     void write(std::vector<double>& found) const {
-        write(
-            [this](std::size_t part) -> const auto& { return parts_[part]->state(); }, found);
+        write([this](std::size_t part) -> const auto& { return parts_[part]->state(); }, found);
     }
     int count() const { return count_; }
     std::size_t size() const { return model_.layout.size(); }
