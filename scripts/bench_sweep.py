@@ -25,6 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from mbproj.studies.cases.groups import FEWEST
 from mbproj.studies.parallel.hand_out import processors
 from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
@@ -32,7 +33,6 @@ from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.sweep.summary import write_arrays, write_table
-from mbproj.studies.together.groups import FEWEST
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = "from mbproj.cli import main; main()"

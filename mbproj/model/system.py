@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers
+from mbproj.arrays import Array, Flags, Integers, numbers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
-from mbproj.lanes import numbers
 from mbproj.model.channels import (
     NO_ACTIONS,
     NO_CHANNELS,

@@ -13,11 +13,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.lanes import numbers
 from mbproj.model.system import System
 
 

@@ -6,11 +6,10 @@ from types import ModuleType
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, contiguous, numbers
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.kernel.models import joints_with_rows, space_model
-from mbproj.lanes import contiguous, numbers
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.system import System
@@ -27,7 +26,7 @@ class Reduced(Compiled):
         layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
         assert core is not None
         joints = joints_with_rows(system.joints.owner)
-        super().__init__(core, system, layout, joints, space_model(core, system, layout))
+        super().__init__(core, system, layout, joints, space_model(core, system, layout)())
 
     def with_system(self, system: System, whole: System | None = None) -> Reduced:
         copy = Reduced(self.core, system)

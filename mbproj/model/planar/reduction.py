@@ -21,10 +21,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, cross
+from mbproj.arrays import Array, Integers, cross, numbers
 from mbproj.constraints import PRIMITIVES
 from mbproj.dataclass import dataclass
-from mbproj.lanes import numbers
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.certain import candidate_normals, certain_plane, plane_axes
 from mbproj.model.planar.planar_set import planar_set

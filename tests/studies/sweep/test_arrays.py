@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from mbproj.mechanisms_folder import mechanism
-from mbproj.studies.sweep import case
+from mbproj.studies.cases.block import CaseBlock, as_one, values_of
+from mbproj.studies.cases.groups import FEWEST, common_values
 from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
-from mbproj.studies.together.groups import FEWEST, common_values
-from mbproj.studies.together.signature import as_one, values_of
 from tests.studies.sweep.specs import SCENE, swept, write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")
@@ -145,14 +144,35 @@ def test_the_sweep_says_how_many(tmp_path):
 def test_other_bits_are_found_and_not_used(tmp_path, monkeypatch):
     """The first case of each group is run alone, too."""
 
-    def off(signature, measures, count, timeout):
-        return [(0.5,)] * count
-
-    monkeypatch.setattr(case, "run_block", off)
+    monkeypatch.setattr(CaseBlock, "measures", lambda block, measures, timeout: [(0.5,)] * block.count)
     with pytest.warns(UserWarning, match="arrays have other bits"):
         rows, alone = by_arrays_and_alone(write(tmp_path, f"  length: 0.8:1.2:{COUNT}\n"))
     assert not any(row.by_arrays for row in rows)
     assert [row.values for row in rows] == [own.values for own in alone]
+
+
+def test_an_error_that_nobody_expects_is_seen(tmp_path, monkeypatch):
+    """The warning has its type, message and place; the cases run alone."""
+
+    def missing(block, measures, timeout):
+        return [block.mechanism.no_such_part for _ in measures]
+
+    monkeypatch.setattr(CaseBlock, "measures", missing)
+    with pytest.warns(UserWarning, match=r"fault of mbproj: AttributeError: .*no_such_part.*test_arrays\.py:\d+"):
+        rows, alone = by_arrays_and_alone(write(tmp_path, f"  length: 0.8:1.2:{COUNT}\n"))
+    assert not any(row.by_arrays for row in rows)
+    assert [row.values for row in rows] == [own.values for own in alone]
+
+
+def test_errors_of_the_input_are_reported_without_a_warning(tmp_path, recwarn):
+    """A negative mass fails alone, in words; arrays run the others only where none of a group is wrong."""
+    masses = ", ".join(f"{mass}" for mass in (1.0, -1.0, *range(2, COUNT)))
+    rows, alone = by_arrays_and_alone(write(tmp_path, f"  bodies.bar.mass: [{masses}]\n"))
+    assert [(row.status, row.values, row.message) for row in rows] == [
+        (own.status, own.values, own.message) for own in alone
+    ]
+    assert rows[1].status == Status.FAILED and "mass" in rows[1].message
+    assert not recwarn.list
 
 
 def test_contacts_go_alone(tmp_path):
