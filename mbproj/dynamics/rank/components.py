@@ -68,7 +68,7 @@ def component_rows(system: System, pose: Pose, components: list[Component]) -> l
     for number, component in enumerate(components):
         mine = order[ends[number] : ends[number + 1]]
         mine = mine[np.isin(body[mine], component.bodies)]
-        matrix = np.zeros((len(component.rows), len(component.bodies), 6))
+        matrix = np.zeros((len(component.rows), len(component.bodies), 6), like=values)
         np.add.at(matrix, (place[entry_row[mine]], np.searchsorted(component.bodies, body[mine])), values[mine])
         blocks.append(matrix.reshape(len(component.rows), 6 * len(component.bodies)))
     return blocks

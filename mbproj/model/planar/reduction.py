@@ -206,7 +206,7 @@ def split(bound: PrimitiveSet, seen: Seen, side: Integers) -> PlaneSplit | Refus
 def _row_map(combinations: list[tuple[list[int], list[float]]]) -> RowMap:
     row = np.repeat(np.arange(len(combinations)), [len(sources) for sources, _ in combinations])
     source = np.array([source for sources, _ in combinations for source in sources], dtype=np.intp)
-    return RowMap(len(combinations), row, source, np.array([w for _, weights in combinations for w in weights]))
+    return RowMap(len(combinations), row, source, numbers([w for _, weights in combinations for w in weights]))
 
 
 def _tilted_blocks(bound: PrimitiveSet, seen: Seen, side: Integers) -> Iterator[_Block]:

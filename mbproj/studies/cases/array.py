@@ -34,7 +34,7 @@ EXACT = ROUNDED | COMPARING | LOGICAL | SELECTING
 
 
 class OneCaseOnly(TypeError):
-    """The error where numbers of several cases stand in place of those of one."""
+    """The error where code needs the numbers of one case: the cases of the block run one by one."""
 
     def __init__(self, what: str = "numbers of several cases go into an array of one") -> None:
         super().__init__(what)
@@ -227,6 +227,10 @@ class CaseArray(Cases, np.lib.mixins.NDArrayOperatorsMixin):
     def item(self, *place: int) -> CaseArray:
         return CaseArray(self.values.reshape(len(self.values), -1)[:, place[0] if place else 0])
 
+    def is_integer(self) -> bool:
+        """What `float.is_integer` is for numbers."""
+        return bool(_agreed(self.values % 1.0 == 0.0))
+
     def tobytes(self) -> bytes:
         return bytes(_agreed(self.values).tobytes())
 
@@ -334,6 +338,7 @@ def stacked(values: Sequence[Any]) -> Any:
     first = values[0]
     if all(each is first for each in values):
         return first
+    _same([each is None for each in values])
     if isinstance(first, (float, np.floating)):
         return CaseArray(np.array(values, dtype=float))
     if isinstance(first, np.ndarray):
@@ -350,7 +355,6 @@ def stacked(values: Sequence[Any]) -> Any:
     if isinstance(first, dict):
         _same([tuple(each) for each in values])
         return {key: stacked([each[key] for each in values]) for key in first}
-    _same([each is None for each in values])
     return CaseObjects(values)
 
 

@@ -38,13 +38,9 @@ CASE_SAMPLES = 5000
 OF_SAMPLES = ("t", "y", "acceleration", "angles", "multipliers", "step_size")
 
 
-class NotByArrays(Exception):
-    """The error where a block needs something that arrays of cases cannot do: its cases run one by one."""
-
-
 def values_of(cases: Sequence[Sequence[float | str]]) -> list[Any]:
     """The values of B cases, (B, k), as k values of one scene. Numbers that differ become arrays of cases, as 0.0 and
-    -0.0 do. Raises NotByArrays where texts differ."""
+    -0.0 do. Raises OneCaseOnly where texts differ."""
     columns = []
     for column in zip(*cases, strict=True):
         if all(same_bits(each, column[0]) for each in column):
@@ -52,7 +48,7 @@ def values_of(cases: Sequence[Sequence[float | str]]) -> list[Any]:
         elif all(isinstance(each, float) for each in column):
             columns.append(CaseArray(np.array(column)))
         else:
-            raise NotByArrays
+            raise OneCaseOnly("texts of several cases differ")
     return columns
 
 
@@ -90,19 +86,18 @@ class CaseBlock:
     @classmethod
     def of(cls, scene: Scene, settings: Settings, count: int) -> CaseBlock:
         """The block of the cases whose numbers a scene has. Raises CasesDiffer where a decision differs between cases,
-        and NotByArrays where arrays cannot compute the run."""
-        kernel = core()
-        if settings.start == EQUILIBRIUM or settings.integrator == AUTOMATIC or kernel is None:
-            raise NotByArrays
+        and OneCaseOnly where arrays cannot compute the run."""
+        if settings.start == EQUILIBRIUM or settings.integrator == AUTOMATIC or settings.formulation == "full":
+            raise OneCaseOnly("the settings are for single runs")
         system = compile_system(scene)
         if system.has_contacts or switches_of(system) is not None or system.actions.size:
-            raise NotByArrays
-        if settings.formulation == "full" or obstacle_to_kernel(system, settings):
-            raise NotByArrays
+            raise OneCaseOnly("events depend on the state")
+        if obstacle_to_kernel(system, settings):
+            raise OneCaseOnly("the kernel cannot run it")
         state = start_state(scene, system)
-        choice = choose(system, state, settings, KernelOfCases(kernel, count))
+        choice = choose(system, state, settings, KernelOfCases(core(), count))
         if choice.compiled is None:
-            raise NotByArrays
+            raise OneCaseOnly("the kernel cannot run it")
         own = settings_along(system, settings) if choice.kinematic else settings
         return cls(Mechanism(scene, system, state), own, choice.compiled, count)
 

@@ -9,8 +9,7 @@ from typing import Any, TypeVar
 
 from mbproj.errors import MbprojError, warn_once
 from mbproj.scene.text.changes import SIMULATION
-from mbproj.studies.cases.array import CasesDiffer
-from mbproj.studies.cases.block import NotByArrays
+from mbproj.studies.cases.array import CasesDiffer, OneCaseOnly
 
 Case = TypeVar("Case")
 Result = TypeVar("Result")
@@ -47,7 +46,7 @@ def by_arrays(
                 parts.setdefault(key, []).append(at)
             waiting += parts.values() if len(parts) > 1 else ()
             continue
-        except (NotByArrays, MbprojError):  # single runs report the error of each case in words
+        except (OneCaseOnly, MbprojError):  # single runs report the error of each case in words
             continue
         except Exception as error:
             warn_once(f"arrays are not used, which is a fault of mbproj: {_placed(error)}")

@@ -22,8 +22,8 @@ from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.instants import round_of
 from mbproj.model import System
 from mbproj.scene.records import Scene, Settings
-from mbproj.studies.cases.array import case_of
-from mbproj.studies.cases.block import CaseBlock, NotByArrays, as_one
+from mbproj.studies.cases.array import OneCaseOnly, case_of
+from mbproj.studies.cases.block import CaseBlock, as_one
 from mbproj.studies.cases.groups import by_arrays
 from mbproj.studies.measure.mechanism import Mechanism, of_scene
 from mbproj.studies.measure.setting import Setting
@@ -121,7 +121,7 @@ def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float
         subjects = [changed(value) for value in group]
         own = subjects[0]
         if own.setting.energy_row or any(replace(each, scene=own.scene) != own for each in subjects):
-            raise NotByArrays
+            raise OneCaseOnly("settings of several cases differ")
         # a run does not depend on the texts of changes
         scenes = [replace(each.scene, overrides=own.scene.overrides) for each in subjects]
         cases = CaseBlock.of(as_one(scenes), settings_of(own), len(group))

@@ -118,6 +118,14 @@ def test_decisions_divide_the_cases():
         stacked(["one", "other"])
 
 
+def test_whole_numbers_are_decided_as_those_of_one_case():
+    assert CaseArray(np.array([3.0, 4.0])).is_integer() and not CaseArray(np.array([0.5, 1.25])).is_integer()
+    with pytest.raises(CasesDiffer):
+        CaseArray(np.array([3.0, 4.5])).is_integer()
+    with pytest.raises(CasesDiffer):
+        stacked([None, (1.0, 2.0)])
+
+
 def test_zeros_with_signs_are_not_alike():
     with pytest.raises(CasesDiffer):
         CaseArray(np.array([0.0, -0.0])).tobytes()

@@ -164,14 +164,28 @@ def test_an_error_that_nobody_expects_is_seen(tmp_path, monkeypatch):
     assert [row.values for row in rows] == [own.values for own in alone]
 
 
-def test_errors_of_the_input_are_reported_without_a_warning(tmp_path, recwarn):
-    """A negative mass fails alone, in words; arrays run the others only where none of a group is wrong."""
-    masses = ", ".join(f"{mass}" for mass in (1.0, -1.0, *range(2, COUNT)))
-    rows, alone = by_arrays_and_alone(write(tmp_path, f"  bodies.bar.mass: [{masses}]\n"))
+#: What is wrong where a is 2 and b is 2, or where a is 1 and b is 2; and the number of cases that fail then.
+WRONG = {
+    "a negative mass": ("mass: 1,", "mass: a - b,", 1),
+    "no axis": ("axis: [0, 1, 0]", "axis: [0, a - b, 0]", 1),
+    "a tilted axis, or none": ("axis: [0, 1, 0]", "axis: [a - b, 0, 0]", 1),
+    "a root of a negative number": ("mass: 1,", "mass: 1 + sqrt(a - b),", 1),
+    "a division by zero": ("mass: 1,", "mass: 5 + 1 / (a - b),", 1),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_errors_of_the_input_are_reported_without_a_warning(tmp_path, recwarn, name):
+    """The case with the error fails alone, in words; the others have the rows that they have alone."""
+    old, new, failed = WRONG[name]
+    text = SCENE.replace(old, new).replace("fails: 0", "fails: 0, a: 5, b: 0.25")
+    rows, alone = by_arrays_and_alone(
+        write(tmp_path, f"  parameters.a: [3, 2, 1]\n  parameters.b: [0.5, 2, 0.55, 0.6, 0.65, 0.7]\n", scene=text)
+    )
     assert [(row.status, row.values, row.message) for row in rows] == [
         (own.status, own.values, own.message) for own in alone
     ]
-    assert rows[1].status == Status.FAILED and "mass" in rows[1].message
+    assert [row.status for row in rows].count(Status.FAILED) == failed
     assert not recwarn.list
 
 
