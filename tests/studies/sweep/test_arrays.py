@@ -180,7 +180,7 @@ def test_errors_of_the_input_are_reported_without_a_warning(tmp_path, recwarn, n
     old, new, failed = WRONG[name]
     text = SCENE.replace(old, new).replace("fails: 0", "fails: 0, a: 5, b: 0.25")
     rows, alone = by_arrays_and_alone(
-        write(tmp_path, f"  parameters.a: [3, 2, 1]\n  parameters.b: [0.5, 2, 0.55, 0.6, 0.65, 0.7]\n", scene=text)
+        write(tmp_path, "  parameters.a: [3, 2, 1]\n  parameters.b: [0.5, 2, 0.55, 0.6, 0.65, 0.7]\n", scene=text)
     )
     assert [(row.status, row.values, row.message) for row in rows] == [
         (own.status, own.values, own.message) for own in alone
