@@ -494,6 +494,17 @@ def _where(condition: Any, *choices: Any) -> Any:
     return _of_cases(np.where(condition, *(_raised(each, most) for each in choices)))
 
 
+def _norm(values: Any, ord: Any = None, axis: Any = None, keepdims: bool = False) -> Any:
+    """Lengths of short vectors, as NumPy has them: by the root of the sum of squares."""
+    if ord is not None or not isinstance(axis, int):
+        return NotImplemented
+    return np.sqrt((values * values).sum(axis=axis, keepdims=keepdims))
+
+
+def _column_stack(parts: Sequence[Any]) -> Any:
+    return np.concatenate([each[:, None] if _ndim(each) == 1 else each for each in parts], axis=1)
+
+
 #: Functions that write into an operand.
 WRITERS = frozenset({np.copyto, np.put, np.place, np.putmask, np.put_along_axis, np.fill_diagonal})
 #: Functions that make an array like another. NumPy takes `like` out of the arguments, which stands first here.
@@ -509,6 +520,8 @@ OF_METHODS = frozenset({np.sum, np.max, np.min, np.any, np.all, np.reshape, np.s
 FUNCTIONS: Mapping[Any, Callable[..., Any]] = {
     np.concatenate: _joined(np.concatenate),
     np.stack: _joined(np.stack),
+    np.column_stack: _column_stack,
     np.where: _where,
+    np.linalg.norm: _norm,
     np.ndim: lambda values: values.ndim,
 }
