@@ -87,9 +87,6 @@ class CaseArray(Cases, np.lib.mixins.NDArrayOperatorsMixin):
         """The text of the first case: text that is shown concerns one case only."""
         return format(self.values[0].item(), how)
 
-    def __repr__(self) -> str:
-        return f"CaseArray({self.values!r})"
-
     def __len__(self) -> int:
         if not self.ndim:
             raise TypeError("a number has no length")
@@ -146,7 +143,7 @@ class CaseArray(Cases, np.lib.mixins.NDArrayOperatorsMixin):
             return into
         if method == "__call__" and not options:
             if ufunc in EXACT:
-                most = 1 + max(_ndim(each) for each in inputs)
+                most = 1 + max(np.ndim(each) for each in inputs)
                 return _of_cases(ufunc(*(_raised(each, most) for each in inputs)))
             if ufunc is np.matmul:
                 return _product(*inputs)
@@ -179,15 +176,6 @@ class CaseArray(Cases, np.lib.mixins.NDArrayOperatorsMixin):
     def max(self, axis: Any = None, **options: Any) -> Any:
         return CaseArray(self.values.max(axis=self._axes(axis), **options))
 
-    def min(self, axis: Any = None, **options: Any) -> Any:
-        return CaseArray(self.values.min(axis=self._axes(axis), **options))
-
-    def any(self, axis: Any = None, **options: Any) -> Any:
-        return _agreed((self.values != 0.0).any(axis=self._axes(axis), **options))
-
-    def all(self, axis: Any = None, **options: Any) -> Any:
-        return _agreed((self.values != 0.0).all(axis=self._axes(axis), **options))
-
     def _axes(self, axis: Any) -> Any:
         """The axes of one case as axes of the values (B, ...)."""
         if axis is None:
@@ -196,17 +184,9 @@ class CaseArray(Cases, np.lib.mixins.NDArrayOperatorsMixin):
             return tuple(at % self.ndim + 1 for at in axis)
         return axis % self.ndim + 1
 
-    def reshape(self, *shape: Any, **options: Any) -> Any:
+    def reshape(self, *shape: Any) -> CaseArray:
         own = shape[0] if len(shape) == 1 and isinstance(shape[0], (tuple, list)) else shape
-        if options:
-            return call_each(lambda each: np.asarray(each).reshape(*own, **options), (self,))
         return CaseArray(self.values.reshape(len(self.values), *own))
-
-    def ravel(self) -> CaseArray:
-        return CaseArray(self.values.reshape(len(self.values), -1))
-
-    def copy(self, order: str = "C") -> CaseArray:
-        return CaseArray(self.values.copy("K"))
 
     def astype(self, dtype: Any, **options: Any) -> Any:
         cast = self.values.astype(dtype, **options)
@@ -224,15 +204,9 @@ class CaseArray(Cases, np.lib.mixins.NDArrayOperatorsMixin):
         """Nested lists whose numbers are of several cases."""
         return [each.tolist() for each in self] if self.ndim else self
 
-    def item(self, *place: int) -> CaseArray:
-        return CaseArray(self.values.reshape(len(self.values), -1)[:, place[0] if place else 0])
-
     def is_integer(self) -> bool:
         """What `float.is_integer` is for numbers."""
         return bool(_agreed(self.values % 1.0 == 0.0))
-
-    def tobytes(self) -> bytes:
-        return bytes(_agreed(self.values).tobytes())
 
 
 Real.register(CaseArray)  # scenes and elements take it where they take a number
@@ -391,10 +365,6 @@ def _is_split(index: tuple[Any, ...]) -> bool:
     return advanced[-1] - advanced[0] + 1 != len(advanced)
 
 
-def _ndim(values: Any) -> int:
-    return values.ndim if hasattr(values, "ndim") else np.ndim(values)
-
-
 def _raised(values: Any, ndim: int) -> Any:
     """The values (B, ...) of a CaseArray with `ndim` axes in all: axes of length 1 are inserted after the first. Any
     other value is returned as it is."""
@@ -490,7 +460,7 @@ def _joined(join: Any) -> Callable[..., Any]:
 def _where(condition: Any, *choices: Any) -> Any:
     if isinstance(condition, CaseArray) or not choices:
         return NotImplemented
-    most = 1 + max(_ndim(each) for each in (condition, *choices))
+    most = 1 + max(np.ndim(each) for each in (condition, *choices))
     return _of_cases(np.where(condition, *(_raised(each, most) for each in choices)))
 
 
@@ -502,7 +472,7 @@ def _norm(values: Any, ord: Any = None, axis: Any = None, keepdims: bool = False
 
 
 def _column_stack(parts: Sequence[Any]) -> Any:
-    return np.concatenate([each[:, None] if _ndim(each) == 1 else each for each in parts], axis=1)
+    return np.concatenate([each[:, None] if np.ndim(each) == 1 else each for each in parts], axis=1)
 
 
 #: Functions that write into an operand.
