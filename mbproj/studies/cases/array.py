@@ -263,13 +263,24 @@ def case_of(values: Kind, at: int) -> Kind:
 
 
 def call_each(function: Callable[..., Any], args: Sequence[Any], options: Mapping[str, Any] = NOTHING) -> Any:
-    """function(*args, **options), called once for each case; an argument holds several."""
+    """function(*args, **options), called once for each case of the arguments. Where it raises an error for all
+    cases, the first is raised; for some of them, CasesDiffer."""
     taken = [_part_of(each) for each in args]
     named = [(name, part) for name, each in options.items() if (part := _part_of(each)) is not None]
-    results = []
+    results: list[Any] = []
     for at in range(_count((*args, *options.values()))):
         own = [each if part is None else part(at) for each, part in zip(args, taken, strict=True)]
-        results.append(function(*own, **{**options, **{name: part(at) for name, part in named}}))
+        try:
+            results.append(function(*own, **{**options, **{name: part(at) for name, part in named}}))
+        except (CasesDiffer, OneCaseOnly):
+            raise
+        except Exception as error:
+            results.append(error)
+    failed = [isinstance(each, Exception) for each in results]
+    if all(failed):
+        raise results[0]
+    if any(failed):
+        raise CasesDiffer(failed)
     return stacked(results)
 
 

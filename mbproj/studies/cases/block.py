@@ -34,6 +34,8 @@ from mbproj.studies.measure.mechanism import Mechanism
 
 #: The number of samples, over all cases, that are observed at once: their arrays fit into the processor's cache.
 CASE_SAMPLES = 5000
+#: The number of runs that the kernel advances in one call. Each call returns after RETURN_SECONDS, with samples of all.
+RUNS = 20
 #: The arrays of the kernel's samples, without counters.
 OF_SAMPLES = ("t", "y", "acceleration", "angles", "multipliers", "step_size")
 
@@ -146,12 +148,10 @@ class CaseBlock:
         """Return the samples of each run, or None where it has not come to its end. A `timeout` holds for each run."""
         runs: list[Any] = self.compiled.run(self.mechanism.state, self.settings).items
         parts: list[list[Mapping[str, Any]]] = [[] for _ in runs]
-        if timeout is None:
-            self._advance(runs, parts)
-        else:
-            for run, samples in zip(runs, parts, strict=True):
-                with suppress(TimeIsUp), time_limit(timeout):
-                    self._advance([run], [samples])
+        size = RUNS if timeout is None else 1
+        for first in range(0, len(runs), size):
+            with suppress(TimeIsUp), time_limit(timeout):
+                self._advance(runs[first : first + size], parts[first : first + size])
         finished = self.compiled.core.Status.finished
         pairs = zip(runs, parts, strict=True)
         return [_joined(samples) if run.outcome.status == finished else None for run, samples in pairs]

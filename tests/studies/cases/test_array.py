@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -124,6 +126,17 @@ def test_whole_numbers_are_decided_as_those_of_one_case():
         CaseArray(np.array([3.0, 4.5])).is_integer()
     with pytest.raises(CasesDiffer):
         stacked([None, (1.0, 2.0)])
+
+
+def test_an_error_of_some_cases_divides_them_and_one_of_all_is_raised():
+    def root(x):
+        return math.sqrt(x)
+
+    with pytest.raises(CasesDiffer) as differ:
+        per_case(root)(CaseArray(np.array([1.0, -2.0, 3.0, -0.5])))
+    assert differ.value.keys == (False, True, False, True)
+    with pytest.raises(ValueError, match=r"math domain|nonnegative"):
+        per_case(root)(CaseArray(np.array([-1.0, -2.0])))
 
 
 def test_zeros_with_signs_are_not_alike():

@@ -186,6 +186,7 @@ def test_errors_of_the_input_are_reported_without_a_warning(tmp_path, recwarn, n
         (own.status, own.values, own.message) for own in alone
     ]
     assert [row.status for row in rows].count(Status.FAILED) == failed
+    assert sum(row.by_arrays for row in rows) >= len(rows) - 2 * FEWEST
     assert not recwarn.list
 
 
