@@ -285,7 +285,7 @@ def integrated_layout(system: System) -> Layout:
 
 def _motion(system: System) -> tuple[Block, Block]:
     """Return the blocks of q and of q'."""
-    scale = np.tile(numbers([system.length] * 3 + [1.0] * 4), system.bodies)
+    scale = numbers(([system.length] * 3 + [1.0] * 4) * system.bodies)
     units = (("m",) * 3 + ("1",) * 4) * system.bodies
     return (
         Block("positions", scale, projected=True, units=units),

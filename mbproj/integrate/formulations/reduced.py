@@ -96,6 +96,6 @@ def from_space(y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
 def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layout:
     """Return the layout of a vector that begins with the positions and velocities of each body. `of_a_body`: the scales
     of a body's numbers for the absolute tolerance. `coordinates`: the number of joint coordinates to follow."""
-    bodies = Block("bodies", np.tile(of_a_body, system.bodies), projected=True)
+    bodies = Block("bodies", np.concatenate([of_a_body] * system.bodies), projected=True)
     *_, states, quadratures, followed = system.integrated.blocks
     return Layout((bodies, states, quadratures, uncontrolled("followed", coordinates if followed.size else 0)))

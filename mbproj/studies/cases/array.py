@@ -502,7 +502,10 @@ FUNCTIONS: Mapping[Any, Callable[..., Any]] = {
     np.concatenate: _joined(np.concatenate),
     np.stack: _joined(np.stack),
     np.column_stack: _column_stack,
+    np.hstack: lambda parts: np.concatenate(parts, axis=0 if np.ndim(parts[0]) == 1 else 1),
     np.where: _where,
+    np.linalg.eigvalsh: lambda values: CaseArray(np.linalg.eigvalsh(values.values)),
     np.linalg.norm: _norm,
+    np.iscomplexobj: lambda values: values.dtype.kind == "c",
     np.ndim: lambda values: values.ndim,
 }
