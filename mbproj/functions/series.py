@@ -115,7 +115,7 @@ def _step(
     if held is not None and not np.isnan(held[at]):
         stack.append(_on_branch(programs, at, stack, float(held[at])))
     elif op is CONSTANT:
-        stack.append(constant_series(np.where(True, operand, variables[0][0].real)))
+        stack.append(constant_series(np.where(True, operand, variables[0][0].real)))  # in the shape of the time
     elif op is VARIABLE:
         stack.append(variables[int(operand)])
     elif op is TABLE:
