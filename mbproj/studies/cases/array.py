@@ -415,10 +415,6 @@ def _add_at(ufunc: np.ufunc, into: Any, index: Any, *values: Any) -> None:
     """ufunc.at, which writes into its first operand."""
     if not isinstance(into, CaseArray):
         raise OneCaseOnly
-    if isinstance(index, np.ndarray) and index.ndim == 1 and all(isinstance(value, CaseArray) for value in values):
-        of_all: Any = (slice(None), index)
-        ufunc.at(into.values, of_all, *(value.values for value in values))
-        return
     for at, each in enumerate(into.values):
         ufunc.at(each, index, *(case_of(value, at) for value in values))
 
