@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, distinct_rows
+from mbproj.arrays import Array, Integers, contiguous, distinct_rows, numbers
 from mbproj.constraints import Primitive, name_of
 from mbproj.kernel import core
-from mbproj.lanes import contiguous, numbers
 from mbproj.model.planar import PlanarSet
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, contiguous
 from mbproj.functions.program import CHANNELS
 from mbproj.functions.program_set import ProgramSet
 from mbproj.kernel.bound import Bound, bound_in_space, joined, primitives
-from mbproj.lanes import contiguous
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.forces import Bushings, Forces
 from mbproj.model.planar import Plane, bushings_in_plane, coordinates_in_plane, locals_in_plane

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, contiguous
 from mbproj.functions.program import CHANNELS
 from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
 from mbproj.kernel.loads import (
@@ -19,7 +19,6 @@ from mbproj.kernel.loads import (
     programs,
     space_loads,
 )
-from mbproj.lanes import contiguous
 from mbproj.model.couplings import FollowedKind
 from mbproj.model.layout import Layout
 from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
