@@ -46,7 +46,7 @@ def main() -> int:
         seed = ["--seed", str(asked.seed)]
         contacts = ["contacts", "--count", str(asked.scenes // 8), *seed, "--minutes", str(asked.minutes)]
         for command in (
-            ["-m", "pytest", "-n", "2", "-k", NOT_BY_THE_CLOCK, *asked.tests],
+            ["-m", "pytest", "-n", "2", "-m", "full", "-k", NOT_BY_THE_CLOCK, *asked.tests],
             ["scripts/random_impacts.py", "--count", str(asked.scenes), *seed],
         ):
             ended = subprocess.run([sys.executable, *command], cwd=copy, env=environment(copy), check=False).returncode

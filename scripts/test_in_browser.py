@@ -21,7 +21,8 @@ def main() -> int:
         print(f"NOTHING WAS TESTED IN A BROWSER: {MISSING}")
         return 4
     print(f"testing in {PATH}")
-    tests = [sys.executable, "-m", "pytest", "-n", "0", "-p", "no:cacheprovider", "tests/pages/test_browser.py"]
+    options = ["-n", "0", "-m", "full", "-p", "no:cacheprovider"]
+    tests = [sys.executable, "-m", "pytest", *options, "tests/pages/test_browser.py"]
     return 4 if subprocess.run(tests, check=False, cwd=ROOT).returncode else 0
 
 

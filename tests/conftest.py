@@ -1,4 +1,4 @@
-"""One BLAS thread a worker, the order of the tests, and sweeps and reading without other processes."""
+"""One BLAS thread a worker, the two runs, the order of the tests, and sweeps and reading without other processes."""
 
 from __future__ import annotations
 
@@ -12,8 +12,16 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that take long go first: at the end, the other processes would wait for them."""
+    """A test not marked `full` is in both runs: `-m full` is everything, and `-m "not default"` what the default lacks.
+
+    Tests that take long go first: at the end, the other processes would wait for them.
+    """
+    for item in items:
+        if item.get_closest_marker("full") is None:
+            item.add_marker("default")
+            item.add_marker("full")
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 
