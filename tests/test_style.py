@@ -22,7 +22,11 @@ LONGEST_SENTENCE = 25
 
 @pytest.mark.parametrize(
     "tool",
-    [["ruff", "check"], ["ruff", "format", "--check"], pytest.param(["mypy"], marks=pytest.mark.long)],
+    [
+        ["ruff", "check"],
+        ["ruff", "format", "--check"],
+        pytest.param(["mypy"], marks=[pytest.mark.full, pytest.mark.long]),
+    ],
     ids=["ruff", "format", "mypy"],
 )
 def test_clean(tool):

@@ -69,10 +69,12 @@ def test_a_killed_run_is_finished(tmp_path):
             break
     process.kill()
     process.wait()
-    assert open_results(tmp_path / "run.h5").checkpoint is not None
-    done = mbproj("continue", "run.h5", "--append", "-q", folder=tmp_path)
+    killed = open_results(tmp_path / "run.h5")
+    assert killed.checkpoint is not None
+    until = f"{killed.time[-1] + 0.5:.1f}"
+    done = mbproj("continue", "run.h5", "--until", until, "--append", "-q", folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    make(tmp_path, "long.h5", "40", *options)
+    make(tmp_path, "long.h5", until, *options)
     assert_same(tmp_path / "long.h5", tmp_path / "run.h5")
 
 

@@ -123,6 +123,7 @@ def test_batch_in_a_checkout_gives_the_bits_of_run(places: Places) -> None:
     assert here == there
 
 
+@pytest.mark.full
 def test_a_study_in_a_checkout_gives_the_bits_of_run(places: Places, alone: dict[str, Any]) -> None:
     options = ("--projections", "gpopm,none", "--steps", "0.01", "--until", "0.5", "--repeat", "1", "--json")
     done = places.mbproj(places.checkout, "compare", "five_bar.yaml", *options)
@@ -142,12 +143,14 @@ def test_sources_without_a_kernel_are_said_once_with_what_to_do(places: Places) 
     assert notes == [f"note: {places.note}"]
 
 
+@pytest.mark.full
 @pytest.mark.parametrize(("options", "kernel"), [(["--quiet"], ""), ([], "0")], ids=["quiet", "on purpose"])
 def test_who_does_not_want_to_know_is_not_told(places: Places, options: list[str], kernel: str) -> None:
     arguments = ["-c", IN_FOLDER, *FULL, "-o", "full.h5", *options]
     assert places.python(places.checkout, *arguments, MBPROJ_KERNEL=kernel).stderr == ""
 
 
+@pytest.mark.full
 def test_workers_leave_it_to_the_command_to_say_so(places: Places) -> None:
     folder = places.checkout / "scenes"
     for name in ("a", "b", "c"):
@@ -157,6 +160,7 @@ def test_workers_leave_it_to_the_command_to_say_so(places: Places) -> None:
     assert done.stderr == f"note: {places.note}\n"
 
 
+@pytest.mark.full
 def test_a_program_is_warned_once(places: Places) -> None:
     code = (
         "from mbproj import *\nscene = read_scene('five_bar.yaml')\n"
@@ -173,6 +177,7 @@ def test_the_environment_leaves_the_kernel_out_on_purpose(places: Places) -> Non
     assert found["formulation_why"] == "the compiled kernel is missing (MBPROJ_KERNEL leaves it out)"
 
 
+@pytest.mark.full
 def test_info_says_what_to_do_for_a_kernel(places: Places) -> None:
     done = places.python(places.checkout, "-c", IN_FOLDER, "info", "--build")
     assert f"kernel        none: not built\n  {places.note[places.note.index('Python took') :]}\n" in done.stdout

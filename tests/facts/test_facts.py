@@ -20,7 +20,10 @@ from mbproj.facts.reports import REPORTS
 from tests.cli.commands import mbproj
 from tests.facts.commands import SAID, prepare
 from tests.facts.reports import PRINTED_BY, all_of, refuse_what_no_table_says, said_in
+from tests.runs import where
 
+#: Reports of studies, which take seconds.
+LONG = ("recommend", "verify", "stability", "sensitivity", "fit", "optimise-topologies", "threshold", "tradeoff")
 KINDS = {"string", "number", "integer", "boolean", "array", "map", "object", "null"}
 
 
@@ -41,7 +44,7 @@ def test_each_command_with_json_has_a_report():
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", SAID)
+@pytest.mark.parametrize("name", where(lambda name: name not in LONG, SAID))
 def test_each_fact_is_said(folder, name):
     said, report = set(), REPORTS[name]
     for words in SAID[name]:

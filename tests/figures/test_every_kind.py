@@ -15,6 +15,7 @@ from mbproj.figures.save import save
 from mbproj.results import open_results
 from tests.figures.drawn import legend, steep, ylabels
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, times
+from tests.runs import some
 
 #: What can be drawn of a run that is not certified, has no stops or frictions, and whose scene is not in its
 #: file; what takes an input or markers is in test_over.py.
@@ -23,7 +24,7 @@ UNCERTIFIED = [kind for kind in KINDS if kind not in OTHERS]
 
 
 @pytest.mark.parametrize(
-    ("kind", "suffix"), [*((kind, "png") for kind in UNCERTIFIED), ("markers", "svg"), ("energy", "pdf")]
+    ("kind", "suffix"), [*some([(kind, "png") for kind in UNCERTIFIED], 6), ("markers", "svg"), ("energy", "pdf")]
 )
 def test_every_kind_can_be_saved_and_leaves_no_trace(two, tmp_path, kind, suffix):
     settings = mpl.rcParams.copy()

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 from mbproj.cli import mbproj
 from mbproj.guide.pages import ROOT
+from tests.runs import some
 
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 NEEDED = ("nbclient", "ipykernel", "pandas", "scipy")
@@ -43,7 +44,7 @@ def test_a_notebook_holds_no_results(path):
 
 @pytest.mark.long
 @pytest.mark.skipif(bool(MISSING), reason=f"needs {MISSING}")
-@each
+@pytest.mark.parametrize("path", some(NOTEBOOKS, 3), ids=[path.stem for path in NOTEBOOKS])
 def test_a_notebook_runs(path, tmp_path):
     """In some seconds, in an empty folder."""
     import nbformat

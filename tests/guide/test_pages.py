@@ -15,13 +15,23 @@ from mbproj.guide.terminal import WIDTH, rendered
 from mbproj.scene import SHAPES
 from scripts.draw_guide import FIGURES, MEASURED
 from tests.guide.fences import fences, run_page
+from tests.runs import where
 from tests.support import ROOT as CHECKOUT
 
 shown = cache(rendered)
 every_page = pytest.mark.parametrize("page", list(pages().values()), ids=list(pages()))
 
 
-@every_page
+def is_quick(page):
+    """Whether it starts mbproj or Python twice at most."""
+    blocks = [fence for fence in fences(page) if "slow" not in fence.words]
+    commands = sum(fence.text.count("$ mbproj") for fence in blocks if fence.language == "console")
+    return commands + sum(fence.language == "python" and not fence.words for fence in blocks) <= 2
+
+
+@pytest.mark.parametrize(
+    "page", where(lambda page: page.kind == "tutorial" or is_quick(page), pages().values()), ids=list(pages())
+)
 def test_what_a_page_shows_is_what_happens(page, tmp_path):
     run_page(page, tmp_path)
 

@@ -11,6 +11,7 @@ from mbproj.results import open_results
 from mbproj.scene import read_scene_text
 from tests.pages.browser import LAPTOP, MISSING, PHONE, SMALL, Opened, browser
 from tests.pages.runs import HOSTILE, five_bar, recorded
+from tests.runs import full
 
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING or "there is a browser")
 
@@ -149,7 +150,7 @@ def test_every_control_has_a_name(shown):
     assert shown.run(script) == []
 
 
-@pytest.mark.parametrize("size", [LAPTOP, PHONE], ids=["laptop", "phone"])
+@pytest.mark.parametrize("size", [full(LAPTOP), PHONE], ids=["laptop", "phone"])
 def test_it_can_be_read(chromium, path, size):
     page = Opened(chromium, path, size, touch=size is PHONE)
     script = """
@@ -169,6 +170,7 @@ def test_it_can_be_read(chromium, path, size):
     page.close()
 
 
+@pytest.mark.full
 def test_fingers_turn_and_zoom(chromium, path):
     page = Opened(chromium, path, PHONE, touch=True)
     touch = page.context.new_cdp_session(page.page)
@@ -203,6 +205,7 @@ def test_a_title_that_is_markup_is_shown_as_text(chromium, folder):
     page.close()
 
 
+@pytest.mark.full
 def test_a_second_run_is_a_ghost_and_its_distance_is_charted(chromium, folder, results):
     with open_results(five_bar(folder / "open.h5", duration=3, projection="none", step=0.02)) as other:
         page = Opened(chromium, written(folder, "both", [results, other], ["closed", "open"]))

@@ -123,6 +123,7 @@ def test_paths_are_files_and_directories_each_scene_once_in_order(tmp_path: Path
     assert scene_paths([tmp_path / "d" / "[ac].y*", tmp_path / "d" / "**" / "?.yaml"]) == [a, b, deep]
 
 
+@pytest.mark.full
 def test_what_a_scene_recorded_before_its_time_was_up_is_kept(tmp_path: Path) -> None:
     done: dict[int, SceneResult] = {}
     scene = write(tmp_path, "hanging", "", "duration: 0.2, step: 0.01", "duration: 1e7, step: 1e-5, output_step: 1e-4")

@@ -20,6 +20,7 @@ from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability.judge import Limits, Subject, judged
 from mbproj.studies.tradeoff.ladders import tradeoff
 from mbproj.studies.verify import verify
+from tests.runs import once
 from tests.support import ROOT
 
 FOUR_BAR = ROOT / "mechanisms" / "planar_four_bar.yaml"
@@ -56,8 +57,9 @@ def test_the_rows_work_is_that_of_the_projection(slider_crank, setting):
     assert split.integrator + split.projection == pytest.approx(solution.energy_balance, abs=1e-11)
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "dop853", "esdirk4"])
-@pytest.mark.parametrize("name", ["planar_four_bar", "double_pendulum", "governor"])
+@pytest.mark.parametrize(
+    ("integrator", "name"), once(["rk4", "dop853", "esdirk4"], ["planar_four_bar", "double_pendulum", "governor"])
+)
 def test_the_order_of_the_integrator_is_kept_with_the_row(name, integrator):
     """The governor is damped."""
     options = {"energy_row": True, "integrator": integrator, "step": 1e-3}

@@ -18,6 +18,7 @@ import pytest
 from mbproj.kernel import core
 from mbproj.results import stamp_attributes
 from tests.cli.commands import mbproj
+from tests.runs import full
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
 from tests.support import ROOT
 
@@ -227,7 +228,9 @@ def wait_for(condition: object, seconds: float = 30.0) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL], ids=["int", "term", "kill"])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, full(signal.SIGTERM), full(signal.SIGKILL)], ids=["int", "term", "kill"]
+)
 def test_no_process_is_left_behind(tmp_path: Path, number: signal.Signals) -> None:
     """Ctrl-C, a pipeline that is cancelled, or a kill: what was done is reported, but for the last."""
     write(tmp_path, "a", HOLDS)

@@ -131,6 +131,7 @@ def test_bad_input(tmp_path, arguments, said):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 def test_an_interrupted_study_leaves_no_process_and_resumes(tmp_path):
     program = [sys.executable, "-c", "from mbproj.cli import main; main()", "tradeoff", SLIDER_CRANK, "--until", "1"]

@@ -141,6 +141,7 @@ main()
 """
 
 
+@pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="limits the size of files")
 @pytest.mark.parametrize("keep", ["none", "all"])
 def test_a_full_disk_ends_a_sweep_and_what_wanted_room_runs_again(tmp_path, keep):
@@ -181,6 +182,7 @@ def test_an_interrupted_sweep_has_its_tables_and_says_how_to_go_on(tmp_path):
         assert file["status"].asstr()[()].reshape(-1).tolist() == statuses
 
 
+@pytest.mark.full
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
 def test_who_presses_ctrl_c_again_and_again_sees_no_traceback(tmp_path):
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n")

@@ -10,10 +10,12 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.errors import SimulationError
 from tests.kernel.scenes import needs_kernel
+from tests.runs import once, where
 from tests.support import Recorder
 
 BEVEL, PARALLEL = "[1, 0, 0]", "[0, 0, 1]"
 EVERYWHERE = ["full", pytest.param("reduced", marks=needs_kernel)]
+SLOW_IN_FULL = where(lambda formulation: formulation != "full", EVERYWHERE)
 
 
 def pair(pinion_axis: str = BEVEL, driven: str = "", speed: str = "") -> str:
@@ -55,9 +57,7 @@ def run(text: str, formulation: str, **simulation):
     return recorder
 
 
-@pytest.mark.parametrize("formulation", EVERYWHERE)
-@pytest.mark.parametrize("speed", [1000.0, 2000.0])
-@pytest.mark.parametrize("axis", [BEVEL, PARALLEL], ids=["bevel", "parallel"])
+@pytest.mark.parametrize(("axis", "speed", "formulation"), once([BEVEL, PARALLEL], [1000.0, 2000.0], EVERYWHERE))
 def test_a_driven_pair_keeps_its_teeth(axis, speed, formulation):
     """60 φ1 + 20 φ2 = 0 with φ1 = ω t, though the pinion makes a turn in a step."""
     found = run(pair(axis, motion(f"{{constant_speed: {speed} rpm}}")), formulation)
@@ -84,7 +84,7 @@ def test_a_driven_screw_keeps_its_thread(formulation):
     np.testing.assert_allclose(shift, 0.001 * angle / (2.0 * np.pi), rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("formulation", EVERYWHERE)
+@pytest.mark.parametrize("formulation", SLOW_IN_FULL)
 @pytest.mark.parametrize("speed", [2000, 5000])
 def test_a_step_that_cannot_tell_the_teeth_of_free_wheels_says_which_would_do(speed, formulation):
     """RK4 does not follow 1 turn a step; with the step that the message names it does, all 0.5 s long."""
@@ -100,7 +100,7 @@ def test_a_step_that_cannot_tell_the_teeth_of_free_wheels_says_which_would_do(sp
     np.testing.assert_allclose(second, -3.0 * first, rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("formulation", EVERYWHERE)
+@pytest.mark.parametrize("formulation", SLOW_IN_FULL)
 @pytest.mark.parametrize("tolerance", [0.1, 1e-6])
 def test_error_control_shortens_such_steps(tolerance, formulation):
     """The samples lie inside the steps."""

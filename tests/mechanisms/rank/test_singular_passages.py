@@ -19,6 +19,7 @@ from mbproj.registry import integrators
 from mbproj.scene import read_scene_text
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.mechanisms.running import assert_close
+from tests.runs import once, some
 from tests.support import Recorder
 
 #: Distances from the singular pose, rad, at which a step lands: by hits, near misses, and twentieths of a step.
@@ -115,7 +116,7 @@ def assert_parallel(outcome: Outcome, start: float, speed: float, even: float = 
 
 @pytest.mark.parametrize(
     ("offset", "closure", "formulation"),
-    [(offset, *form) for form in FORMS for offset in (OFFSETS[::3] if form[1] == "full" else OFFSETS)],
+    some([(offset, *form) for form in FORMS for offset in (OFFSETS[::3] if form[1] == "full" else OFFSETS)], 3),
 )
 def test_a_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation):
     """Steps land by `offset` off the line of all bars after one radian, and the same off it half a turn later."""
@@ -128,8 +129,10 @@ def test_a_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation)
         assert outcome["time"][-1] == 2.0
 
 
-@pytest.mark.parametrize(("closure", "formulation"), FORMS[:3])
-@pytest.mark.parametrize("integrator", list(integrators()))
+@pytest.mark.parametrize(
+    ("integrator", "closure", "formulation"),
+    once(list(integrators()), [pytest.param(*form) for form in FORMS[:3]]),
+)
 def test_no_integrator_leaves_the_parallelogram(integrator, closure, formulation):
     """Eight turns, with stages of the step everywhere; each of 16 passages may cost 1 % of the speed."""
     for step in (0.02, 0.1, np.pi / 16):
@@ -149,8 +152,10 @@ def test_no_integrator_leaves_the_parallelogram(integrator, closure, formulation
             assert_stopped_with_the_reason(outcome, outcome["time"][-1] - departure / speed, step)
 
 
-@pytest.mark.parametrize("closure", ["revolute", "point_on_line"])
-@pytest.mark.parametrize("integrator", [name for name, entry in integrators().items() if entry.embedded])
+@pytest.mark.parametrize(
+    ("integrator", "closure"),
+    once([name for name, entry in integrators().items() if entry.embedded], ["revolute", "point_on_line"]),
+)
 def test_error_control_does_not_leave_the_parallelogram(integrator, closure):
     text = PARALLELOGRAM.replace("CLOSURE", closure).replace("step: 0.05", "tolerance: 1.0e-8, output_step: 0.05")
     for start in (-1.0, -0.4321, np.pi - 2.0):
@@ -162,8 +167,9 @@ def test_error_control_does_not_leave_the_parallelogram(integrator, closure):
             assert "singular position" in outcome.stopped.cause
 
 
-@pytest.mark.parametrize("offset", OFFSETS[::3])
-@pytest.mark.parametrize(("closure", "formulation"), FORMS[:3])
+@pytest.mark.parametrize(
+    ("offset", "closure", "formulation"), once(OFFSETS[::3], [pytest.param(*form) for form in FORMS[:3]])
+)
 def test_a_driven_parallelogram_keeps_its_cranks_parallel(offset, closure, formulation):
     """With no degree of freedom left, and at the singular pose one that the rows do not see."""
     text = PARALLELOGRAM.replace("CLOSURE", closure) + "motions:\n  m: {joint: A, angle: {constant_speed: speed}}\n"
@@ -221,8 +227,8 @@ def time_at_the_branch(start: float, speed: float) -> float:
 
 @pytest.mark.parametrize(
     ("offset", "formulation"),
-    [(offset, name) for name in ("planar", "reduced") for offset in OFFSETS]
-    + [(each, "full") for each in OFFSETS[::3]],
+    some([(offset, name) for name in ("planar", "reduced") for offset in OFFSETS], 3)
+    + some([(each, "full") for each in OFFSETS[::3]], 3),
 )
 def test_a_slider_goes_on_through_the_bearing(offset, formulation):
     """50 steps to the branch point, or to `offset` s from it."""

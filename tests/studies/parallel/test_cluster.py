@@ -37,6 +37,7 @@ def running(tmp_path_factory):
         yield found
 
 
+@pytest.mark.full
 def test_a_case_that_ends_its_process_and_one_that_hangs_are_blamed_and_no_other(running):
     def lost(item, why, seconds):
         return why.split(":")[0]
@@ -48,6 +49,7 @@ def test_a_case_that_ends_its_process_and_one_that_hangs_are_blamed_and_no_other
     assert found == expected
 
 
+@pytest.mark.full
 def test_what_the_scheduler_gives_up_is_done_again(running):
     """As happens to a result on a worker that is lost before anybody has fetched it."""
     distributed = pytest.importorskip("distributed")
@@ -60,6 +62,7 @@ def test_what_the_scheduler_gives_up_is_done_again(running):
     assert keys
 
 
+@pytest.mark.full
 def test_a_connection_that_breaks_before_the_client_knows_is_the_end_of_the_scheduler(running, monkeypatch):
     distributed = pytest.importorskip("distributed")
 
@@ -71,11 +74,13 @@ def test_a_connection_that_breaks_before_the_client_knows_is_the_end_of_the_sche
         list(in_parallel(fragile, 0.1, [1, 2], Cluster(running.address)))
 
 
+@pytest.mark.full
 def test_a_fault_of_a_function_comes_back(running):
     with pytest.raises(ValueError, match="shared -1"):
         list(in_parallel(place, "shared", [0, -1, 0], Cluster(file=running.file)))
 
 
+@pytest.mark.full
 def test_what_is_killed_loses_nothing_and_nothing_is_done_twice(running, tmp_path):
     """A worker is killed in the middle of a sweep, then the leading process, then the scheduler of its successor; a
     third one on this machine does what is left. All numbers are those of one process, to the last bit."""
@@ -125,6 +130,7 @@ def test_a_scheduler_that_is_not_there_is_said_soon(monkeypatch, tmp_path):
         list(in_parallel(place, "x", [0], missing))
 
 
+@pytest.mark.full
 def test_a_cluster_without_workers_is_not_waited_for_without_end(monkeypatch, tmp_path):
     monkeypatch.setattr(on_dask, "NO_WORKERS", 0.5)
     with cluster(tmp_path, 0) as empty, pytest.raises(ClusterLost, match=r"has had no workers for 0.5 s; start some"):

@@ -19,6 +19,7 @@ from mbproj.studies.synthesis.spec import read_wanted
 from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, doubt, in_order, synthesise
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES
 from tests.cli.commands import mbproj as command
+from tests.runs import full
 
 TRUE = {
     "ax": 0.1,
@@ -111,7 +112,7 @@ def test_a_body_is_carried_by_a_slider_crank(tmp_path):
     np.testing.assert_allclose(place[:, [0, 2]], positions[:, :2], rtol=0.0, atol=1e-10)
 
 
-@pytest.mark.parametrize("timing", ["given", "free"])
+@pytest.mark.parametrize("timing", [full("given"), "free"])
 def test_a_look_finds_a_path_again_whatever_its_timing(timing, tmp_path):
     times, points = coupler_curve(12)
     more = f"starts: {20 if timing == 'free' else 40}\n"
@@ -121,6 +122,7 @@ def test_a_look_finds_a_path_again_whatever_its_timing(timing, tmp_path):
     assert best["rms"] < (1e-9 if timing == "given" else 1e-12)
 
 
+@pytest.mark.full
 def test_six_bars_come_nearer_to_a_function_than_a_four_bar(tmp_path):
     x = np.linspace(0.0, 1.0, 12)
     path = written(tmp_path, "function", "input (rad),output (rad)", [x, x**1.5], "starts: 6\n")
@@ -185,6 +187,7 @@ def test_the_simplest_of_those_that_are_as_good_is_chosen(tmp_path):
     assert [each.topology for each in in_order(better, 1.0)] == ["watt", "four_bar"]
 
 
+@pytest.mark.full
 def test_a_six_bar_closes_all_the_way_from_one_position_to_the_next(tmp_path):
     """The first exact design for these five places locks between two of them."""
     x, z, angle = [0.0, 0.5, 1.0, 1.3, 1.5], [0.0, 0.2, 0.1, -0.2, -0.5], [0.0, 17.0, 46.0, 60.0, 80.0]

@@ -1,0 +1,62 @@
+"""Which values of a test's parameters the default run has; the full run has all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from itertools import combinations, product
+from typing import Any
+
+import pytest
+
+ParameterSet = type(pytest.param(None))
+
+
+def full(value: Any) -> Any:
+    """A value that the full run alone has: one that `parametrize` takes, a tuple for several parameters."""
+    if isinstance(value, ParameterSet):
+        return pytest.param(*value.values, marks=(*value.marks, pytest.mark.full), id=value.id)
+    values = value if isinstance(value, tuple) else (value,)
+    return pytest.param(*values, marks=pytest.mark.full)
+
+
+def some(values: Iterable[Any], every: int, first: int = 0) -> list[Any]:
+    """Each `every`-th value is in the default run, from the one at `first`."""
+    return [value if at % every == first else full(value) for at, value in enumerate(values)]
+
+
+def where(in_default: Callable[..., bool], values: Iterable[Any]) -> list[Any]:
+    """The default run has the values of which this holds."""
+    return [
+        value if in_default(*(value if isinstance(value, tuple) else (value,))) else full(value) for value in values
+    ]
+
+
+def once(*axes: Sequence[Any]) -> list[Any]:
+    """All combinations; in the default run as many as the longest axis has values, by which each value occurs."""
+    longest = max(map(len, axes))
+    kept = {tuple(at % len(axis) for axis in axes) for at in range(longest)}
+    return _crossed(axes, kept)
+
+
+def pairs(*axes: Sequence[Any]) -> list[Any]:
+    """All combinations; in the default run few, in which each value meets each value of each other axis."""
+    places = list(product(*(range(len(axis)) for axis in axes)))
+    own = {place: {*combinations(enumerate(place), 2)} for place in places}
+    left, kept = set().union(*own.values()), set()
+    while left:
+        best = max(places, key=lambda place: len(own[place] & left))
+        kept.add(best)
+        left -= own[best]
+    return _crossed(axes, kept)
+
+
+def _crossed(axes: Sequence[Sequence[Any]], kept: set[tuple[int, ...]]) -> list[Any]:
+    found = []
+    for place in product(*(range(len(axis)) for axis in axes)):
+        values, marks = [], []
+        for axis, at in zip(axes, place, strict=True):
+            given = axis[at] if isinstance(axis[at], ParameterSet) else pytest.param(axis[at])
+            values += given.values
+            marks += given.marks
+        found.append(pytest.param(*values, marks=marks if place in kept else [*marks, pytest.mark.full]))
+    return found
