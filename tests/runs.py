@@ -11,12 +11,17 @@ import pytest
 ParameterSet = type(pytest.param(None))
 
 
-def full(value: Any) -> Any:
-    """A value that the full run alone has: one that `parametrize` takes, a tuple for several parameters."""
+def _set(value: Any) -> Any:
+    """What `pytest.param` makes of a value that `parametrize` takes, a tuple for several parameters."""
     if isinstance(value, ParameterSet):
-        return pytest.param(*value.values, marks=(*value.marks, pytest.mark.full), id=value.id)
-    values = value if isinstance(value, tuple) else (value,)
-    return pytest.param(*values, marks=pytest.mark.full)
+        return value
+    return pytest.param(*value) if isinstance(value, tuple) else pytest.param(value)
+
+
+def full(value: Any) -> Any:
+    """A value that the full run alone has."""
+    values, marks, name = _set(value)
+    return pytest.param(*values, marks=(*marks, pytest.mark.full), id=name)
 
 
 def some(values: Iterable[Any], every: int, first: int = 0) -> list[Any]:
@@ -26,9 +31,7 @@ def some(values: Iterable[Any], every: int, first: int = 0) -> list[Any]:
 
 def where(in_default: Callable[..., bool], values: Iterable[Any]) -> list[Any]:
     """The default run has the values of which this holds."""
-    return [
-        value if in_default(*(value if isinstance(value, tuple) else (value,))) else full(value) for value in values
-    ]
+    return [value if in_default(*_set(value).values) else full(value) for value in values]
 
 
 def once(*axes: Sequence[Any]) -> list[Any]:
@@ -53,10 +56,8 @@ def pairs(*axes: Sequence[Any]) -> list[Any]:
 def _crossed(axes: Sequence[Sequence[Any]], kept: set[tuple[int, ...]]) -> list[Any]:
     found = []
     for place in product(*(range(len(axis)) for axis in axes)):
-        values, marks = [], []
-        for axis, at in zip(axes, place, strict=True):
-            given = axis[at] if isinstance(axis[at], ParameterSet) else pytest.param(axis[at])
-            values += given.values
-            marks += given.marks
-        found.append(pytest.param(*values, marks=marks if place in kept else [*marks, pytest.mark.full]))
+        sets = [_set(axis[at]) for axis, at in zip(axes, place, strict=True)]
+        values, marks = ([each for one in sets for each in one[part]] for part in (0, 1))
+        crossed = pytest.param(*values, marks=marks)
+        found.append(crossed if place in kept else full(crossed))
     return found

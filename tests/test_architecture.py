@@ -6,6 +6,7 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -183,6 +184,7 @@ def headers() -> list[Path]:
     return sorted(KERNEL.rglob("*.?pp"))
 
 
+@cache
 def imports(path: Path) -> set[str]:
     """The modules of ours, and names in them, that a module imports at run time, at any depth of its code; and those
     that it names as "module:name", to be imported when they are first used."""

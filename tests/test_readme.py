@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 
 from mbproj.cli import COMMANDS
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, python
 from tests.support import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -61,7 +59,6 @@ def test_the_first_mechanism_runs_as_written(tmp_path):
 
 def test_the_python_example_runs_as_written(tmp_path):
     code = blocks("python")[0].replace("mechanisms/", f"{ROOT}/mechanisms/")
-    program, environment = [sys.executable, "-c", code], {"PYTHONPATH": str(ROOT)}
-    done = subprocess.run(program, capture_output=True, text=True, cwd=tmp_path, check=False, env=environment)
+    done = python(code, tmp_path)
     assert done.returncode == 0, done.stderr
     assert "Worst(value=" in done.stdout

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import gc
 import inspect
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -106,8 +104,3 @@ def test_linear_functions_know_the_pendulum():
     assert np.abs(np.linalg.eigvals(A).imag).max() == pytest.approx(2 * np.pi * expected, rel=1e-9)
     with pytest.raises(mbproj.InputError, match="at: error: unknown place 'top'"):
         mbproj.modes(scene, at="top")
-
-
-def test_python_m_is_the_command_line():
-    done = subprocess.run([sys.executable, "-m", "mbproj", "--version"], capture_output=True, text=True, cwd=ROOT)
-    assert done.stdout.split()[-1] == mbproj.__version__

@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 import yaml
 
 from mbproj.guide.pages import pages
@@ -100,6 +101,7 @@ def called(folder: Path, *commands: str) -> list[dict[str, object]]:
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
+@pytest.mark.full
 @needs_kernel
 def test_the_walks_lead_where_the_page_says(tmp_path):
     assert len(walked(tmp_path)) == 8
