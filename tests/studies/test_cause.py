@@ -96,6 +96,7 @@ def test_chaos_is_named():
     assert why.startswith("the motion is chaotic: starts that differ by round-off part as exp(")
 
 
+@pytest.mark.full
 def test_a_door_with_a_stop_gets_its_recommendation():
     """Its error holds against DOP853 at a tolerance of 1e-13, whose steps end at the stop."""
     ready = Mechanism.of(read_scene_text(DOOR, "door.yaml"))

@@ -37,6 +37,7 @@ def certified(name, limits, **simulation):
     return recorder, trust
 
 
+@pytest.mark.full
 def test_the_five_bar_at_the_papers_settings_is_8_mm_off_at_5_s_and_a_metre_at_8():
     _, trust = certified("five_bar", [7e-3], formulation="full", duration=5.1)
     at = np.searchsorted(trust.time, 5.0 - 1e-9)

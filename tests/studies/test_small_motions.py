@@ -47,6 +47,7 @@ def small_motions(text, vary, **options):
     return found, small
 
 
+@pytest.mark.full
 def test_the_limit_of_a_period_is_that_of_the_discrete_equations():
     """A mass m with u = -k x - d x' held over T: the eigenvalues of its matrix are below 1 up to T = 2 d/k."""
     found, small = small_motions(CART, "parameters.T", low=0.15, high=0.3)

@@ -43,6 +43,7 @@ def test_baumgartes_limit_is_that_of_the_tableau(name):
     assert near.closure < 1e-3 * 1e-8  # α h = 1: after 300 steps nothing is left of the offset
 
 
+@pytest.mark.full
 def test_the_limit_is_the_same_in_the_full_formulation():
     options = {"integrator": "heun2", "step": "1e-4", "formulation": "full"}
     scene = read_scene_text(PENDULUM, "scene.yaml", {}, options)

@@ -14,6 +14,7 @@ from mbproj.studies.measure.timing import Timing
 from mbproj.studies.threshold import ThresholdStudy, _recommended, threshold_study
 
 
+@pytest.mark.full
 def test_threshold_study(slider_crank):
     options = {"until": np.float64(2.0), "repetitions": 1, "processes": 1}
     found = threshold_study(slider_crank.scene, **options)

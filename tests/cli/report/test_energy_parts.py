@@ -9,6 +9,7 @@ import pytest
 from mbproj import open_results
 from tests.cli.commands import SLIDER_CRANK, mbproj
 from tests.integrate.stiff_scenes import CREEP
+from tests.runs import full
 
 
 def parts_of(folder, scene, *options):
@@ -19,7 +20,7 @@ def parts_of(folder, scene, *options):
     return json.loads(done.stdout)
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "esdirk4", "radau5"])
+@pytest.mark.parametrize("integrator", ["rk4", full("esdirk4"), full("radau5")])
 def test_the_parts_lead_from_the_start_to_the_end(tmp_path, integrator):
     found = parts_of(tmp_path, SLIDER_CRANK, "--integrator", integrator, "--step", "0.02", "--duration", "1")
     changes = found["put_in"] - found["dissipated"] + found["integrator"] + found["projection"]

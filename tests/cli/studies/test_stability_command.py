@@ -70,6 +70,7 @@ def test_bad_input(tmp_path, arguments, said):
     assert said in done.stderr
 
 
+@pytest.mark.full
 def test_an_interrupted_map_resumes(tmp_path):
     """After Ctrl-C what was done is kept, and the study begins where it stopped."""
     program = [sys.executable, "-c", "from mbproj.cli import main; main()", "stability", SLIDER_CRANK, "--vary", "step"]

@@ -21,6 +21,7 @@ def test_the_farthest_throw_that_is_still_in_the_air(tmp_path):
     assert design.searches[0].broken == 0.0
 
 
+@pytest.mark.full
 def test_evolution_finds_the_same(tmp_path):
     path = written(tmp_path, BALL, "vary: {parameters.angle: [0.1, 1.5]}\nstarts: 1\n" + FAR + LANDS)
     _, numbers = found(path, engine="cma")
@@ -53,6 +54,7 @@ def test_no_design_keeps_what_cannot_be_kept(tmp_path):
     assert design.notes[-1].startswith("no design keeps all constraints: the best one found is off by ")
 
 
+@pytest.mark.full
 def test_a_crank_that_has_to_turn_is_a_constraint(tmp_path, monkeypatch):
     """The largest swing of a rocker: its crank is as long as it may be and still turn round, 0.2 + 0.1 by Grashof's
     rule: crank + frame <= coupler + rocker here, where the crank is shortest. So few runs are enough to be near."""

@@ -69,6 +69,7 @@ def test_two_runs_a_number_where_they_agree_and_four_where_they_do_not():
     assert abs(duals.slopes[0, 0] - 300.0) < duals.uncertainty[0, 0] < 1e-6 * 300.0
 
 
+@pytest.mark.full
 def test_through_an_impact():
     """After T = √(2h/g): z = e g T τ - g τ²/2, τ = t - T; by h: dT/dh = 1/(g T)."""
     found = slopes(DROPPED)

@@ -55,6 +55,7 @@ def test_a_table_in_degrees_gives_a_table_a_picture_and_numbers(tmp_path):
     assert numbers["power_balance"] < 1e-12
 
 
+@pytest.mark.full
 def test_a_marker_in_millimetres_and_results_tell_the_same_motion(tmp_path):
     x, z = 1000.0 * np.cos(ANGLE), 1000.0 * np.sin(ANGLE)
     given = table(tmp_path, "t;tip.position_x [mm];tip.z [mm]".replace(";", ","), T, x, z)

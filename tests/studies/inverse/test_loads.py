@@ -76,6 +76,7 @@ def test_the_tooth_of_the_bucket_and_one_angle_tell_the_whole_motion():
     np.testing.assert_allclose(found.force[inside], expected[inside], rtol=0.0, atol=1e-5 * np.abs(expected).max())
 
 
+@pytest.mark.full
 def test_noise_is_smoothed_and_what_that_changes_is_said():
     """Samples with noise of 1e-4 rad: its size is found, and the forces are near those of the true motion,
     while interpolation would make accelerations of noise."""
@@ -211,6 +212,7 @@ motions: {drive: {joint: rail, displacement: 0.1*t}}
         loads(text)
 
 
+@pytest.mark.full
 def test_dry_friction_of_a_constant_force_acts_against_the_rate():
     """A box on a slope that goes to and fro, and rests in between: m (a + g sin β) + F sign v."""
     rise, back = ("max(0, min(1, (t - 0.2)/0.3))", "max(0, min(1, (t - 0.7)/0.3))")

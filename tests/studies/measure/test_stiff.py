@@ -39,6 +39,7 @@ def test_the_reference_is_by_two_implicit_methods_that_differ(stiff, monkeypatch
     assert found.uncertainty[-1].max() < 1e-5
 
 
+@pytest.mark.full
 def test_an_implicit_method_is_recommended_where_stability_holds_explicit_ones_up(stiff):
     found = recommend(stiff, 1e-4, timed=False)
     assert found.setting.integrator in ("esdirk4", "radau5")

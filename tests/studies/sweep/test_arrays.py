@@ -86,6 +86,7 @@ def test_a_case_has_the_bits_that_it_has_alone(tmp_path, name):
     assert len({row.values for row in rows}) == COUNT
 
 
+@pytest.mark.full
 def test_what_fails_or_goes_another_way_goes_alone(tmp_path):
     """Half of the cases fail at 0.1 s; some have other settings; each has the row that it has alone."""
     path = write(tmp_path, f"  length: 0.8:1.2:{COUNT}\n  fails: [0, 1]\n  simulation.step: [0.01, 0.02]\n")

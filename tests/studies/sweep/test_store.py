@@ -13,6 +13,7 @@ import pytest
 from mbproj.errors import InputError, MbprojWarning
 from mbproj.studies.sweep.folder import Store
 from mbproj.studies.sweep.row import CaseRow, Status
+from tests.runs import some
 from tests.studies.sweep.specs import swept, write
 
 ROWS = {
@@ -61,12 +62,13 @@ def test_rows_come_back(tmp_path):
     assert found[f"{3:032x}"].message == "sqrt of a number below 0 \\udcff"
 
 
-def test_no_flipped_bit_changes_a_row(tmp_path):
-    """240 stores with one bit flipped each, anywhere."""
+@pytest.mark.parametrize("seed", some(range(4), 4))
+def test_no_flipped_bit_changes_a_row(tmp_path, seed):
+    """60 stores with one bit flipped each, anywhere."""
     whole = stored(tmp_path / "store.sqlite")
     data = (tmp_path / "store.sqlite").read_bytes()
-    random, lost = np.random.default_rng(35), 0
-    for number, place in enumerate(random.integers(0, 8 * len(data), 240)):
+    random, lost = np.random.default_rng(seed), 0
+    for number, place in enumerate(random.integers(0, 8 * len(data), 60)):
         changed = bytearray(data)
         changed[place // 8] ^= 1 << place % 8
         folder = tmp_path / str(number)
@@ -80,7 +82,7 @@ def test_no_flipped_bit_changes_a_row(tmp_path):
         assert all(same(row, whole[key]) for key, row in found.items())
         assert said or len(found) == 60
         lost += len(found) < 60
-    assert lost > 60
+    assert lost > 10
 
 
 @pytest.mark.parametrize("size", [3000, 8192, 20000])

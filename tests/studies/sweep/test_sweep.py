@@ -13,6 +13,7 @@ from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
+from tests.runs import once
 from tests.studies.sweep.specs import MEASURE, swept, write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")
@@ -33,11 +34,12 @@ def work_of(spec, **changes):
     return CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, **given)
 
 
-@pytest.mark.parametrize("measures", [MEASURES, MEASURE], ids=["many", "the end alone"])
 @pytest.mark.parametrize(
-    "more",
-    ["", "  simulation.tolerance: 1e-9\n  simulation.integrator: dop853\n", "  simulation.formulation: full\n"],
-    ids=["steps", "tolerance", "full"],
+    ("measures", "more"),
+    once(
+        [MEASURES, MEASURE],
+        ["", "  simulation.tolerance: 1e-9\n  simulation.integrator: dop853\n", "  simulation.formulation: full\n"],
+    ),
 )
 def test_a_case_has_the_numbers_of_a_run_with_set(tmp_path, measures, more):
     """Read again from YAML, with all samples recorded in a file."""

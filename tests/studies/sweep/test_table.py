@@ -12,6 +12,7 @@ from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.sweep.summary import write_summary
+from tests.runs import some
 from tests.studies.sweep.specs import write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")
@@ -73,14 +74,15 @@ def same_table(one, other):
     return facts[0] == facts[1] and repr(columns) == repr(others)
 
 
-def test_no_flipped_bit_changes_a_number_or_a_unit(tmp_path):
-    """80 summaries with one bit flipped each, half of them in the numbers."""
+@pytest.mark.parametrize("seed", some(range(4), 4))
+def test_no_flipped_bit_changes_a_number_or_a_unit(tmp_path, seed):
+    """20 summaries with one bit flipped each, half of them in the numbers."""
     file = summarised(tmp_path, "  length: [1, 2, 3]\n  simulation.projection: [gopm, mmopm]\n") / "summary.h5"
-    whole, data, random = read_table(file), file.read_bytes(), np.random.default_rng(35)
+    whole, data, random = read_table(file), file.read_bytes(), np.random.default_rng(seed)
     with h5py.File(file) as opened:
         numbers = opened["drop"].id.get_offset()
     used = np.flatnonzero(np.frombuffer(data, np.uint8))
-    places = [*(8 * numbers + random.integers(0, 8 * 6 * 8, 40)), *(8 * random.choice(used, 40) + 3)]
+    places = [*(8 * numbers + random.integers(0, 8 * 6 * 8, 10)), *(8 * random.choice(used, 10) + 3)]
     refused = 0
     for place in places:
         changed = bytearray(data)
@@ -90,7 +92,7 @@ def test_no_flipped_bit_changes_a_number_or_a_unit(tmp_path):
             assert same_table(read_table(file), whole)
         except InputError:
             refused += 1
-    assert refused >= 60
+    assert refused >= 13
 
 
 def test_a_summary_without_checksums_is_read(tmp_path):
