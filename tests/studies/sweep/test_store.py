@@ -62,13 +62,13 @@ def test_rows_come_back(tmp_path):
     assert found[f"{3:032x}"].message == "sqrt of a number below 0 \\udcff"
 
 
-@pytest.mark.parametrize("seed", some(range(4), 4))
-def test_no_flipped_bit_changes_a_row(tmp_path, seed):
-    """60 stores with one bit flipped each, anywhere."""
+@pytest.mark.parametrize("part", some(range(4), 4))
+def test_no_flipped_bit_changes_a_row(tmp_path, part):
+    """240 stores with one bit flipped each, anywhere, in four parts."""
     whole = stored(tmp_path / "store.sqlite")
     data = (tmp_path / "store.sqlite").read_bytes()
-    random, lost = np.random.default_rng(seed), 0
-    for number, place in enumerate(random.integers(0, 8 * len(data), 60)):
+    random, lost = np.random.default_rng(35), 0
+    for number, place in enumerate(random.integers(0, 8 * len(data), 240)[part::4]):
         changed = bytearray(data)
         changed[place // 8] ^= 1 << place % 8
         folder = tmp_path / str(number)
