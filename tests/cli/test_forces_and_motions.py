@@ -118,6 +118,7 @@ def test_check_counts_the_motions(tmp_path):
     assert (again.returncode, "motion 'n' drives the angle of joint 'A' already" in again.stderr) == (2, True)
 
 
+@pytest.mark.full
 def test_a_reflected_inertia_is_checked_recorded_and_repeated(tmp_path):
     text = SCENE.replace("axis: [0, -1, 0]}", "axis: [0, -1, 0], reflected_inertia: {displacement: 3 kg}}")
     scene = write(tmp_path, text=text)

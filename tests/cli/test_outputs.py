@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.runs import some
 from tests.support import ROOT
 
 
@@ -40,7 +41,7 @@ def test_no_directory_gets_the_name_of_a_picture(tmp_path, run):
     assert not (tmp_path / "figures").exists()
 
 
-@pytest.mark.parametrize("name", COMMANDS)
+@pytest.mark.parametrize("name", some(COMMANDS, 3))
 def test_a_file_of_somebody_else_is_replaced_with_force_alone(tmp_path, run, name):
     arguments, written = COMMANDS[name]
     shutil.copy(run, tmp_path / "a.h5")

@@ -184,6 +184,7 @@ def test_what_runs_is_studied(path):
     assert said(run.refused, NOT_STUDIED.get(path.stem, {})), run.refused
 
 
+@pytest.mark.full
 def test_what_runs_from_its_equilibrium_is_studied_from_there(folder):
     run, path = Commands(), folder / "rests.yaml"
     path.write_text(resting_on_a_stop(3.0, "tolerance: 1e-6, integrator: dop853, break_times: [1 ms]"))

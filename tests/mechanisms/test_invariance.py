@@ -12,6 +12,7 @@ from mbproj import Scene, read_scene
 from mbproj.scene import Body, Joint, Marker, Pair, ProjectionSettings, Quaternion, Settings, Vector, from_matrix
 from mbproj.scene.fields.rotations import multiply
 from tests.mechanisms.running import Run, assert_close, run_scene
+from tests.runs import some
 from tests.support import ROOT, random_chain
 
 #: A rotation that mixes all axes, and a shift.
@@ -42,7 +43,7 @@ def mechanisms() -> Mapping[str, Scene]:
 SCENES = mechanisms()
 
 
-@pytest.fixture(scope="module", params=list(SCENES))
+@pytest.fixture(scope="module", params=some(SCENES, 3))
 def original(request) -> Run:
     return run_scene(SCENES[request.param])
 

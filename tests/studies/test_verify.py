@@ -199,6 +199,7 @@ def test_chains_of_every_joint_verify():
     assert [check.name for check in found.of("failed")] == []
 
 
+@pytest.mark.full
 def test_without_the_kernel_what_needs_it_does_not_apply(monkeypatch):
     from mbproj.integrate.formulations import choice as formulation
     from mbproj.studies.verify import case as cases
@@ -263,6 +264,7 @@ joints:
 """
 
 
+@pytest.mark.full
 def test_a_soft_stop_that_makes_its_own_steps_is_no_failed_order():
     found = verify(read_scene_text(PANTOGRAPH))
     assert not found.of("failed")
@@ -291,6 +293,7 @@ forces:
 """
 
 
+@pytest.mark.full
 @needs_kernel
 def test_runs_whose_steps_are_those_of_events_tell_no_order():
     """A step longer than the time between two events does not become shorter with the step."""

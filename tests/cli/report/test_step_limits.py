@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
 from tests.cli.commands import mbproj
 from tests.integrate.stiff_scenes import CREEP
 
@@ -45,6 +47,7 @@ def test_the_faster_mass_makes_the_error(tmp_path):
     assert "accuracy" in shown
 
 
+@pytest.mark.full
 def test_the_picture_of_the_steps_says_it_too(tmp_path):
     steps_of(tmp_path, TWO)
     done = mbproj("plot", "results.h5", "--kind", "steps", "--format", "svg", folder=tmp_path)

@@ -70,6 +70,7 @@ def test_every_encoding_can_show_a_summary(folder, encoding, shown):
     assert shown in done.stdout.decode(encoding)
 
 
+@pytest.mark.full
 @POSIX
 def test_titles_paths_and_arguments_command_no_terminal(folder):
     text = (ROOT / "mechanisms" / "five_bar.yaml").read_text()
@@ -89,6 +90,7 @@ def test_titles_paths_and_arguments_command_no_terminal(folder):
         assert b"\xc2\x9b" not in printed
 
 
+@pytest.mark.full
 @POSIX
 def test_files_whose_names_are_no_text_are_files_like_others(folder):
     shell(f"cp {FIVE_BAR} $'x\\xff.yaml'", folder)

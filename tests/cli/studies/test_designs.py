@@ -36,6 +36,7 @@ def test_fit_prints_writes_and_goes_on(folder):
     assert again["numbers"]["parameters.angle"]["value"] == pytest.approx(0.5, rel=1e-9)
 
 
+@pytest.mark.full
 def test_a_design_is_drawn_again_from_its_folder(folder):
     written(folder, BALL, VARY + "match: {flight: {body: ball, through: flight.csv}}\n")
     assert mbproj("fit", "design.yaml", "-j", "1", "-q", folder=folder).returncode == 0

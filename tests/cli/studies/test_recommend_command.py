@@ -75,6 +75,7 @@ def test_refusals(mbproj, arguments, code, message):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.full
 def test_an_error_that_cannot_be_kept_to_the_end_says_until_when(mbproj):
     arguments = ["--error", "3e-14", "--output-step", "0.1", "--until", "3"]
     done = mbproj("recommend", str(ROOT / "mechanisms" / "five_bar.yaml"), *arguments)

@@ -92,6 +92,7 @@ def test_a_failed_run_prints_its_certificate_too(tmp_path):
     assert 0.0 < numbers["trust"]["points"]["bar"]["horizon"][0] < 0.2
 
 
+@pytest.mark.full
 def test_an_interrupted_run_says_that_it_is_not_certified(tmp_path):
     arguments = ["run", FIVE_BAR, "--formulation", "full", "--duration", "1000", "--certify", "-q", "-o", "a.h5"]
     program = [sys.executable, "-c", "from mbproj.cli import main; main()", *arguments]

@@ -11,6 +11,7 @@ from tests.cli.commands import FIVE_BAR, mbproj
 from tests.studies.scenes import write
 
 
+@pytest.mark.full
 def test_the_table(tmp_path):
     done = mbproj("verify", FIVE_BAR, folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

@@ -8,6 +8,7 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene, settings_to_run, simulate
 from mbproj.dynamics import pose_of
 from tests.kernel.scenes import needs_kernel
+from tests.runs import full
 from tests.support import DATA, ROOT, Recorder
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
@@ -58,7 +59,7 @@ TIP_ERRORS = {"full": (2.3e-4, 7.9e-3), "reduced": (2.3e-4, 8.8e-3, 0.94), "plan
 
 
 @pytest.mark.parametrize(
-    "formulation", ["full", *(pytest.param(name, marks=needs_kernel) for name in ("reduced", "planar"))]
+    "formulation", [full("full"), *(pytest.param(name, marks=needs_kernel) for name in ("reduced", "planar"))]
 )
 def test_five_bar_at_the_papers_step_over_ten_seconds(formulation):
     """RK4 at 0.01 s with GPOPM: closed to round-off, and far from converged all the same. In full, in NumPy, to 5 s."""
@@ -124,6 +125,7 @@ def test_slider_crank_closes_under_every_projection(method):
     assert report.velocity_violation.value <= 1e-13
 
 
+@pytest.mark.full
 def test_methods_of_one_metric_give_one_trajectory():
     """GPOPM, its pseudo-inverse and MMOPM are one method (Eqs. 65, 78); GOPM is another."""
     ends = {

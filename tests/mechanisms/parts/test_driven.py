@@ -11,6 +11,7 @@ from mbproj.dynamics import Instant, applied, pose_of, set_jacobian, twist_of
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
 from tests.mechanisms.running import Run, assert_close, run_scene
+from tests.runs import once
 
 PENDULUM = """\
 mbproj: 1
@@ -88,8 +89,10 @@ def test_a_driven_pendulum(function):
     assert done.report.position_violation.value <= 1e-13
 
 
-@pytest.mark.parametrize("projection", [name for name in PROJECTIONS if name not in ("popm", "none")])
-@pytest.mark.parametrize("acceleration", ["bordered", "eliminated"])
+@pytest.mark.parametrize(
+    ("projection", "acceleration"),
+    once([name for name in PROJECTIONS if name not in ("popm", "none")], ["bordered", "eliminated"]),
+)
 def test_every_method_drives(projection, acceleration):
     done = drive("0.5*sin(3*t)", projection=projection, acceleration=acceleration, step="2 ms", duration=0.1)
     t = done["time"]

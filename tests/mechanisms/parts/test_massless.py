@@ -12,6 +12,7 @@ from mbproj.registry import PROJECTIONS
 from tests.mechanisms.exact.slider_crank import piston
 from tests.mechanisms.one_degree import time_to_reach
 from tests.mechanisms.running import TIGHT, Run, assert_close, global_angular_velocity, run, run_text
+from tests.runs import once
 from tests.support import ROOT
 
 FORMULATIONS = ("reduced", "full")
@@ -248,8 +249,7 @@ FREE = {
 }
 
 
-@pytest.mark.parametrize("formulation", ["auto", *FORMULATIONS])
-@pytest.mark.parametrize("name", FREE)
+@pytest.mark.parametrize(("name", "formulation"), once([*FREE], ["auto", *FORMULATIONS]))
 def test_a_motion_without_mass_is_refused_with_its_body(name, formulation):
     text, body = FREE[name]
     header = "mbproj: 1\ngravity: [0, 0, -9.81]\nsimulation: {duration: 1, step: 0.01}\n"
