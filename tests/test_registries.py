@@ -42,10 +42,14 @@ FRAMES = {
 COMMANDS = (
     ["check", "scene.yaml", "--json"],
     ["run", "scene.yaml", "-o", "results.h5", "--json"],
-    ["run", "scene.yaml", "--formulation", "full", "-o", "full.h5", "--json"],
     ["run", "scene.yaml", "--formulation", "reduced", "-o", "reduced.h5", "--json"],
-    ["animate", "results.h5", "-o", "page.html"],
     ["export", "results.h5", "-o", "tables"],
+)
+#: And those that take most of the time.
+SLOW = (
+    ["run", "scene.yaml", "-o", "results.h5", "--json"],
+    ["run", "scene.yaml", "--formulation", "full", "-o", "full.h5", "--json"],
+    ["animate", "results.h5", "-o", "page.html"],
 )
 
 
@@ -167,14 +171,27 @@ def with_element(text: str, element: str) -> str:
     return f"{text}forces: {{E: {{type: {element}, {along.replace('LAST', last)}{values}}}}}\n"
 
 
+def each_case(cases):
+    ids = ["-".join(filter(None, case)) for case in CASES]
+    return pytest.mark.parametrize(("kind", "element", "method", "integrator"), cases, ids=ids)
+
+
 @needs_kernel
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-@pytest.mark.parametrize(
-    ("kind", "element", "method", "integrator"), CASES, ids=["-".join(filter(None, case)) for case in CASES]
-)
+@each_case(CASES)
 def test_each_entry_goes_through_the_commands(kind, element, method, integrator, call):
-    text = with_all(kind, element, method, integrator)
-    for command in COMMANDS:
+    through(COMMANDS, with_all(kind, element, method, integrator), kind, method, call)
+
+
+@needs_kernel
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+@each_case(some(CASES, 5))
+def test_each_entry_runs_in_full_and_is_shown(kind, element, method, integrator, call):
+    through(SLOW, with_all(kind, element, method, integrator), kind, method, call)
+
+
+def through(commands, text, kind, method, call):
+    for command in commands:
         if command[0] == "run" and not applies(command, kind, method):
             continue
         done = call(text, *command)

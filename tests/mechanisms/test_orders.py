@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 
 from mbproj.registry import integrators
 from tests.integrate.time_scenes import run
-from tests.runs import where
+from tests.runs import full, where
 
 HEAD = "mbproj: 1\nsimulation: {duration: 1 s}\n"
 SPIN = (
@@ -123,7 +123,7 @@ def test_orders(motion, formulation, integrator):
     assert fine < 1e-12 or np.log2(coarse / fine) > order - 0.4, (coarse, fine)
 
 
-@pytest.mark.parametrize("formulation", ["full", "reduced"])
+@pytest.mark.parametrize("formulation", [full("full"), "reduced"])
 def test_radau_on_steady_and_evenly_accelerated_rotation(formulation):
     """Coupled stages are solved when their orientations are, too: accelerations alone are right from the first pass."""
     keys = {"integrator": "radau5", "formulation": formulation}

@@ -9,6 +9,7 @@ from mbproj import InputError, read_scene_text
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import scene
 from tests.mechanisms.curves.touching import FLAT
+from tests.runs import full
 from tests.stops.runs import run
 
 pytestmark = needs_kernel
@@ -35,7 +36,7 @@ def law(angle, of="cycloidal"):
     return s, np.where(moves, sign * LIFT * y[1] / RISE, 0.0), np.where(moves, sign * LIFT * y[2] / RISE**2, 0.0)
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 @pytest.mark.parametrize("of", ["cycloidal", "polynomial_345"])
 def test_a_flat_follower_moves_by_its_law_and_takes_its_torque(of, formulation):
     """The profile is that of the law: so s, its force and the torque F s' are those of the law; and the face is touched

@@ -9,6 +9,7 @@ from mbproj import InputError, read_scene_text
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import scene
 from tests.mechanisms.curves.touching import WIRE
+from tests.runs import full
 from tests.stops.runs import run
 
 pytestmark = needs_kernel
@@ -42,7 +43,7 @@ forces: {rubs: {type: friction, joint: T, coulomb: {coefficient: 0.2}}}
 """
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 def test_a_tappet_brakes_its_disc_until_it_sticks(formulation):
     """By μ m g R, and then both are at rest."""
     slower = 0.2 * 2.0 * G * 0.1 / 0.01
@@ -56,7 +57,7 @@ def test_a_tappet_brakes_its_disc_until_it_sticks(formulation):
     assert found.unbalanced < 1e-8
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 def test_one_disc_drives_another_until_they_roll(formulation):
     """P = μ m g t along the rims: they roll once R ω is the same of both, and go on so, round after round."""
     force, (Ra, Rb), (Ja, Jb) = 0.2 * 2.0 * G, (0.1, 0.2), (0.01, 0.08)
@@ -80,7 +81,7 @@ def test_smooth_friction_of_a_tappet_takes_as_much():
     np.testing.assert_allclose(np.abs(found["joints/speed"][:, 0]), 20.0 - slower * found["time"], atol=1e-8)
 
 
-@pytest.mark.parametrize("formulation", ["reduced", "full"])
+@pytest.mark.parametrize("formulation", ["reduced", full("full")])
 def test_what_a_straight_wire_bears_slows_its_bead(formulation):
     """Down a wire of 3 : 4, whatever way the bead is turned: s'' = g (sin α - μ cos α)."""
     text = """

@@ -7,6 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from tests.mechanisms.driven.linkages import block, run
+from tests.runs import once
 
 LIFT, MASS, STIFFNESS, PRELOAD, GRAVITY, SPEED = 0.02, 0.8, 4000.0, 60.0, 9.81, 4.0 * np.pi
 ROWS = np.array([0.0, 40.0, 80.0, 130.0, 180.0, 235.0, 300.0, 360.0])
@@ -55,8 +56,7 @@ LAWS = {
 }
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("law", "formulation"), once([*LAWS], ["planar", "reduced", "full"]))
 def test_the_torque_of_a_cam_is_its_force_times_the_slope_of_its_law(law, formulation):
     if formulation != "full":
         pytest.importorskip("mbproj.kernel._core")

@@ -91,6 +91,7 @@ def test_the_driving_torque_is_that_of_virtual_work(formulation):
     assert report.energy_drift_relative < 1e-10
 
 
+@pytest.mark.full
 def test_its_peaks_are_those_of_a_run_with_a_hundred_times_the_samples(tmp_path):
     found = []
     for samples in (120, 12_000):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from scipy.integrate import solve_ivp
 
 from tests.mechanisms.exact.rings import bennett_poses, bricard_poses
@@ -22,6 +23,7 @@ def test_bennetts_linkage_by_energy_and_its_relation():
     assert_close(expected("bennett", "coupler_point"), (r[1] + A[1] @ [0.0, 0.06, 0.0]).real, 1e-10)
 
 
+@pytest.mark.full
 def test_the_invertible_cube_by_energy_and_its_closed_curve():
     """From the cube, tan(45° + β/2) = √3 sin u = 1, where β' = √3 cos u u'."""
     known = bare("bricard")

@@ -9,6 +9,7 @@ from mbproj.registry import implicit_integrators, integrators
 from mbproj.scene import read_scene_text
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
+from tests.runs import full
 
 #: N m s/rad; about the axes across the figure's and about that, kg m².
 DAMPING, ACROSS, ABOUT = 0.02, 0.05, 0.08
@@ -51,7 +52,7 @@ def top(text=TOP, **settings):
 
 
 @needs_kernel
-@pytest.mark.parametrize("formulation", ["reduced", "full"])
+@pytest.mark.parametrize("formulation", ["reduced", full("full")])
 def test_a_top_in_oil(formulation):
     """Its angular velocity and what is lost, over half a turn too: nothing there depends on where the frames are."""
     accuracy = {"step": 0.01} if formulation == "full" else {"tolerance": 1e-12}
@@ -92,7 +93,7 @@ forces:
 
 
 @needs_kernel
-@pytest.mark.parametrize("formulation", ["reduced", "full"])
+@pytest.mark.parametrize("formulation", ["reduced", full("full")])
 @pytest.mark.parametrize("integrator", implicit_integrators())
 def test_thick_oil_takes_few_steps(integrator, formulation):
     """c θ' = m g l sin θ of the angle from where it hangs: tan(θ/2) dies out with c/(m g l) = 1000 s, c/I = 1e4 1/s."""

@@ -12,6 +12,7 @@ from mbproj import InputError
 from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene
 from scripts.turned_mechanisms import disagreements, turned
+from tests.runs import once, some
 
 #: A four-bar with a hinge that is tilted.
 FOUR_BAR = """
@@ -36,7 +37,9 @@ def four_bar(tilt=0.0, formulation="auto", more="", motions=""):
     return FOUR_BAR.format(tilt=tilt, formulation=formulation, more=more, motions=motions)
 
 
-@pytest.mark.parametrize("name, every", [("bennett", 5), ("n_four_bar", 6), ("locomotive", 8), ("hooke_shaft", 8)])
+@pytest.mark.parametrize(
+    "name, every", some([("bennett", 5), ("n_four_bar", 6), ("locomotive", 8), ("hooke_shaft", 8)], 4)
+)
 def test_shipped_mechanisms_do_not_depend_on_how_they_lean(name, every):
     assert list(disagreements(read_scene(mechanism(name)), every)) == []
 
@@ -47,8 +50,9 @@ def leaning(angle, driven):
     return turned(mbproj.read_scene_text(four_bar(motions=motions)), np.array([0.6, 0.0, 0.8]), angle)
 
 
-@pytest.mark.parametrize("angle", [1e-9, 4e-9, 1.3e-8, 2.7e-8, 1e-7, 1e-6, 1e-4, 1e-2, 1.0])
-@pytest.mark.parametrize("driven", [False, True])
+@pytest.mark.parametrize(
+    ("angle", "driven"), once([1e-9, 4e-9, 1.3e-8, 2.7e-8, 1e-7, 1e-6, 1e-4, 1e-2, 1.0], [False, True])
+)
 def test_a_leaning_four_bar_is_as_free_as_an_upright_one(angle, driven):
     upright, found = mbproj.check(leaning(0.0, driven)), mbproj.check(leaning(angle, driven))
     assert found.can_run
@@ -61,8 +65,7 @@ def test_a_leaning_four_bar_is_as_free_as_an_upright_one(angle, driven):
     assert mbproj.check(leaning(angle, driven), formulation="full").choice.redundant == 3
 
 
-@pytest.mark.parametrize("tilt", [1e-10, 1e-9, 1e-8])
-@pytest.mark.parametrize("formulation", ["auto", "full"])
+@pytest.mark.parametrize(("tilt", "formulation"), once([1e-10, 1e-9, 1e-8], ["auto", "full"]))
 def test_a_tilt_within_rounding_leaves_the_freedom_that_check_and_run_see(tilt, formulation):
     text = four_bar(tilt, formulation)
     assert mbproj.check(text).degrees_of_freedom == 1
@@ -70,8 +73,7 @@ def test_a_tilt_within_rounding_leaves_the_freedom_that_check_and_run_see(tilt, 
     assert mbproj.run(text).attributes["degrees_of_freedom"] == 1
 
 
-@pytest.mark.parametrize("tilt", [3e-7, 1e-5, 3e-4])
-@pytest.mark.parametrize("formulation", ["auto", "full"])
+@pytest.mark.parametrize(("tilt", "formulation"), once([3e-7, 1e-5, 3e-4], ["auto", "full"]))
 def test_a_tilted_hinge_locks_with_words_in_every_formulation(tilt, formulation):
     text = four_bar(tilt, formulation)
     (problem,) = mbproj.check(text).problems

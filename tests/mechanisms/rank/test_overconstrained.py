@@ -12,6 +12,7 @@ from mbproj import assemble, compile_system, initial_guess, read_scene, simulate
 from tests.mechanisms.exact.rings import bennett_poses, bennett_ratio, bricard_poses
 from tests.mechanisms.one_degree import Linkage
 from tests.mechanisms.running import TIGHT, Run, assert_close, run
+from tests.runs import some
 from tests.support import ROOT
 
 
@@ -42,7 +43,7 @@ class Blocks(list):
         return np.concatenate([getattr(samples, quantity) for samples in self])
 
 
-@pytest.mark.parametrize("name", ["bricard", "bennett", "stewart_platform", "n_four_bar", "locomotive"])
+@pytest.mark.parametrize("name", some(["bricard", "bennett", "stewart_platform", "n_four_bar", "locomotive"], 5))
 def test_a_full_run_that_starts_at_a_recorded_state_is_the_long_one(name):
     """To the bit. The kernel's runs: tests/kernel/test_row_policy.py."""
     step, steps, long = 1.0 / 128.0, 40, Blocks()
