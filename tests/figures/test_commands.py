@@ -42,6 +42,7 @@ def test_plot_writes_all_kinds_and_prints_their_paths(tmp_path, path, monkeypatc
     assert all(picture.read_bytes() == b"picture" for picture in expected)
 
 
+@pytest.mark.full
 def test_a_figure_of_many_samples_is_freed_before_the_next_is_drawn(tmp_path, path, monkeypatch):
     """A figure is in circles of references: those of a million samples were all there until the last was drawn."""
     alive = []

@@ -14,7 +14,7 @@ from mbproj.figures.style import line
 from mbproj.results import open_results
 from tests.figures.geometry import outside, overlapping, texts
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times
-from tests.runs import once
+from tests.runs import some
 
 LONG = "a_very_long_name_of_a_part_of_a_machine_" * 3
 MANY = {
@@ -55,7 +55,9 @@ def crowded(tmp_path_factory):
 OTHERS = ("trust", "mechanism", "ratios", "transmission")
 
 
-@pytest.mark.parametrize(("kind", "results"), once([kind for kind in KINDS if kind not in OTHERS], [2, 1]))
+@pytest.mark.parametrize(
+    ("kind", "results"), some([(kind, results) for kind in KINDS if kind not in OTHERS for results in (2, 1)], 5)
+)
 def test_all_texts_are_on_the_page_and_beside_each_other(crowded, kind, results):
     figure = draw(kind, crowded[:results], ["first", "p" * 300 + " = 1e-3"][:results])
     drawn = texts(figure)

@@ -11,7 +11,6 @@ from click.testing import CliRunner
 
 from mbproj.cli import mbproj
 from mbproj.guide.pages import ROOT
-from tests.runs import some
 
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 NEEDED = ("nbclient", "ipykernel", "pandas", "scipy")
@@ -42,9 +41,10 @@ def test_a_notebook_holds_no_results(path):
         assert all(len(line.rstrip()) <= 140 for line in cell["source"])
 
 
+@pytest.mark.full
 @pytest.mark.long
 @pytest.mark.skipif(bool(MISSING), reason=f"needs {MISSING}")
-@pytest.mark.parametrize("path", some(NOTEBOOKS, 3), ids=[path.stem for path in NOTEBOOKS])
+@each
 def test_a_notebook_runs(path, tmp_path):
     """In some seconds, in an empty folder."""
     import nbformat

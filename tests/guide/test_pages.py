@@ -23,10 +23,10 @@ every_page = pytest.mark.parametrize("page", list(pages().values()), ids=list(pa
 
 
 def is_quick(page):
-    """Whether it starts mbproj or Python twice at most."""
+    """Whether it starts mbproj or Python once at most."""
     blocks = [fence for fence in fences(page) if "slow" not in fence.words]
     commands = sum(fence.text.count("$ mbproj") for fence in blocks if fence.language == "console")
-    return commands + sum(fence.language == "python" and not fence.words for fence in blocks) <= 2
+    return commands + sum(fence.language == "python" and not fence.words for fence in blocks) <= 1
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,7 @@ def test_a_wrong_run_is_found(change):
     assert {what for what, _ in verdict.off()} & {str(watched) for watched in case.watched}
 
 
+@pytest.mark.full
 def test_what_is_no_scene_or_does_not_end_is_told():
     case = FAMILIES["block"](6)
     assert examine(replace(case, text="mbproj: 1\nbodies: {"), SECONDS).kind == "exit 2"

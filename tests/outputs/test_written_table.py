@@ -60,6 +60,7 @@ def test_modes_and_loads_write_what_python_gives(tmp_path):
     assert "--write-table is for --loads" in run("info", path, "--write-table", tmp_path / "x.md").output
 
 
+@pytest.mark.full
 def test_compare_and_recommend_write_theirs(tmp_path):
     few = ("--projections", "gopm,gpopm", "--until", "0.1", "--repeat", "1", "-j", "1", "-o", tmp_path)
     run("compare", FIVE_BAR, *few, "--write-table", tmp_path / "compare.tex")

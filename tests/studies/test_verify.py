@@ -193,6 +193,7 @@ def test_mechanisms_of_a_thousand_kilometres_and_of_a_micrometre():
     assert units.remark == "gopm has no correction there: C_qC_qᵀ is singular to working precision"
 
 
+@pytest.mark.full
 def test_chains_of_every_joint_verify():
     kinds = ["revolute", "universal", "prismatic", "cylindrical", "spherical", "screw", "planar", "distance", "fixed"]
     found = verify(random_chain(2, kinds))
@@ -227,6 +228,7 @@ def test_a_structure_that_cannot_move_is_no_failure():
     )
 
 
+@pytest.mark.full
 def test_an_order_is_seen_where_steps_pass_over_no_edge_and_else_the_edge_is_named():
     """The check's short run of a pendulum does not reach a stop at 2 rad, and ends steps at a jump in time and at those
     of the sign of a fast function of the angle."""
@@ -323,6 +325,7 @@ def test_the_order_is_seen_on_every_motion_of_what_only_turns():
         assert order is not None and order.value > 4.5, motion.name
 
 
+@pytest.mark.full
 def test_where_steps_are_split_for_a_short_move_no_order_is_claimed():
     short = FLYWHEEL.replace("[0, 0, 3]", "[0, 0, 9*exp(-((t - 0.03)/1e-5)**2)]")
     found = {check.name: check for check in verify(read_scene_text(short)).checks}["order"]
@@ -355,6 +358,7 @@ def test_slipped_teeth_are_seen(monkeypatch):
         outcome("turns", gears)
 
 
+@pytest.mark.full
 def test_steps_that_cannot_tell_the_teeth_fail_the_check():
     free = GEARS[: GEARS.index("motions:")].replace("axis: [0, 0, 1]}", "axis: [0, 0, 1], speed: 2000 rpm}")
     found = {check.name: check for check in verify(read_scene_text(free)).checks}
@@ -362,7 +366,7 @@ def test_steps_that_cannot_tell_the_teeth_fail_the_check():
     assert "the step is too long to tell its turns" in found["turns"].remark
 
 
-@pytest.mark.parametrize("name", ["quarter_car", "governor"])
+@pytest.mark.parametrize("name", some(["quarter_car", "governor"], 3))
 def test_the_energy_of_implicit_steps_converges_down_to_round_off(name):
     """What Newton's method leaves of a stage is less than the energy of stiff springs shows."""
     scene = read_scene(ROOT / "mechanisms" / f"{name}.yaml", {}, {"integrator": "esdirk4"})

@@ -62,6 +62,7 @@ def lagrange(_: float, state: np.ndarray) -> np.ndarray:
     return np.concatenate([rate, np.linalg.solve(mass(θ), Q), [loss]])
 
 
+@pytest.mark.full
 def test_the_split_coupler_by_lagranges_equations():
     tilt = P["tilt"]
     start = np.array([P["start"], tilt, tilt, P["swing"]])

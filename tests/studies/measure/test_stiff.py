@@ -55,6 +55,7 @@ def test_implicit_families_are_tried_only_where_forces_are_stiff():
     assert not {"esdirk4", "auto"} & {family.integrator for family in usual}
 
 
+@pytest.mark.full
 def test_the_implicit_limit_stands_beside_the_explicit_one():
     """RK4 and ESDIRK4 lose a tenth of the energy of a vibration at different stiffness: neither follows what its steps
     do not resolve."""
