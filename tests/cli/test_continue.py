@@ -14,6 +14,7 @@ from mbproj import open_results
 from mbproj.errors import InputError
 from mbproj.results import DATASETS, SLOTS
 from tests.cli.commands import SLIDER_CRANK, environment, mbproj
+from tests.runs import full
 
 OPTIONS = ["--step", "5 ms", "--output-step", "0.01"]
 
@@ -32,7 +33,7 @@ def assert_same(first, second, start=0):
 
 
 @pytest.mark.parametrize(
-    "options", [OPTIONS, ["--integrator", "dopri5", "--tolerance", "1e-8", "--output-step", "0.01"]]
+    "options", [full(OPTIONS), ["--integrator", "dopri5", "--tolerance", "1e-8", "--output-step", "0.01"]]
 )
 def test_a_new_file_has_the_samples_that_follow(tmp_path, options):
     make(tmp_path, "short.h5", "0.1", *options)

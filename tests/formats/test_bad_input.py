@@ -18,6 +18,7 @@ from mbproj.errors import InputError, MbprojWarning
 from mbproj.formats import read_model
 from mbproj.scene import read_scene_text
 from tests.cli.commands import mbproj
+from tests.runs import some
 from tests.support import ROOT
 
 pytest.importorskip("mujoco")
@@ -55,7 +56,7 @@ def changed(text: str, rng: random.Random) -> str:
 
 
 @pytest.mark.filterwarnings(f"ignore::{MbprojWarning.__module__}.{MbprojWarning.__name__}")
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", some(MODELS, 4))
 def test_a_changed_model_is_a_scene_or_wrong_at_a_line_of_its(name, tmp_path):
     text, path = (DATA / name).read_text(encoding="utf-8"), tmp_path / name
     shutil.copytree(DATA / "rocker", tmp_path / "rocker")  # which one of them includes

@@ -79,6 +79,7 @@ def test_round_trip_is_exact(tmp_path):
     assert_equal(record(tmp_path / "out.h5", whole), whole)
 
 
+@pytest.mark.full
 @settings(max_examples=10, deadline=None)
 @given(cuts=st.lists(st.integers(0, 700), max_size=12), every_flush=st.booleans())
 def test_size_of_the_blocks_does_not_matter(cuts, every_flush):

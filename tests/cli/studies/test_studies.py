@@ -50,6 +50,7 @@ def test_compare(tmp_path):
     assert [entry["label"] for entry in _strict(as_json.stdout)["entries"]] == ["none", "baumgarte", "gopm", "gpopm"]
 
 
+@pytest.mark.full
 def test_json_of_a_comparison_with_runs_that_fail_is_json(tmp_path):
     """A failed run has no error and no drift: null, since JSON knows neither NaN nor infinity."""
     options = ("--projections", "none", "--steps", "0.01,1", "--until", "2", "--repeat", "1", "--json")

@@ -46,6 +46,7 @@ def test_it_writes_a_table_and_arrays_and_says_what_failed(tmp_path):
     assert (again["computed"], again["reused"], again["failed"], again["left"]) == (0, 8, 4, 0)
 
 
+@pytest.mark.full
 def test_it_draws_what_it_has_measured(tmp_path):
     """The first picture that suits the design, as `mbproj plot` draws it; a note where no case has a number."""
     write(tmp_path, "  length: [0.8, 1.2, 1.6]\n")

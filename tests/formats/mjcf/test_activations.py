@@ -9,6 +9,7 @@ import mbproj
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
 from tests.formats.agreement import agreement
+from tests.runs import once
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -76,8 +77,7 @@ def written(folder, name, ctrl=0.4, step=1e-3):
     return folder / "model.xml", [float(each) for each in act.split()]
 
 
-@pytest.mark.parametrize("name", ACTING)
-@pytest.mark.parametrize("signal", ["0.4", "0.4 * cos(3*t)"])
+@pytest.mark.parametrize(("name", "signal"), once([*ACTING], ["0.4", "0.4 * cos(3*t)"]))
 def test_forces_are_mujocos(name, signal, tmp_path):
     """With a short step, by which MuJoCo's integrals and setpoints are ahead."""
     path, act = written(tmp_path, name, step=1e-12)

@@ -12,6 +12,7 @@ from mbproj.formats.signals import signals_of
 from mbproj.scene import read_scene_text
 from tests.cli.commands import mbproj as command
 from tests.formats.agreement import agreement
+from tests.runs import once
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -58,8 +59,7 @@ def written(folder, actuator, ctrl="0.4"):
     return folder / "model.xml"
 
 
-@pytest.mark.parametrize("name", ACTING)
-@pytest.mark.parametrize("signal", ["0.4", "0.4 * cos(3*t)"])
+@pytest.mark.parametrize(("name", "signal"), once([*ACTING], ["0.4", "0.4 * cos(3*t)"]))
 def test_forces_are_mujocos(name, signal, tmp_path):
     path = written(tmp_path, ACTING[name])
     options = ImportOptions(controls=signals_of({"u": signal}, "controls"))

@@ -10,6 +10,7 @@ from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
 from mbproj.model import NotPlanar, compile_system, initial_guess, planar_reduction
 from tests.formats.agreement import agreement
+from tests.runs import once
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -58,8 +59,7 @@ def written(folder, path, own="", actuator="", more=""):
     return folder / "model.xml"
 
 
-@pytest.mark.parametrize("path", PATHS)
-@pytest.mark.parametrize("name", ACTING)
+@pytest.mark.parametrize(("path", "name"), once([*PATHS], [*ACTING]))
 def test_forces_along_tendons_are_mujocos(name, path, tmp_path):
     own, actuator, ctrl = ACTING[name]
     act = [0.3] if name == "muscle" else []
