@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from itertools import combinations, product
+from itertools import product
 from typing import Any
 
 import pytest
@@ -38,18 +38,6 @@ def once(*axes: Sequence[Any]) -> list[Any]:
     """All combinations; in the default run as many as the longest axis has values, by which each value occurs."""
     longest = max(map(len, axes))
     kept = {tuple(at % len(axis) for axis in axes) for at in range(longest)}
-    return _crossed(axes, kept)
-
-
-def pairs(*axes: Sequence[Any]) -> list[Any]:
-    """All combinations; in the default run few, in which each value meets each value of each other axis."""
-    places = list(product(*(range(len(axis)) for axis in axes)))
-    own = {place: {*combinations(enumerate(place), 2)} for place in places}
-    left, kept = set().union(*own.values()), set()
-    while left:
-        best = max(places, key=lambda place: len(own[place] & left))
-        kept.add(best)
-        left -= own[best]
     return _crossed(axes, kept)
 
 
