@@ -5,11 +5,17 @@ from __future__ import annotations
 import os
 
 import pytest
+from hypothesis import settings
 
 # Before NumPy loads. The matrices are small, and workers that share cores only get in each other's way; the command
 # line does the same.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
+
+
+# How long an example takes depends on what else the machine does.
+settings.register_profile("without the clock", deadline=None)
+settings.load_profile("without the clock")
 
 
 @pytest.hookimpl(tryfirst=True)

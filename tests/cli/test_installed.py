@@ -134,6 +134,7 @@ def test_a_study_in_a_checkout_gives_the_bits_of_run(places: Places, alone: dict
     assert first["evaluations"] == alone["evaluations"]
 
 
+@pytest.mark.full
 def test_sources_without_a_kernel_are_said_once_with_what_to_do(places: Places) -> None:
     write(places.checkout, "bar")
     accurate = ("run", "bar.yaml", "--duration", "0.02", "--accuracy", "1e-3", "-o", "full.h5", "--json")

@@ -278,6 +278,7 @@ def test_interrupting_keeps_the_results_and_exits_with_130(tmp_path, signum):
     assert len(results.time) > 10
 
 
+@pytest.mark.full
 def test_a_killed_run_leaves_out_alone_and_its_part_readable(tmp_path):
     mbproj("run", SLIDER_CRANK, "--duration", "0.02", "--quiet", folder=tmp_path)
     before = (tmp_path / "results.h5").read_bytes()

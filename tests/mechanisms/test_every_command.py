@@ -166,6 +166,7 @@ def test_linear_models(path):
     run.either("linearize", path, "--inputs", ",".join(ways), "--outputs", ",".join(seen))
 
 
+@pytest.mark.full
 def test_batches(folder):
     """Of every fourth scene at once, without what they expect of longer runs: each alone is in `test_commands`."""
     for path in MECHANISMS[::4]:

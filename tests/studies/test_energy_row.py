@@ -20,7 +20,7 @@ from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability.judge import Limits, Subject, judged
 from mbproj.studies.tradeoff.ladders import tradeoff
 from mbproj.studies.verify import verify
-from tests.runs import once
+from tests.runs import full, once
 from tests.support import ROOT
 
 FOUR_BAR = ROOT / "mechanisms" / "planar_four_bar.yaml"
@@ -47,7 +47,7 @@ def test_compare_shows_what_the_row_gives_and_takes():
 
 @pytest.mark.parametrize(
     "setting",
-    [Setting(step=0.01), Setting("gopm", step=0.005, every=3), Setting(step=0.01, formulation="full")],
+    [Setting(step=0.01), Setting("gopm", step=0.005, every=3), full(Setting(step=0.01, formulation="full"))],
     ids=str,
 )
 def test_the_rows_work_is_that_of_the_projection(slider_crank, setting):
@@ -69,6 +69,7 @@ def test_the_order_of_the_integrator_is_kept_with_the_row(name, integrator):
     assert f"{integrator} has order" in " ".join(passed.values())
 
 
+@pytest.mark.full
 def test_where_the_row_costs_the_order_verify_says_so():
     """What a stiff damper loses is integrated worse than the motion, and the row turns that into velocities."""
     path = ROOT / "mechanisms" / "split_coupler.yaml"
@@ -99,6 +100,7 @@ def test_of_what_is_recommended_no_run_notes_that_its_row_hides_a_wrong_motion(n
     assert report.doubt <= 1.0
 
 
+@pytest.mark.full
 def test_a_trade_off_marks_settings_of_which_their_runs_warn():
     found = tradeoff(
         read_scene(FIVE_BAR),

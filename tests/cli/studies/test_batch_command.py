@@ -42,6 +42,7 @@ def test_table_messages_and_exit_code(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.h5*"))
 
 
+@pytest.mark.full
 def test_what_is_complete_is_not_run_again(tmp_path: Path) -> None:
     """But checked: against what the scene expects now. A scene that has changed, or a damaged file, runs again, and so
     does what other code has made. All run again with --fresh."""

@@ -30,6 +30,7 @@ def test_a_throw_is_found_again(tmp_path):
     assert (design.engine, design.reused, design.notes) == ("least_squares", 0, ())
 
 
+@pytest.mark.full
 def test_a_coupler_curve_is_found_again_from_designs_that_do_not_close(tmp_path):
     """The crank of many designs of this box does not turn; the true one is a crank-rocker."""
     scene = FOUR_BAR.replace("crank: 0.2 m", "crank: 0.6 m")

@@ -19,7 +19,6 @@ from mbproj.studies.synthesis.spec import read_wanted
 from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, doubt, in_order, synthesise
 from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES
 from tests.cli.commands import mbproj as command
-from tests.runs import full
 
 TRUE = {
     "ax": 0.1,
@@ -102,6 +101,7 @@ def test_three_positions_put_the_pivots_of_the_body_on_circles(tmp_path):
         np.testing.assert_allclose(np.abs(places - ground[pivot]), own[length], rtol=1e-11)
 
 
+@pytest.mark.full
 def test_a_body_is_carried_by_a_slider_crank(tmp_path):
     positions = np.array([[0.0, 0.0, 0.0], [0.3, 0.2, 0.3], [0.6, 0.25, 0.7]])
     path = written(tmp_path, "positions", "x (m),z (m),angle (rad)", positions.T, "starts: 4\n")
@@ -112,7 +112,8 @@ def test_a_body_is_carried_by_a_slider_crank(tmp_path):
     np.testing.assert_allclose(place[:, [0, 2]], positions[:, :2], rtol=0.0, atol=1e-10)
 
 
-@pytest.mark.parametrize("timing", [full("given"), "free"])
+@pytest.mark.full
+@pytest.mark.parametrize("timing", ["given", "free"])
 def test_a_look_finds_a_path_again_whatever_its_timing(timing, tmp_path):
     times, points = coupler_curve(12)
     more = f"starts: {20 if timing == 'free' else 40}\n"

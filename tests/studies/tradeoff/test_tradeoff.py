@@ -35,6 +35,7 @@ def scene():
     return read_scene(PENDULUM)
 
 
+@pytest.mark.full
 def test_tradeoff(scene, tmp_path):
     found = tradeoff(scene, **OPTIONS)
     assert found.floor < 1e-12
@@ -69,6 +70,7 @@ def test_tradeoff(scene, tmp_path):
         assert file["reference/uncertainty"].shape == (len(found.reference.times), 1)
 
 
+@pytest.mark.full
 def test_an_interrupted_study_resumes_and_gives_the_same_table_again(scene, tmp_path):
     small = OPTIONS | {"integrators": ("dop853",), "until": 0.2, "longest": 0.005}
 
