@@ -18,6 +18,7 @@ from mbproj.integrate.reporting.marks import Marks
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
+from tests.crossed import crossed
 from tests.integrate.state_scenes import bounce
 from tests.integrate.time_scenes import TROLLEY, rotor
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
@@ -26,6 +27,7 @@ from tests.support import REDUNDANT, ROOT, Recorder
 FORMULATIONS = ("full", "reduced", "planar")
 FIXED = {"integrator": "rk4", "step": "0.01", "output_step": "0.02"}
 BY_ERROR = {"integrator": "dopri5", "tolerance": "1e-7", "output_step": "0.03"}
+OPTIONS = [pytest.param(FIXED, id="fixed"), pytest.param(BY_ERROR, id="by_error")]
 JUMPS = rotor("sin(3*t) + 2*sign(t - 0.313) + 1000*exp(-((t - 0.7)/1e-3)**2)")
 TURNING = rotor("3 - 0.2*angle")
 
@@ -68,9 +70,13 @@ def assert_goes_on(what, short, long, options):
         np.testing.assert_array_equal(rest[path], whole[path][first:], err_msg=path)
 
 
-@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-@pytest.mark.parametrize("what", [JUMPS, TURNING, TROLLEY], ids=["jumps", "turning", "trolley"])
+@crossed(
+    "what, formulation, options",
+    [pytest.param(JUMPS, id="jumps"), pytest.param(TURNING, id="turning"), pytest.param(TROLLEY, id="trolley")],
+    FORMULATIONS,
+    OPTIONS,
+    dear=["full"],
+)
 def test_the_bits_of_one_long_run(what, formulation, options):
     """The short run ends between two steps of its grid, and once in the middle of a pulse."""
     options = options | {"formulation": formulation}
@@ -98,8 +104,7 @@ def test_shipped_mechanisms_in_their_own_formulation(name, options):
     assert_goes_on(name, 0.205, 0.5, options)
 
 
-@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@crossed("options, formulation", OPTIONS[::-1], FORMULATIONS, dear=["full"])
 def test_past_a_singular_pose(formulation, options):
     """Rows that a singular pose has left out are part of the state."""
     text = PARALLELOGRAM.replace("CLOSURE", "point_on_line")
