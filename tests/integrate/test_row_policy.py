@@ -24,7 +24,7 @@ SCENES = (
     1e-6,
     1e-3,
     full("inline_four"),
-    *"n_four_bar bennett locomotive planar_four_bar spatial_slider_crank".split(),
+    *["n_four_bar", "bennett", "locomotive", "planar_four_bar", "spatial_slider_crank"],
 )
 #: Shipped mechanisms whose rows are independent at every pose of their first steps.
 REGULAR = ("five_bar", "spatial_slider_crank", "double_pendulum", "heavy_top", "stewart_platform", "delta_robot")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run, same, simulated
 
@@ -49,8 +50,8 @@ def block(steps=DOP853, duration=4.5, output_step=0.01, formulation="planar", re
 #: With the equations in NumPy a run takes many seconds: one explicit method and one implicit.
 RUNS = [
     *((steps, formulation) for formulation in ("planar", "reduced") for steps in STEPS),
-    ("rk4", "full"),
-    ("radau5", "full"),
+    full("rk4", "full"),
+    full("radau5", "full"),
 ]
 
 
