@@ -163,7 +163,7 @@ def test_steps_end_at_the_knots_of_a_cam(formulation):
     assert errors[2] < 1e-12
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_a_function_with_a_smooth_switch_is_located(formulation):
     """φ = 40 max(s - 0.2, 0)³ of a slide that comes with 1 m/s: t = ∫ √(1 + I φ'(s)²/m) ds by the energy. The third
     derivative jumps where the switch is, and a step ends there."""
