@@ -72,9 +72,9 @@ def assert_goes_on(what, short, long, options):
 
 @crossed(
     "what, formulation, options",
-    [pytest.param(JUMPS, id="jumps"), pytest.param(TURNING, id="turning"), pytest.param(TROLLEY, id="trolley")],
+    [pytest.param(TURNING, id="turning"), pytest.param(JUMPS, id="jumps"), pytest.param(TROLLEY, id="trolley")],
     FORMULATIONS,
-    OPTIONS,
+    OPTIONS[::-1],
     dear=["full"],
 )
 def test_the_bits_of_one_long_run(what, formulation, options):
@@ -98,8 +98,7 @@ def test_implicit_steps_go_on(what, integrator, options):
     assert_goes_on(what, 0.42, 0.5, options | {"integrator": integrator, "output_step": "0.04"})
 
 
-@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
-@pytest.mark.parametrize("name", ["five_bar", *REDUNDANT, "inline_four", "spatial_slider_crank"])
+@crossed("name, options", ["five_bar", *REDUNDANT, "inline_four", "spatial_slider_crank"], OPTIONS, together=1)
 def test_shipped_mechanisms_in_their_own_formulation(name, options):
     assert_goes_on(name, 0.205, 0.5, options)
 

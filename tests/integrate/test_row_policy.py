@@ -121,7 +121,7 @@ def test_what_is_saved_is_plain_data_and_restored_goes_on_the_same():
     assert lived.save() == restored.save()
 
 
-@pytest.mark.parametrize("name", [-0.3, "n_four_bar"])
+@pytest.mark.parametrize("name", [-0.3, full("n_four_bar")])
 def test_recording_has_no_say_in_the_steps(name):
     """The same bits at the end, with samples inside the steps and without, also past a singular pose."""
     ends = []

@@ -162,8 +162,15 @@ FORCED = [
 
 
 @needs_kernel
-@pytest.mark.parametrize("path", FORCED, ids=lambda path: path.stem)
-@pytest.mark.parametrize("simulation", [{}, {"integrator": "dop853", "tolerance": 1e-3, "duration": 0.03}])
+@crossed(
+    "path, simulation",
+    [pytest.param(path, id=path.stem) for path in FORCED],
+    [
+        pytest.param({}, id="own"),
+        pytest.param({"integrator": "dop853", "tolerance": 1e-3, "duration": 0.03}, id="loose"),
+    ],
+    together=1,
+)
 def test_no_mechanism_that_is_shipped_is_stiff_but_for_rubber(path, simulation):
     scene = read_scene(path, {}, simulation)
     said = simulate(*assembled(scene), settings_to_run(scene)).stiffness

@@ -49,7 +49,7 @@ def test_a_motor_with_a_controller_moves_as_its_own_equations_say(formulation):
     assert report.formulation == formulation
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_forces_name_coordinates_of_other_joints_and_the_work_is_counted(formulation):
     """A spring between two angles, F = -∂V/∂s of V = ½ k (s - 0.3 θ)²: with it energy is kept."""
     spring = {"motor": "15*0.3*(turn - 0.3*angle)", "spring": "-15*(turn - 0.3*angle)", "rates": ("0*t",) * 3}

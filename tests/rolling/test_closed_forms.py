@@ -33,6 +33,7 @@ def test_a_coin_rolls_on_its_circle(formulation):
     np.testing.assert_allclose(np.hypot(*force[:, :2].T), scenes.FRICTION, rtol=1e-8)
 
 
+@pytest.mark.parametrize("formulation", [full("full"), "reduced"])
 def test_a_ball_on_a_turntable_moves_on_a_circle(formulation):
     r = run(scenes.turntable(), formulation=formulation)
     np.testing.assert_allclose(r["bodies/position"][:, 1, :2], scenes.on_turntable(r.time), atol=2e-9)

@@ -124,8 +124,7 @@ def test_friction_changes_its_state_and_no_energy_is_lost_elsewhere(name, formul
     assert report.position_violation.value < 2e-13
 
 
-@pytest.mark.parametrize("steps", STEPS)
-@pytest.mark.parametrize("name", scenes("dop853", "planar"))
+@crossed("name, steps", scenes("dop853", "planar"), STEPS, together=1)
 def test_it_is_the_same_in_the_plane_and_in_space(name, steps):
     same(run(scenes(steps, "planar")[name])[1], run(scenes(steps, "reduced")[name])[1], RECORDED, 1e-7)
 

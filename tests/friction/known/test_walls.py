@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.crossed import full
+from tests.crossed import crossed, full
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run, same, simulated
 
@@ -103,8 +103,7 @@ def test_a_run_goes_on_from_where_it_rests(steps):
         assert rest.happened == whole.happened
 
 
-@pytest.mark.parametrize("load", [-2.0, 0.0, 2.0])
-@pytest.mark.parametrize("formulation", ["planar", "full"])
+@crossed("load, formulation", [-2.0, 0.0, 2.0], ["planar", "full"], dear=["full"])
 def test_it_may_begin_at_an_end(formulation, load):
     """At rest, with nothing that pushes it, towards the end or away."""
     text = block(formulation=formulation, duration=0.5).replace("speed: 1", "speed: 0")

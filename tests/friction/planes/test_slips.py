@@ -145,7 +145,7 @@ def regularised(rate, angle=0.7, width=1e-8):
     return found.y[:2, -1]
 
 
-@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("rate", [RATES[0], *map(full, RATES[1:])])
 def test_a_slip_begins_along_the_velocity_that_arises(rate):
     report, recorded = run(STAGE.format(formulation="auto", steps=DOP853, push=push(rate)))
     assert recorded["bodies/position"][-1, 2, :2] == pytest.approx(regularised(rate), abs=2e-6)

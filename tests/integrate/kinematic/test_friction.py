@@ -94,7 +94,7 @@ def test_at_rest_friction_bears_nothing_and_the_motion_all(formulation, joint, c
     assert report.energy_drift_relative < 1e-8
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", [full("full"), *FORMULATIONS[1:]])
 def test_friction_that_goes_by_the_load_of_its_bearing_turns_with_the_rate(formulation):
     """m g a sin θ + J θ'' + μ r |F| sign θ', with F what holds the arm's mass on its circle."""
     report, found, _ = run(PENDULUM, formulation=formulation)
