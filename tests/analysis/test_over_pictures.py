@@ -11,6 +11,7 @@ from mbproj.figures import KINDS, draw, why_not
 from mbproj.results import open_results
 from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 from tests.cli.commands import mbproj
+from tests.crossed import full
 
 OVER = [kind for kind, entry in KINDS.items() if entry.over and entry.needs in (None, "markers", "joints", "motions")]
 
@@ -30,7 +31,7 @@ def results(folder):
         yield opened
 
 
-@pytest.mark.parametrize("kind", OVER)
+@pytest.mark.parametrize("kind", [kind if kind in ("joints", "violation") else full(kind) for kind in OVER])
 def test_every_panel_over_time_is_over_the_angle_with_a_gap_at_each_turn(results, kind):
     corners = [("pin", "wrist", "across")] if kind == "transmission" else []
     figure = draw(kind, [results.over("main.angle", modulo=True)], ["run"], corners=corners)

@@ -15,6 +15,7 @@ from mbproj.integrate import FullFormulation, Reduced, choose, from_space
 from mbproj.kernel import core
 from mbproj.kernel.loads import programs
 from mbproj.scene import read_scene_text, settings_to_run
+from tests.crossed import full
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES, reference
 from tests.functions.texts import SMOOTH, T, expression
 from tests.kernel.scenes import needs_kernel
@@ -117,7 +118,7 @@ BUSH = """\
 """
 
 
-@pytest.mark.parametrize("more", ["", BUSH], ids=["laws", "bushing"])
+@pytest.mark.parametrize("more", [full(""), BUSH], ids=["laws", "bushing"])
 def test_a_planar_scene_with_forces_moves_as_the_full_one(more):
     """Forces across the plane load the joints only."""
     runs = {}
@@ -134,7 +135,7 @@ def test_a_planar_scene_with_forces_moves_as_the_full_one(more):
     assert np.abs(runs["planar"]["diagnostics/dissipation"][-1]) > 0.1
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 def test_a_function_that_fails_names_its_force_and_time(formulation):
     text = SLIDER.replace("force: [sin(3*t), 5, 1]", "force: [sqrt(0.05 - t), 0, 0]")
     scene = read_scene_text(text, "s.yaml", {}, {"formulation": formulation})

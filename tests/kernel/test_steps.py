@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj.integrate import load_tableau
+from tests.crossed import crossed
 from tests.integrate.wheel import spinner
 from tests.kernel.mechanism_runs import bits, mechanism, run
 from tests.kernel.scenes import needs_kernel
@@ -34,8 +35,7 @@ def test_fixed_steps_count_as_in_full(integrator, formulation):
     assert counts["velocity_iterations"] == 4
 
 
-@pytest.mark.parametrize("integrator", ["bs32", "dopri5", "dop853"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@crossed("integrator, formulation", ["dopri5", "bs32", "dop853"], FORMULATIONS, dear=["full"])
 def test_error_control_counts_as_in_full(integrator, formulation):
     """Two evaluations for the start and the first step's size; each trial all stages and the end; each accepted
     step one more after its projection; outputs inside steps the extension's stages and one each."""
@@ -168,6 +168,7 @@ def test_a_wheel_that_has_turned_by_1e5_rad_is_closed_to_1e_13(formulation):
     assert report.counters["projection_failures"] == 0
 
 
+@pytest.mark.full
 def test_a_million_steps_keep_closure_and_time():
     """t = t0 + k h to the last bit at every output, joints closed at every step, and the energy kept. A step
     takes four evaluations, and no call of Python: what is called depends on the samples."""
