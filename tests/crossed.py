@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from itertools import combinations, product
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
 
 Case = tuple[Hashable, ...]
 FULL = pytest.mark.full
@@ -66,3 +67,17 @@ def _joined(case: Sequence[Any], kept: bool) -> Any:
     return pytest.param(
         *(value for part in case for value in _values(part)), marks=marks if kept else [*marks, FULL], id=name
     )
+
+
+def campaign(*strategies: Any, few: int, many: int) -> Callable[[Callable[..., None]], Callable[[int], None]]:
+    """Makes a test that tries what these strategies draw: `few` examples in the default run, `many` in a `full` case.
+    They are the same in each run."""
+
+    def decorated(check: Callable[..., None]) -> Callable[[int], None]:
+        def test(examples: int) -> None:
+            settings(derandomize=True, deadline=None, max_examples=examples)(given(*strategies)(check))()
+
+        test.__doc__ = check.__doc__
+        return pytest.mark.parametrize("examples", [few, full(many)])(test)
+
+    return decorated
