@@ -88,12 +88,12 @@ def test_there_are_as_many_trees_as_the_theory_has():
     assert sorted(map(density, trees(4))) == [4, 8, 12, 24]
 
 
-@pytest.mark.parametrize(("formulation", "duration"), [("full", 0.01), full("full", 0.1), ("auto", 0.1)])
-def test_a_tableau_steps_as_the_same_one_of_mbproj(formulation, duration):
+@pytest.mark.parametrize("formulation", [full("full"), "auto"])
+def test_a_tableau_steps_as_the_same_one_of_mbproj(formulation):
     mbproj.register_integrator("pair", **BS32)
-    run = partial(mbproj.run, FIVE_BAR, tolerance=1e-6, duration=duration, formulation=formulation)
+    run = partial(mbproj.run, FIVE_BAR, tolerance=1e-6, duration=0.1, formulation=formulation)
     with run(integrator="pair") as own, run(integrator="bs32") as known:
-        assert own.attributes["steps"] == known.attributes["steps"] >= 200 * duration
+        assert own.attributes["steps"] == known.attributes["steps"] >= 20
         np.testing.assert_allclose(own["bodies/position"], known["bodies/position"], atol=1e-14)
 
 

@@ -92,7 +92,7 @@ def test_an_angle_at_rest_behind_an_impact_gains_no_turns(steps, e, formulation)
         np.testing.assert_allclose(recorded["stops/gap"][rests], [[0.5 + high, 0.0]] * rests.sum(), rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 def test_a_wheel_between_stops_is_followed_through_its_turns(formulation):
     """Its angle is piecewise linear: each impact keeps 0.7 of the speed, and turns it."""
     steps = "integrator: dop853, tolerance: 1.0e-9"
