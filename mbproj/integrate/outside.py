@@ -33,7 +33,7 @@ class Exchange:
     def __init__(self, compiled: Compiled, system: System, run: Any, leg: Leg) -> None:
         self._run, self._signals = run, system.names.signals
         self._numbers = {name: at for at, name in enumerate(system.names.states)}
-        self._programs = compiled.core.Programs(**programs(system.signals, CHANNELS + system.channels.size))
+        self._programs = compiled.core.Programs(functions=programs(system.signals, CHANNELS + system.channels.size))
         self._instants: Iterator[float] = iter([each.time for each in leg.breaks if each.asks])
 
     def next(self) -> float:

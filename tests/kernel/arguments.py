@@ -116,7 +116,4 @@ def run(y: np.ndarray | None = None, turns: np.ndarray | None = None, **changes:
 
 def tableau(**changes: np.ndarray) -> Any:
     """RK4, with some parts changed."""
-    whole = load_tableau("rk4")
-    names = ("a", "b", "c", "error", "extra_a", "extra_c", "dense")
-    parts = {name: np.ascontiguousarray(changes.get(name, getattr(whole, name))) for name in names}
-    return core().Tableau(order=4, error_order=0, kinematic=False, **parts)
+    return core().Tableau(tableau=by_name(load_tableau("rk4")) | changes, kinematic=False)

@@ -66,6 +66,11 @@ template <class Curve> Curve curve_of(Record& curve, Record& thresholds, std::ve
     return built;
 }
 
+Programs programs(Record& given) {
+    Record functions = given.part("functions");
+    return programs_of(functions);
+}
+
 PlaneCurve plane_curve(Record& given) {
     using Piece = PlaneCurve::Piece;
     using Place = PlaneCurve::Place;
@@ -158,7 +163,7 @@ RopePath rope_path_of(Record& given) {
 }
 
 void add_functions(nb::module_& m) {
-    record_class(m, "Programs", &programs_of)
+    record_class(m, "Programs", &programs)
         .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
             index_below(program, self.size(), "program");
             require_variables(self, law_variables, "program");

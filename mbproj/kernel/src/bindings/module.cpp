@@ -46,7 +46,9 @@ Thresholds thresholds(Record& given) {
 }
 
 // A method of s stages. An implicit one is stiffly accurate: its first stage is explicit, and each depends on none after it.
-Tableau tableau(Record& given) {
+Tableau tableau(Record& values) {
+    Record given = values.part("tableau");
+    const bool kinematic = values.flag("kinematic");
     constexpr auto any = Record::any;
     constexpr std::size_t most_stages = 32;
     Tableau t{};
@@ -57,7 +59,7 @@ Tableau tableau(Record& given) {
     t.c = given.numbers("c", s);
     t.order = given.index("order", 100, 1);
     if (!given.has("gamma")) {
-        t.kinematic = given.flag("kinematic");
+        t.kinematic = kinematic;
         t.extra_c = given.numbers("extra_c");
         const std::size_t extra = t.extra_c.size(), stages = s + 1 + extra;
         if (stages > most_stages) given.refuse("b", "has too many stages");
@@ -73,7 +75,8 @@ Tableau tableau(Record& given) {
     t.gamma = given.positive("gamma");
     if (s < 2 || s > most_stages) given.refuse("b", "has a wrong shape");
     t.error_order = given.index("error_order", 100, 1);
-    t.error = given.matrix("error", any, s);
+    const std::vector<double> error = given.numbers("error", s);
+    t.error = Eigen::Map<const RowMajor>(error.data(), 1, t.stages());
     t.dense = given.matrix("dense", s, any);
     if (t.dense.cols() < 1) given.refuse("dense", "has a wrong shape");
     t.splitting = given.matrix("splitting", s, s);
