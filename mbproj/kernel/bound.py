@@ -57,27 +57,20 @@ class Bound(NamedTuple):
 _OF_INSTANCES = ("kind", "first_slot", "parameters", "offset", "weight", "joins", "owner")
 
 
-class _Kernel(NamedTuple):
-    """The kernel's primitives by name: number, count of slots, count of parameters; and the largest count of
-    parameters."""
-
-    forms: Mapping[str, tuple[int, int, int]]
-    parameters: int
-
-
 @cache
-def _kernel() -> _Kernel:
-    """The primitives of the kernel. A coupling has none: it is the instances of its coordinates."""
+def _forms() -> Mapping[str, tuple[int, int, int]]:
+    """The kernel's primitives by name: number, count of slots, count of parameters. A coupling has none: it is the
+    instances of its coordinates."""
     kernel = core()
     forms = [] if kernel is None else kernel.primitives()
-    return _Kernel({name: (at, *form) for at, (name, *form) in enumerate(forms)}, max([0, *(form[2] for form in forms)]))
+    return {name: (at, *form) for at, (name, *form) in enumerate(forms)}
 
 
 @cache
 def _number(kind: type[Primitive]) -> int:
     """The kernel's number of a primitive. Raises ValueError where the kernel takes other slots or parameters."""
     name = name_of(kind)
-    number, slots, parameters = _kernel().forms[name]
+    number, slots, parameters = _forms()[name]
     own = slots if kind.follows == "rope" else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
     if (own, len(kind.parameters)) != (slots, parameters):
         raise ValueError(f"the primitive '{name}' of the kernel takes {slots} slots and {parameters} parameters")
@@ -86,7 +79,7 @@ def _number(kind: type[Primitive]) -> int:
 
 def without_form(system: System) -> str | None:
     """The class of a primitive that the kernel does not have; None where it has all of the system."""
-    known = _kernel().forms
+    known = _forms()
     sets = [system.joints, system.coordinates]
     sets += [each.coordinates for each in (system.forces.laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
@@ -114,7 +107,7 @@ def bound(own: PrimitiveSet | PlanarSet) -> Bound:
         primitives, first = [member.primitive for member in members], [member.slots[0] for member in members]
         row = np.array([member.rows[0] for member in members], dtype=np.intp)
         owner = own.owner[row]
-    width = _kernel().parameters
+    width = max(parameters for *_, parameters in _forms().values())
     kind, slot, parameters, weight, joins, follows, member = [], [], [], [], [], [], []
     for number, (primitive, start) in enumerate(zip(primitives, first, strict=True)):
         for part, (each, factor, taken) in enumerate(_terms(primitive)):

@@ -1,7 +1,7 @@
 """The kernel's models of a System, in space or in a plane.
 
-The kernel reads the fields of the system's own records by their names (`src/bindings/models.cpp`). A model in a plane has
-projections of some of them."""
+The kernel reads the fields of the system's own records by their names (`src/bindings/models.cpp`). A model in a plane
+has projections of some of them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from mbproj.model.layout import Layout
 from mbproj.model.planar import (
     Plane,
     bushings_in_plane,
-    channels_in_plane,
     coordinates_in_plane,
     locals_in_plane,
 )
@@ -59,10 +58,6 @@ class _InSpace:
         """The numbers of the joints' rows."""
         return row
 
-    def channels(self) -> Integers:
-        """The number of each channel in its list."""
-        return self.system.channels.index
-
     def along(self, own: PrimitiveSet, joint_coordinate: Integers) -> Bound:
         """The coordinates `own` along which forces or stops act, some of which are joint coordinates."""
         return bound(own)
@@ -76,12 +71,12 @@ class _InSpace:
         given = self.system.forces.on_bodies
         return np.where(given.in_body[:, None, None], given.turn, np.eye(3))
 
-    def bushings(self) -> dict[str, Any]:
-        """The bushings, with rotations in place of Euler parameters."""
+    def bushings(self) -> dict[str, Array]:
+        """What bushings have in place of the system's: rotations for Euler parameters."""
         return {"turn": rotation_matrix(self.system.forces.bushings.turn)}
 
-    def bearings(self) -> dict[str, Any]:
-        """The points on body 2 at which bearings act."""
+    def bearings(self) -> dict[str, Array]:
+        """What bearings have beside or in place of the system's: their points on body 2."""
         bearings = self.system.bearings
         assert bearings is not None
         return {"point": self.system.reaction_local[bearings.joint]}
@@ -107,9 +102,6 @@ class _InPlane(_InSpace):
         rows = plane_rows(self.plane).tolist()
         return np.array([rows.index(at) for at in row.tolist()], dtype=np.intp)
 
-    def channels(self) -> Integers:
-        return channels_in_plane(self.plane, self.system.channels)
-
     def along(self, own: PrimitiveSet, joint_coordinate: Integers) -> Bound:
         flat = bound(own)._replace(local=locals_in_plane(self.plane, own))
         number, count = self.number(joint_coordinate), len(self.coordinates.kind)
@@ -128,10 +120,10 @@ class _InPlane(_InSpace):
         given = self.system.forces.on_bodies
         return np.where(given.in_body[:, None, None], self._reference(given.body) @ given.turn, self.plane.axes.T)
 
-    def bushings(self) -> dict[str, Any]:
-        return by_name(bushings_in_plane(self.plane, self.system.forces.bushings))
+    def bushings(self) -> dict[str, Array]:
+        return bushings_in_plane(self.plane, self.system.forces.bushings)
 
-    def bearings(self) -> dict[str, Any]:
+    def bearings(self) -> dict[str, Array]:
         """In the plane axial forces and moments are 0."""
         bearings = self.system.bearings
         assert bearings is not None
@@ -156,7 +148,7 @@ def _record(core: ModuleType, seen: _InSpace, layout: Layout) -> dict[str, Any]:
     """The record of a model, which the kernel reads."""
     system, number = seen.system, seen.number
     couplings, motions, bearings, actions = system.couplings, system.motions, system.bearings, system.actions
-    variables = CHANNELS + system.channels.size
+    channels, is_state, variables = system.channels, system.channels.is_state, CHANNELS + system.channels.size
     return {
         "thresholds": _thresholds(core, system.thresholds),
         "mass": seen.mass,
@@ -170,7 +162,9 @@ def _record(core: ModuleType, seen: _InSpace, layout: Layout) -> dict[str, Any]:
         "loads": None if system.forces.is_empty else _loads(seen),
         "programs": programs(system.programs, variables),
         "first_rate": system.first_rate,
-        "channels": by_name(system.channels, index=seen.channels()),
+        "channels": by_name(
+            channels, index=np.where(is_state, channels.index, number(np.where(is_state, -1, channels.index)))
+        ),
         "switches": _switches(system.programs),
         "motions": by_name(motions, joint_coordinate=number(motions.joint_coordinate)),
         "couplings": by_name(

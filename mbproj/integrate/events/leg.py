@@ -6,8 +6,6 @@ from dataclasses import replace
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.integrate.steppers.tableau import Tableau

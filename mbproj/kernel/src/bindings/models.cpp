@@ -106,7 +106,7 @@ private:
         };
         for (I& p : instances.items) {
             const std::size_t i = set.instances.size();
-            follow(p, follows[i], given);
+            if (!follow(p, follows[i])) given.refuse("follows", "is given to a kind that follows none, or is missing");
             if (first[i] + static_cast<std::size_t>(p.slot_count) > places.count())
                 given.refuse("first_slot", "holds an index out of range");
             for (int s = 0; s < p.slot_count; ++s) p.slots[s] = stored(places.items[first[i] + s]);
@@ -127,30 +127,22 @@ private:
         return set;
     }
 
-    // What an instance follows: a plane curve, two of them, a space curve, or a rope.
-    static void follow(Instance<D>& p, const nb::object& of, const Record& given) {
-        std::pair<std::shared_ptr<PlaneCurve>, std::shared_ptr<PlaneCurve>> two;
-        std::shared_ptr<PlaneCurve> line;
-        std::shared_ptr<SpaceCurve> wire;
-        bool fits = true;
-        p.slot_count = form_of(p.kind).slots;
+    // Takes what an instance follows: a rope, a space curve, two plane curves, or one. False where it is something else.
+    static bool follow(Instance<D>& p, const nb::object& of) {
         if (p.kind == Kind::rope) {
-            Record rope(of, "rope.");
+            Record rope(of, "follows.");
             p.path = std::make_shared<RopePath>(rope_path_of(rope));
             p.slot_count = 2 + static_cast<int>(p.path->radii.size());
-        } else if (is_in_space(p.kind)) {
-            fits = nb::try_cast(of, wire) && wire;
-            p.wire = wire;
-        } else if (is_of_two(p.kind)) {
-            fits = nb::try_cast(of, two) && two.first && two.second;
-            p.line = two.first, p.other = two.second;
-        } else if (p.on_line()) {
-            fits = nb::try_cast(of, line) && line;
-            p.line = line;
-        } else {
-            fits = of.is_none();
+            return true;
         }
-        if (!fits) given.refuse("follows", "is given to a kind that follows none, or is missing");
+        p.slot_count = form_of(p.kind).slots;
+        if (is_in_space(p.kind)) return nb::try_cast(of, p.wire) && p.wire;
+        if (!p.on_line()) return of.is_none();
+        if (!is_of_two(p.kind)) return nb::try_cast(of, p.line) && p.line;
+        std::pair<std::shared_ptr<const PlaneCurve>, std::shared_ptr<const PlaneCurve>> two;
+        if (!nb::try_cast(of, two)) return false;
+        std::tie(p.line, p.other) = two;
+        return p.line && p.other;
     }
 
     // Adds a joint that is a run of instances of the constraints.

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include <nanobind/stl/vector.h>
+
 namespace mbproj {
 
 namespace {
@@ -34,34 +36,11 @@ template <class Number> bool read(const Py_buffer& view, Array<Number>& to) {
     return view.itemsize == sizeof(int64_t) ? read_as(int64_t()) : read_as(int32_t());
 }
 
-void set(PyObject* from, double& to) { to = PyFloat_AsDouble(from); }
-void set(PyObject* from, int64_t& to) { to = PyLong_AsLongLong(from); }
-
-// The value of a number of Python; false where it is none.
-template <class Number> bool is_number(nb::handle from, Number& to) {
-    set(from.ptr(), to);
-    if (to != Number(-1) || !PyErr_Occurred()) return true;
-    PyErr_Clear();
-    return false;
-}
-
-// The entries of a list or tuple; false for other objects.
-bool is_list(nb::handle from, std::vector<nb::object>& entries) {
-    if (!PyList_Check(from.ptr()) && !PyTuple_Check(from.ptr())) return false;
-    for (const nb::handle each : from) entries.push_back(nb::borrow(each));
-    return true;
-}
+bool is_list(nb::handle from) { return PyList_Check(from.ptr()) || PyTuple_Check(from.ptr()); }
 
 // The numbers of an array, or of a list or tuple.
 template <class Number> bool is_array(nb::handle from, Array<Number>& to) {
-    std::vector<nb::object> entries;
-    if (is_list(from, entries)) {
-        to.shape = {entries.size()};
-        to.values.resize(entries.size());
-        for (std::size_t i = 0; i < entries.size(); ++i)
-            if (!is_number(entries[i], to.values[i])) return false;
-        return true;
-    }
+    if (is_list(from)) return nb::try_cast(from, to.values) && (to.shape = {to.values.size()}, true);
     Py_buffer view;
     if (PyObject_GetBuffer(from.ptr(), &view, PyBUF_RECORDS_RO) != 0) return PyErr_Clear(), false;
     const bool is_read = read(view, to);
@@ -93,14 +72,15 @@ nb::object Record::take(const char* name) {
 
 std::vector<nb::object> Record::list(const char* name, std::size_t size) {
     std::vector<nb::object> found;
-    if (!is_list(take(name), found)) wrong_type(name);
+    const nb::object own = take(name);
+    if (!is_list(own) || !nb::try_cast(own, found)) wrong_type(name);
     if (size != any && found.size() != size) refuse(name, "has a wrong shape");
     return found;
 }
 
 double Record::number(const char* name, bool positive) {
     double found = 0.0;
-    if (!is_number(take(name), found)) wrong_type(name);
+    if (!nb::try_cast(take(name), found)) wrong_type(name);
     if (positive && !(found > 0.0 && std::isfinite(found))) refuse(name, "is not positive");
     if (!std::isfinite(found)) refuse(name, "is not finite");
     return found;
@@ -114,7 +94,7 @@ int Record::in_range(const char* name, int64_t value, std::size_t below, int lea
 
 int Record::index(const char* name, std::size_t below, int least) {
     int64_t found = 0;
-    if (!is_number(take(name), found)) wrong_type(name);
+    if (!nb::try_cast(take(name), found)) wrong_type(name);
     return in_range(name, found, below, least);
 }
 
