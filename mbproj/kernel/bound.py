@@ -100,6 +100,7 @@ def joined(parts: Sequence[Bound]) -> Bound:
 
 def bound(own: PrimitiveSet | PlanarSet) -> Bound:
     """A set as the kernel takes it: an instance for each primitive, and for a coupling one for each coordinate."""
+    primitives: Sequence[Primitive]
     if isinstance(own, PlanarSet):
         primitives, first, row, owner = own.primitives, own.first_slot.tolist(), own.row, own.owner
     else:
@@ -112,7 +113,7 @@ def bound(own: PrimitiveSet | PlanarSet) -> Bound:
     for number, (primitive, start) in enumerate(zip(primitives, first, strict=True)):
         for part, (each, factor, taken) in enumerate(_terms(primitive)):
             names = each.parameters
-            kind.append(_number(type(each)))
+            kind.append(_number(each.__class__))
             slot.append(start + taken)
             parameters.append([*(getattr(each, name) for name in names), *[0.0] * (width - len(names))])
             weight.append(factor)

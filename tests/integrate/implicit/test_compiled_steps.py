@@ -12,7 +12,6 @@ from mbproj import Scene
 from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 from mbproj.kernel import core
-from mbproj.kernel.bound import by_name
 from mbproj.registry import implicit_integrators, integrators
 from mbproj.scene import Body, Settings, read_scene, read_scene_text
 from tests.kernel.mechanism_runs import PATHS, bits, mechanism, run
@@ -247,6 +246,6 @@ def test_samples_inside_steps_are_of_order_four(integrator):
     ],
 )
 def test_tableaus_that_do_not_fit_are_refused(change, message):
-    good = by_name(load_implicit_tableau("esdirk4"))
+    good = vars(load_implicit_tableau("esdirk4"))
     with pytest.raises(ValueError, match=message):
         core().Tableau(tableau=good | change, kinematic=False)

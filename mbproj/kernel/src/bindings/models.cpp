@@ -80,8 +80,8 @@ private:
         model_.gravity = matrix_at<D::axes>(given_.numbers("gravity", D::axes).data());
     }
 
-    // Instances and the points and vectors in their slots, which are consecutive. Rows follow one another, but an instance that `joins` is of the row
-    // before. Points and vectors that several instances use are stored once.
+    // Instances and the points and vectors in their slots, which are consecutive. Rows follow one another, but an instance
+    // that `joins` is of the row before. Points and vectors that several instances use are stored once.
     PrimitiveSet<D> primitive_set(Record& given) const {
         using I = Instance<D>;
         using A = Attachment<D>;
@@ -191,7 +191,9 @@ private:
         const std::vector<nb::object> parts = given.list("parts", bearings.count());
         for (std::size_t b = 0; b < parts.size(); ++b) {
             bearings.items[b].joint = joint_of_owner(bearings.items[b].joint, given);
-            for (const auto& [owner, row, part] : nb::cast<std::vector<std::tuple<int, int, double>>>(parts[b])) {
+            std::vector<std::tuple<int, int, double>> own;
+            if (!nb::try_cast(parts[b], own)) given.wrong_type("parts");
+            for (const auto& [owner, row, part] : own) {
                 const Joint& joint = model_.joints[joint_of_owner(owner, given)];
                 if (row < 0 || row >= joint.rows) given.refuse("parts", "holds an index out of range");
                 bearings.items[b].parts.emplace_back(joint.row + row, part);
@@ -372,7 +374,8 @@ private:
                                                         {"followed", &built.followed}};
         for (const nb::object& each : given_.list("layout")) {
             Record block(each, "layout.");
-            const auto name = nb::cast<std::string>(block.take("name"));
+            std::string name;
+            if (!nb::try_cast(block.take("name"), name)) block.wrong_type("name");
             const auto place =
                 std::find_if(std::begin(known), std::end(known), [&](auto own) { return name == own.first; });
             if (place == std::end(known) || place->second->size > 0)

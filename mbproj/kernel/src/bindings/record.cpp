@@ -113,6 +113,12 @@ Array<double> Record::array(const char* name, const Shape& shape, bool finite) {
     return found;
 }
 
+Array<double> Record::array(const char* name, std::size_t count, const Field& field, bool finite) {
+    Shape shape{count};
+    shape.insert(shape.end(), field.axes, field.axes + field.depth);
+    return array(name, shape, finite);
+}
+
 Array<int> Record::indices(const char* name, const Shape& shape, std::size_t below, int least) {
     const Array<int64_t> found = of_shape<int64_t>(name, shape);
     Array<int> checked{{}, found.shape};
@@ -128,6 +134,26 @@ RowMajor Record::matrix(const char* name, std::size_t rows, std::size_t columns)
 
 void Record::refuse(const char* name, const char* why) const { throw std::invalid_argument(path_ + name + " " + why); }
 void Record::wrong_type(const char* name) const { throw nb::type_error((path_ + name + " has a wrong type").c_str()); }
+
+void hand_out(const Array<double>& from, const Field& field, std::size_t stride, void* first) {
+    const double* next = from.values.data();
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        char* const at = static_cast<char*>(first) + i * stride;
+        if (field.is_flag) {
+            *reinterpret_cast<bool*>(at) = *next++ != 0.0;
+            continue;
+        }
+        auto* block = reinterpret_cast<double*>(at);
+        for (std::size_t b = 0; b < field.blocks; ++b, block += field.rows * field.columns)
+            for (std::size_t r = 0; r < field.rows; ++r)
+                for (std::size_t c = 0; c < field.columns; ++c) block[field.rows * c + r] = *next++;
+    }
+}
+void hand_out(const Array<int>& from, std::size_t stride, void* first) {
+    const std::size_t each = from.values.size() / from.size();
+    for (std::size_t i = 0; i < from.size(); ++i)
+        std::memcpy(static_cast<char*>(first) + i * stride, from.row(i), each * sizeof(int));
+}
 
 void Record::close() const {
     for (const auto& [name, value] : nb::borrow<nb::dict>(values_)) {

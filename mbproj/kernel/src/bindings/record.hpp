@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include <nanobind/nanobind.h>
@@ -26,6 +27,8 @@ template <class Number> struct Array {
     const Number* row(std::size_t i) const { return values.data() + values.size() / size() * i; }
 };
 
+struct Field;
+
 class Record {
 public:
     static constexpr auto any = static_cast<std::size_t>(-1);  // in a shape: as many as there are
@@ -42,6 +45,7 @@ public:
     int index(const char* name, std::size_t below, int least = 0);
     bool flag(const char* name) { return index(name, 2) != 0; }
     Array<double> array(const char* name, const Shape& shape, bool finite = true);
+    Array<double> array(const char* name, std::size_t count, const Field& field, bool finite);
     std::vector<double> numbers(const char* name, std::size_t size = any) { return array(name, {size}).values; }
     Array<int> indices(const char* name, const Shape& shape, std::size_t below, int least = 0);
     RowMajor matrix(const char* name, std::size_t rows, std::size_t columns);
@@ -67,26 +71,25 @@ private:
     std::shared_ptr<std::vector<const char*>> taken_ = std::make_shared<std::vector<const char*>>();  // also by copies
 };
 
-// The axes of a member of a struct behind the first of an array, and the member's numbers from a row.
-inline void add_axes(const double*, Shape&) {}
-inline void add_axes(const bool*, Shape&) {}
-template <int R, int C> void add_axes(const Matrix<R, C>*, Shape& shape) {
-    if (R * C > 1) shape.push_back(R);
-    if (C > 1) shape.push_back(C);
+// How the numbers of a member lie in a struct: `blocks` matrices, one after the other, each column by column; and the axes of an
+// array of such members, behind its first.
+struct Field {
+    std::size_t axes[3], depth, blocks, rows, columns;
+    bool is_flag;
+};
+constexpr Field field_of(const double*) { return {{}, 0, 1, 1, 1, false}; }
+constexpr Field field_of(const bool*) { return {{}, 0, 1, 1, 1, true}; }
+template <int R, int C> constexpr Field field_of(const Matrix<R, C>*) {
+    static_assert(sizeof(Matrix<R, C>) == R * C * sizeof(double));
+    return {{R, C}, R * C == 1 ? 0 : C == 1 ? 1 : 2, 1, R, C, false};
 }
-template <class T, std::size_t N> void add_axes(const T (*)[N], Shape& shape) {
-    shape.push_back(N);
-    add_axes(static_cast<const T*>(nullptr), shape);
+template <class T, std::size_t N> constexpr Field field_of(const T (*)[N]) {
+    const Field one = field_of(static_cast<const T*>(nullptr));
+    return {{N, one.axes[0], one.axes[1]}, one.depth + 1, N * one.blocks, one.rows, one.columns, one.is_flag};
 }
-inline void fill(double& to, const double*& from) { to = *from++; }
-inline void fill(bool& to, const double*& from) { to = *from++ != 0.0; }
-template <int R, int C> void fill(Matrix<R, C>& to, const double*& from) {
-    for (int r = 0; r < R; ++r)
-        for (int c = 0; c < C; ++c) to(r, c) = *from++;
-}
-template <class T, std::size_t N> void fill(T (&to)[N], const double*& from) {
-    for (T& each : to) fill(each, from);
-}
+// Gives each of the structs, which are `stride` bytes apart, its entry of an array; `first` is the member of the first struct.
+void hand_out(const Array<double>& from, const Field& field, std::size_t stride, void* first);
+void hand_out(const Array<int>& from, std::size_t stride, void* first);
 
 // Structs from arrays: entry i of each array belongs to struct i. The first array says how many there are.
 template <class Item> class Columns {
@@ -96,32 +99,34 @@ public:
     explicit Columns(Record given) : given_(std::move(given)) {}
 
     // Numbers, flags, vectors and matrices.
-    template <class Field> Columns& operator()(const char* name, Field Item::* member, bool finite = true) {
-        Shape shape{count_};
-        add_axes(static_cast<const Field*>(nullptr), shape);
-        return each(name, shape, [member](Item& to, const double* from) { fill(to.*member, from); }, finite);
+    template <class Member> Columns& operator()(const char* name, Member Item::* member, bool finite = true) {
+        constexpr Field field = field_of(static_cast<const Member*>(nullptr));
+        const Array<double> own = given_.array(name, count_, field, finite);
+        if (resize(own.size())) hand_out(own, field, sizeof(Item), &(items.front().*member));
+        return *this;
     }
     // Indices from `least` to below `below`: one each, or several.
     template <class Index> Columns& index(const char* name, Index Item::* member, std::size_t below, int least = 0) {
-        return hand_out(given_.indices(name, {count_}, below, least),
-                        [member](Item& to, const int* from) { to.*member = static_cast<Index>(*from); });
-    }
-    template <int N> Columns& index(const char* name, int (Item::*member)[N], std::size_t below) {
-        return hand_out(given_.indices(name, {count_, N}, below),
-                        [member](Item& to, const int* from) { std::copy_n(from, N, to.*member); });
+        static_assert(sizeof(Index) % sizeof(int) == 0);
+        const Shape shape = std::is_array_v<Index> ? Shape{count_, std::extent_v<Index>} : Shape{count_};
+        const Array<int> own = given_.indices(name, shape, below, least);
+        if (resize(own.size())) hand_out(own, sizeof(Item), &(items.front().*member));
+        return *this;
     }
     // What `take` makes of each row of an array.
-    template <class Take> Columns& each(const char* name, const Shape& shape, const Take& take, bool finite = true) {
-        return hand_out(given_.array(name, shape, finite), take);
+    template <class Take> Columns& each(const char* name, const Shape& shape, const Take& take) {
+        const Array<double> own = given_.array(name, shape);
+        for (std::size_t i = 0; i < count_; ++i) take(items[i], own.row(i));
+        return *this;
     }
     Record& given() { return given_; }
     std::size_t count() const { return count_; }
 
 private:
-    template <class Number, class Take> Columns& hand_out(const Array<Number>& own, const Take& take) {
-        if (count_ == Record::any) items.resize(count_ = own.size());
-        for (std::size_t i = 0; i < count_; ++i) take(items[i], own.row(i));
-        return *this;
+    // Whether there are any.
+    bool resize(std::size_t count) {
+        if (count_ == Record::any) items.resize(count_ = count);
+        return count_ > 0;
     }
 
     Record given_;
