@@ -156,7 +156,6 @@ KERNEL_FOLDERS = (
     "contacts",
     "stepping",
     "tangents",
-    "ensembles",
     "bindings",
 )
 

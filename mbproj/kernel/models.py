@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache, partial
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,6 +28,9 @@ from mbproj.model.planar import (
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 from mbproj.thresholds import Thresholds, of_the_kernel
+
+if TYPE_CHECKING:
+    from mbproj.model.bearings import Bearings
 
 
 @cache
@@ -75,11 +78,10 @@ class _InSpace:
         """What bushings have in place of the system's: rotations for Euler parameters."""
         return {"turn": rotation_matrix(self.system.forces.bushings.turn)}
 
-    def bearings(self) -> dict[str, Array]:
-        """What bearings have beside or in place of the system's: their points on body 2."""
-        bearings = self.system.bearings
-        assert bearings is not None
-        return {"point": self.system.reaction_local[bearings.joint]}
+    def bearings(self, bearings: Bearings) -> dict[str, Any]:
+        """What bearings have beside or in place of the system's: body 2 and their points there."""
+        joint = bearings.joint
+        return {"body": self.system.reaction_body[joint], "point": self.system.reaction_local[joint]}
 
 
 class _InPlane(_InSpace):
@@ -123,13 +125,11 @@ class _InPlane(_InSpace):
     def bushings(self) -> dict[str, Array]:
         return bushings_in_plane(self.plane, self.system.forces.bushings)
 
-    def bearings(self) -> dict[str, Array]:
+    def bearings(self, bearings: Bearings) -> dict[str, Any]:
         """In the plane axial forces and moments are 0."""
-        bearings = self.system.bearings
-        assert bearings is not None
         none = np.zeros((bearings.size, 2))
         axial, length = bearings.axial * bearings.is_of_rows, np.full(bearings.size, np.inf)
-        return {"point": none, "axis": none, "axial": axial, "length": length}
+        return super().bearings(bearings) | {"point": none, "axis": none, "axial": axial, "length": length}
 
 
 def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[], Any]:
@@ -176,7 +176,7 @@ def _record(core: ModuleType, seen: _InSpace, layout: Layout) -> dict[str, Any]:
         "followers": _followers(seen),
         "flywheels": _flywheels(seen) if system.reflected.size else None,
         "contacts": _contacts(seen),
-        "bearings": bearings and by_name(bearings, body=system.reaction_body[bearings.joint], **seen.bearings()),
+        "bearings": bearings and by_name(bearings, **seen.bearings(bearings)),
         "actions": by_name(actions, programs=programs(actions.programs, variables)) if actions.size else None,
     }
 

@@ -102,7 +102,7 @@ def projection(**changes: Any) -> Any:
 
 def run(y: np.ndarray | None = None, turns: np.ndarray | None = None, **changes: Any) -> Any:
     steps = changes.get("steps", core().Steps.fixed(0.0, 1.0, 0.1, 10, 1))
-    made = core().SpaceRun(
+    made = core().Run(
         changes.get("model") or model(),
         changes.get("tableau") or kernel_tableau(core(), load_tableau("rk4"), kinematic=False),
         changes.get("projection") or projection(),

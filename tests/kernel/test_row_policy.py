@@ -108,7 +108,7 @@ def test_pivots_that_masses_make_small_at_every_pose_are_no_singular_pose():
 
 def from_sample(compiled: Compiled, block, at: int, step: float, steps: int):
     """A run of so many steps of RK4 and GPOPM from a recorded sample."""
-    return compiled.core.SpaceRun(
+    return compiled.core.Run(
         compiled.model,
         kernel_tableau(compiled.core, load_tableau("rk4"), kinematic=False),
         compiled.projection(ProjectionSettings()),

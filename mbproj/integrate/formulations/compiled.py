@@ -185,7 +185,7 @@ class Compiled(ABC):
 
     def run(self, state: State, settings: Settings, leg: Leg | None = None) -> Any:
         """Return the kernel's run from a state."""
-        run = getattr(self.core, f"{self.dimension}Run")(
+        run = self.core.Run(
             self.model,
             kernel_tableau(self.core, tableau_of(settings.integrator), kinematic=settings.kinematic is True),
             self.projection(settings.projection),

@@ -15,11 +15,10 @@
 
 namespace mbproj {
 
-template <class D> class [[gnu::visibility("hidden")]] FormulationFromPython final : public Formulation {
+class [[gnu::visibility("hidden")]] FormulationFromPython final : public Formulation {
 public:
-    using S = Size<D>;
-
-    FormulationFromPython(const Model<D>& model, nb::object own) : model_(model), own_(std::move(own)) {}
+    FormulationFromPython(const Equations& equations, nb::object own)
+        : equations_(equations), model_(equations.mechanism()), own_(std::move(own)) {}
     ~FormulationFromPython() override {
         const nb::gil_scoped_acquire locked;
         own_.reset();
@@ -33,11 +32,13 @@ public:
             if (found.is_none()) return false;
             const auto [a, multipliers] = nb::cast<std::pair<Numbers2, Numbers1>>(found);
             const auto bodies = static_cast<std::size_t>(model_.size());
-            const auto rows = static_cast<std::size_t>(model_.constraints.rows);
-            if (a.shape(0) != bodies || a.shape(1) != S::freedoms || multipliers.shape(0) != rows)
+            const auto rows = static_cast<std::size_t>(model_.row_count());
+            const auto [freedoms, pose, state] = model_.sizes();
+            if (a.shape(0) != bodies || a.shape(1) != static_cast<std::size_t>(freedoms) ||
+                multipliers.shape(0) != rows)
                 refuse("accelerations", "have a wrong shape");
             for (std::size_t b = 0; b < bodies; ++b)
-                std::copy_n(a.data() + S::freedoms * b, S::freedoms, slope + S::state * b + S::pose);
+                std::copy_n(a.data() + freedoms * b, freedoms, slope + state * b + pose);
             std::copy_n(multipliers.data(), rows, lambda);
             return true;
         });
@@ -99,14 +100,15 @@ private:
     // (t, y, first and last time seen, branches or None, rows of contacts as coordinates and values).
     nb::object asked(const AskedState& at) const {
         nb::object branches = nb::none();
-        if (const std::size_t count = model_.programs.op.size(); at.branches)
+        if (const std::size_t count = equations_.programs().op.size(); at.branches)
             branches = array_of(std::vector<double>(at.branches, at.branches + count), count);
         std::vector<std::pair<int, double>> rows;
         for (const ContactRow& row : at.rows) rows.emplace_back(row.coordinate, row.at);
         return nb::make_tuple(at.t, state(at.y), at.window.first, at.window.last, branches, rows);
     }
 
-    const Model<D>& model_;
+    const Equations& equations_;
+    const Mechanism& model_;
     nb::object own_;
     std::exception_ptr thrown_;
 };

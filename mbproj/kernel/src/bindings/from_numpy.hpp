@@ -1,17 +1,71 @@
-// Arguments of runs and of equations at single states, checked.
+// Arguments of functions from Python, and arrays back. Wrong shapes, indices out of range and numbers that are not finite are refused
+// with the name of the argument.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+#include <initializer_list>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <tuple>
+#include <vector>
 
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include "bindings/arrays.hpp"
 #include "model/model.hpp"
 #include "model/settings.hpp"
 
 namespace mbproj {
+
+namespace nb = nanobind;
+using Numbers1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Numbers2 = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Numbers3 = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Integers1 = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+[[noreturn]] inline void refuse(const std::string& name, const std::string& why) {
+    throw std::invalid_argument(name + " " + why);
+}
+
+// In a shape: as many as there are.
+constexpr auto any_length = static_cast<std::size_t>(-1);
+
+// Checks a shape, and that numbers are finite.
+template <class Array> void require(const Array& array, std::initializer_list<std::size_t> shape, const char* name) {
+    std::size_t axis = 0;
+    for (const std::size_t length : shape)
+        if (const std::size_t own = array.shape(axis++); length != any_length && own != length)
+            refuse(name, "has a wrong shape");
+    if constexpr (std::is_same_v<typename Array::Scalar, const double>)
+        for (std::size_t i = 0; i < array.size(); ++i)
+            if (!std::isfinite(array.data()[i])) refuse(name, "holds a number that is not finite");
+}
+
+inline int index_below(int64_t index, std::size_t count, const char* name) {
+    if (index < 0 || static_cast<std::size_t>(index) >= count) refuse(name, "holds an index out of range");
+    return static_cast<int>(index);
+}
+
+// An array of Python's own from a vector, with `columns` per row; without columns it is flat.
+template <class Number, class... Sizes> nb::object array_of(std::vector<Number> values, Sizes... sizes) {
+    auto* kept = new std::vector<Number>(std::move(values));
+    nb::capsule owner(kept, [](void* p) noexcept { delete static_cast<std::vector<Number>*>(p); });
+    return nb::cast(nb::ndarray<nb::numpy, Number>(kept->data(), {static_cast<std::size_t>(sizes)...}, owner));
+}
+
+inline void require_positive(double value, const char* name) {
+    if (!(value > 0.0 && std::isfinite(value))) refuse(name, "is not positive");
+}
+
+// An index, or -1 for none.
+inline int optional_index(int64_t index, std::size_t below, const char* name) {
+    return index == -1 ? -1 : index_below(index, below, name);
+}
 
 // Times at which steps end: (time, left, right, actions, asks) of each.
 using BreakNumbers = std::vector<std::tuple<double, double, double, std::vector<int>, bool>>;

@@ -162,7 +162,7 @@ RopePath rope_path_of(Record& given) {
     return path;
 }
 
-void add_functions(nb::module_& m) {
+void bind_functions(nb::module_& m) {
     record_class(m, "Programs", &programs)
         .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
             index_below(program, self.size(), "program");

@@ -11,6 +11,5 @@ namespace mbproj {
 
 Programs programs_of(Record& given);
 RopePath rope_path_of(Record& given);
-void add_functions(nb::module_& m);
 
 }  // namespace mbproj

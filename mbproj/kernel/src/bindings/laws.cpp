@@ -1,7 +1,5 @@
 // The laws of contacts and dry friction at an instant, from records: for tests.
-#include <nanobind/stl/vector.h>
-
-#include "bindings/arrays.hpp"
+#include "bindings/from_numpy.hpp"
 #include "bindings/record.hpp"
 #include "laws/coulomb_problem.hpp"
 #include "laws/impact.hpp"
@@ -140,7 +138,7 @@ nb::object strike_of(Record& given) {
 
 }  // namespace
 
-void add_laws(nb::module_& m) {
+void bind_laws(nb::module_& m) {
     record_function(m, "contact_problem", &contact_problem_of,
                     "The forces of contacts and frictions that hold at an instant; None where none hold.");
     record_function(

@@ -281,8 +281,8 @@ private:
     void add_stops() {
         if (!given_.has("contacts")) return;
         Record given = given_.part("contacts"), along = given.part("coordinates");
-        model_.stops.coordinates = primitive_set(along);
-        const std::size_t count = model_.stops.coordinates.instances.size();
+        model_.stop_coordinates = primitive_set(along);
+        const std::size_t count = model_.stop_coordinates.instances.size();
         model_.stops.joint_coordinate = given.indices("joint_coordinate", {count}, coordinates(), none).values;
         model_.stops.bound = given.numbers("bound", count);
     }
@@ -333,7 +333,7 @@ private:
             const Curve curve{row[1], row[3], static_cast<Of>(row[0]), row[2] != 0};
             PrimitiveSet<D>* const set = curve.of == Of::row             ? &model_.constraints
                                          : curve.of == Of::coordinate    ? &model_.coordinates
-                                         : curve.of == Of::stop          ? &model_.stops.coordinates
+                                         : curve.of == Of::stop          ? &model_.stop_coordinates
                                          : curve.of == Of::law && loads_ ? &loads_->coordinates
                                                                          : nullptr;
             if (!set || curve.instance >= set->rows || curve.program >= model_.programs.size())
@@ -509,7 +509,7 @@ template <class D> void add_model(nb::module_& m, const char* name) {
 
 }  // namespace
 
-void add_models(nb::module_& m) {
+void bind_models(nb::module_& m) {
     add_model<Plane<double>>(m, "PlaneModel");
     add_model<Space<double>>(m, "SpaceModel");
 }

@@ -1,18 +1,20 @@
-// The Python module `_core`: settings here, models and runs in plane.cpp and space.cpp.
+// The Python module `_core`, with the settings of runs.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include "bindings/from_numpy.hpp"
-#include "bindings/functions.hpp"
+#include "bindings/record.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {
 
-void add_laws(nb::module_& m);
-void add_models(nb::module_& m);
-void bind_plane(nb::module_& m);
-void bind_space(nb::module_& m);
+void bind_functions(nb::module_& m);
+void bind_laws(nb::module_& m);
+void bind_models(nb::module_& m);
+void bind_single_states(nb::module_& m);
+void bind_runs(nb::module_& m);
+void bind_tangents(nb::module_& m);
 
 namespace {
 
@@ -215,9 +217,10 @@ NB_MODULE(_core, m) {
         "The primitives that it has by their numbers: name, how many points and vectors, how many parameters.");
     m.def("build_info", &build_info, "How this extension was compiled.");
     add_settings(m);
-    add_functions(m);
-    add_models(m);
-    add_laws(m);
-    bind_plane(m);
-    bind_space(m);
+    bind_functions(m);
+    bind_laws(m);
+    bind_models(m);
+    bind_single_states(m);
+    bind_runs(m);
+    bind_tangents(m);
 }

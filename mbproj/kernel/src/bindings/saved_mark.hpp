@@ -97,20 +97,21 @@ inline LoadedJoints loaded_joints(nb::object joints) {
 }
 
 // The loop itself does what happens at stops and frictions with these laws.
-template <class D> void begin_contacts(TimeLoop<D>& run, const StopLaws& stops, const FrictionLaws& frictions,
-                                       const nb::dict& state, double spacing, int impact_law, nb::object joints) {
-    const Model<D>& model = run.model();
+inline void begin_contacts(TimeLoop& run, const StopLaws& stops, const FrictionLaws& frictions, const nb::dict& state,
+                           double spacing, int impact_law, nb::object joints) {
+    const Mechanism& model = run.model();
     if (stops.size() + frictions.size() != model.stops.bound.size()) refuse("laws", "do not fit the stops");
     std::vector<StopLaw> of_stops;
-    const std::size_t laws = model.loads ? model.loads->laws.size() : 0;
+    const std::size_t laws = run.equations().law_count(), bearings = run.equations().bearing_count();
+    const std::size_t programs = run.equations().programs().size();
     for (const auto& [side, restitution, slack, size, law, damping, gives_by] : stops)
         of_stops.push_back({side, restitution, slack, size, optional_index(law, laws, "stops"), damping, gives_by});
     std::vector<FrictionLaw> of_frictions;
     for (const auto& [law, bearing, fixed, sliding, stribeck, size, stop, partner, bound] : frictions)
-        of_frictions.push_back(
-            {index_below(law, laws, "frictions"), optional_index(bearing, model.bearings.size(), "frictions"), fixed,
-             sliding, stribeck, size, optional_index(bound, model.programs.size(), "frictions"),
-             optional_index(stop, stops.size(), "frictions"), optional_index(partner, frictions.size(), "frictions")});
+        of_frictions.push_back({index_below(law, laws, "frictions"), optional_index(bearing, bearings, "frictions"),
+                                fixed, sliding, stribeck, size, optional_index(bound, programs, "frictions"),
+                                optional_index(stop, stops.size(), "frictions"),
+                                optional_index(partner, frictions.size(), "frictions")});
     const ContactState begins = contacts_from(state, model.stops.bound.size());
     require_positive(spacing, "spacing");
     const auto impacts = static_cast<ImpactLaw>(index_below(impact_law, 3, "impact_law"));
@@ -130,7 +131,7 @@ inline auto as_tuple(const Undecided& undecided) {
 }
 
 // What was recorded of contacts since the last call.
-template <class D> auto take_contact_events(TimeLoop<D>& run) {
+inline auto take_contact_events(TimeLoop& run) {
     constexpr const char* names[] = {
         "impact", "push of an impact", "rest", "contact", "release", "slip", "stick", "turn",
         "shared", "share decides"};
@@ -157,12 +158,14 @@ inline HalvedSteps as_tuples(const std::vector<Halved>& halved) {
     return found;
 }
 
-template <class D> std::vector<Halved> halved_from(const HalvedSteps& given, const Model<D>& model) {
-    const std::size_t forces = model.loads ? model.loads->laws.size() + 6 * model.loads->bushings.size() : 0;
+inline std::vector<Halved> halved_from(const HalvedSteps& given, const Equations& equations) {
+    const std::size_t forces = equations.force_count();
     std::vector<Halved> found;
     for (const auto& [body, force, first, times] : given)
         found.push_back(
-            {{index_below(body, model.size(), "halved"), optional_index(force, forces, "halved")}, first, times});
+            {{index_below(body, equations.mechanism().size(), "halved"), optional_index(force, forces, "halved")},
+             first,
+             times});
     return found;
 }
 
@@ -187,7 +190,7 @@ inline Kept kept_from(const nb::dict& given) {
     return kept;
 }
 
-template <class D> nb::dict saved_mark(const Mark<D>& mark) {
+inline nb::dict saved_mark(const Mark& mark) {
     std::vector<double> angles;
     for (const auto& angle : mark.counted.angles)
         angles.insert(angles.end(), {angle.cosine, angle.sine, angle.speed, angle.prescribed});
@@ -224,26 +227,27 @@ inline Eigen::VectorXd finite_numbers(const nb::dict& given, const char* name, s
     return Eigen::Map<const Eigen::VectorXd>(found.data(), static_cast<Eigen::Index>(total));
 }
 
-template <class D> Mark<D> mark_from(const nb::dict& given, const Model<D>& model, bool with_slope) {
+inline Mark mark_from(const nb::dict& given, const Equations& equations, bool with_slope) {
+    const Mechanism& model = equations.mechanism();
     const auto finite = [&given](const char* name) {
         const auto value = nb::cast<double>(given[name]);
         if (!std::isfinite(value)) refuse(name, "is not finite");
         return value;
     };
-    Mark<D> mark;
+    Mark mark;
     mark.t = finite("t");
     mark.h = finite("h");
     mark.grid = nb::cast<long>(given["grid"]);
     mark.part = nb::cast<long>(given["part"]);
     if (mark.part < 1) refuse("part", "is none");
-    mark.halved = halved_from<D>(nb::cast<HalvedSteps>(given["halved"]), model);
+    mark.halved = halved_from(nb::cast<HalvedSteps>(given["halved"]), equations);
     mark.shortened = nb::cast<int>(given["shortened"]);
     const auto says = [&given](const char* name) { return given.contains(name) && nb::cast<bool>(given[name]); };
     mark.shaped = says("shaped"), mark.anew = says("anew");
     const auto total = static_cast<std::size_t>(model.layout.size());
     mark.y = finite_numbers(given, "y", total);
     if (with_slope && !mark.anew) mark.slope = finite_numbers(given, "slope", total);
-    const std::size_t coordinates = model.coordinates.instances.size();
+    const std::size_t coordinates = model.coordinate_count();
     const auto angles = nb::cast<Numbers1>(given["angles"]);
     require(angles, {4 * coordinates}, "angles");
     mark.counted.angles.resize(coordinates);
@@ -265,7 +269,7 @@ template <class D> Mark<D> mark_from(const nb::dict& given, const Model<D>& mode
     mark.counters = Counters::from(counters);
     const auto peaks = nb::cast<std::vector<std::vector<double>>>(given["peaks"]);
     if (peaks.size() != 3) refuse("peaks", "do not fit");
-    const int rows = model.constraints.rows;
+    const int rows = model.row_count();
     mark.peaks = {peak_from(peaks[0], rows), peak_from(peaks[1], rows), peak_from(peaks[2], rows)};
     return mark;
 }

@@ -5,7 +5,7 @@
 #include <optional>
 #include <utility>
 
-#include "projection/projector.hpp"
+#include "projection/newton_projector.hpp"
 
 namespace mbproj {
 
@@ -25,7 +25,6 @@ public:
           projector_(equations_, projection_, phases_) {}
     SingleState(const SingleState&) = delete;
     SingleState& operator=(const SingleState&) = delete;
-
     Numbers constraint(double t, const double* y) {
         set_pose(t, y);
         return rows(equations_.constraint());
@@ -234,7 +233,7 @@ private:
     const ProjectionSettings projection_;
     Phases phases_;
     EquationsOfMotion<D> equations_;
-    Projector<D> projector_;
+    NewtonProjector<D> projector_;
     Numbers state_;
 };
 

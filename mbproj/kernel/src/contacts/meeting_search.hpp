@@ -73,17 +73,8 @@ private:
     static constexpr int most_tries = 80;
     static Meeting failed() { return {0.0, -1, false}; }
 
-    bool is_below(const Margins& margins) const {
-        for (std::size_t k = 0; k < slack_.size(); ++k)
-            if (margins[k].value < -slack_[k]) return true;
-        return false;
-    }
-    int worst(const Margins& margins) const {
-        std::size_t found = 0;
-        for (std::size_t k = 1; k < slack_.size(); ++k)
-            if (margins[k].value / slack_[k] < margins[found].value / slack_[found]) found = k;
-        return static_cast<int>(found);
-    }
+    bool is_below(const Margins& margins) const;
+    int worst(const Margins& margins) const;
 
     // The size at which the least margin crosses zero, between sizes where it is above and below: Newton's method where
     // it has a rate, else a parabola through three of its values (Chandrupatla 1997). The root stays between both ends,
@@ -113,12 +104,7 @@ private:
     }
 
     // The zero of the parabola x(y) through three points, if it is between the ends; else the zero of the line.
-    static double between(double low, double y_low, double high, double y_high, double old, double y_old) {
-        const double line = high - y_high * (high - low) / (y_high - y_low);
-        const double bend = (old - low) / (y_old - y_low) - (high - low) / (y_high - y_low);
-        const double guess = line + y_low * y_high * bend / (y_old - y_high);
-        return guess > low && guess < high ? guess : line;
-    }
+    static double between(double low, double y_low, double high, double y_high, double old, double y_old);
 
     const std::vector<double> slack_;
 };

@@ -4,14 +4,11 @@
 #pragma once
 
 #include <algorithm>
-#include <functional>
 #include <limits>
 #include <vector>
 
 #include "contacts/gap_cubic.hpp"
-#include "dynamics/equations_of_motion.hpp"
-#include "kinematics/bearings.hpp"
-#include "kinematics/coordinate.hpp"
+#include "dynamics/equations.hpp"
 
 namespace mbproj {
 
@@ -51,102 +48,47 @@ struct CubicStep {
     }
 };
 
-template <class D> class StopWatch {
+class StopWatch {
 public:
-    // `given`: the value of a program at the current state.
-    StopWatch(const Model<D>& model, std::function<double(int)> given)
-        : model_(model), stops_(model.stops), given_(std::move(given)), inside_(model.layout.size()), pose_(model),
-          motion_(model) {}
+    explicit StopWatch(Equations& equations)
+        : equations_(equations), model_(equations.mechanism()), stops_(model_.stops), inside_(model_.layout.size()) {}
 
     // Sets what is watched. Forces are evaluated at least every `spacing` seconds, and in the middle of each step.
-    void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows, double spacing) {
-        gaps_ = std::move(gaps);
-        rows_ = std::move(rows);
-        spacing_ = spacing;
-    }
+    void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows, double spacing);
     bool any() const { return !gaps_.empty() || !rows_.empty(); }
 
     // The longest step, at most h, from y with this slope, in which sliding in a plane changes by no more than a part
     // of its speed. At rest its direction changes at once, which no step may pass unseen.
-    double longest(const Eigen::VectorXd& y, const Eigen::VectorXd& slope, double h) {
-        constexpr double ahead = 1e-3;
-        double found = h;
-        for (const WatchedGap& each : gaps_) {
-            if (each.other < 0 || !(each.idle < 0.0)) continue;  // where it is slow enough it keeps its direction
-            double rate[2][2];
-            for (int after : {0, 1}) {
-                inside_ = y + after * ahead * h * slope;
-                pose_.update(inside_.data());
-                motion_.update(inside_.data(), pose_);
-                rate[after][0] = along(each.stop, pose_, motion_).rate;
-                rate[after][1] = along(each.other, pose_, motion_).rate;
-            }
-            const double change = std::hypot(rate[1][0] - rate[0][0], rate[1][1] - rate[0][1]);
-            const double most = model_.thresholds.slides_in * std::hypot(rate[0][0], rate[0][1]);
-            if (most < change / ahead) found = std::min(found, most / change * ahead * h);
-        }
-        return found;
-    }
+    double longest(const Eigen::VectorXd& y, const Eigen::VectorXd& slope, double h);
 
     // Looks at the start of a run, with whole turns of the joints' coordinates.
-    void begin(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns) {
-        set_gaps(pose, motion, turns, before_);
-    }
+    void begin(const std::vector<long>& turns) { set_gaps(turns, false, before_); }
 
     // Whether a step has met something, with the multipliers at its end. `parts`: the parts of the step at which
     // something may be met before its end.
-    bool met(const CubicStep& step, const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
-             const std::vector<double>& lambda) {
-        parts_.clear();
-        set_gaps(pose, motion, turns, now_);
-        const bool found = below(before_, now_, step.h, 0.0, 1.0) || gives_way(pose, lambda);
-        if (found && is_below(now_)) return true;
-        return closes_inside(step, turns, before_, now_, 0.0, 1.0, model_.thresholds.most_halves) || found;
-    }
+    bool met(const CubicStep& step, const std::vector<long>& turns, const std::vector<double>& lambda);
     // The coordinate that has been at rest over the last step, of size h; -1 for none.
-    int rests(double h) const {
-        for (std::size_t k = 0; k < gaps_.size(); ++k)
-            if (gaps_[k].of_rate && h >= gaps_[k].rests_over &&
-                std::max(std::abs(before_[k].rate), std::abs(now_[k].rate)) <= gaps_[k].slack)
-                return gaps_[k].stop;
-        return -1;
-    }
+    int rests(double h) const;
     // The next step begins at the end of the last.
     void pass() { before_.swap(now_); }
     const std::vector<double>& parts() const { return parts_; }
 
     // The watched values at a state: gaps, then forces, without rates. `slacks`: how far each may be below zero.
-    void margins(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
-                 const std::vector<double>& lambda, std::vector<GapRate>& found) const {
-        set_gaps(pose, motion, turns, found);
-        only_rates(found);
-        for (const WatchedRow& each : rows_)
-            found.push_back({force(each, pose, lambda), std::numeric_limits<double>::quiet_NaN()});
-    }
+    void margins(const std::vector<long>& turns, const std::vector<double>& lambda, std::vector<GapRate>& found) const;
     // The watched values at the start of the last step, where forces are not known.
-    std::vector<GapRate> first_margins() const {
-        std::vector<GapRate> found = before_;
-        only_rates(found);
-        found.resize(gaps_.size() + rows_.size(), {0.0, std::numeric_limits<double>::quiet_NaN()});
-        return found;
-    }
-    std::vector<double> slacks() const {
-        std::vector<double> found;
-        for (const WatchedGap& each : gaps_) found.push_back(each.slack);
-        for (const WatchedRow& each : rows_) found.push_back(each.slack);
-        return found;
-    }
+    std::vector<GapRate> first_margins() const;
+    std::vector<double> slacks() const;
     const std::vector<WatchedGap>& gaps() const { return gaps_; }
     const std::vector<WatchedRow>& rows() const { return rows_; }
 
     // Whether a force is beyond its bound within a step of size h; solve(part, λ) computes the multipliers inside it.
-    template <class Solve> bool gives_way_inside(double h, const Pose<D>& pose, const Solve& solve) {
+    template <class Solve> bool gives_way_inside(double h, const Solve& solve) {
         if (rows_.empty()) return false;
         const int looks = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)) - 1);
         std::vector<double> lambda(model_.all_multipliers());
         for (int look = 1; look <= looks; ++look) {
             const double x = look / (looks + 1.0);
-            if (solve(x, lambda) && gives_way(pose, lambda))
+            if (solve(x, lambda) && gives_way(lambda))
                 return parts_.insert(std::upper_bound(parts_.begin(), parts_.end(), x), x), true;
         }
         return false;
@@ -154,109 +96,31 @@ public:
 
 private:
     // The margin of a watched rate is the rate itself, whose derivative is not known.
-    void only_rates(std::vector<GapRate>& found) const {
-        for (std::size_t k = 0; k < gaps_.size(); ++k)
-            if (gaps_[k].of_rate) found[k] = {found[k].rate + gaps_[k].idle, std::numeric_limits<double>::quiet_NaN()};
-    }
-    bool is_below(const std::vector<GapRate>& at) const {
-        for (std::size_t k = 0; k < gaps_.size(); ++k)
-            if ((gaps_[k].of_rate ? at[k].rate : at[k].value) < gaps_[k].least()) return true;
-        return false;
-    }
-    bool gives_way(const Pose<D>& pose, const std::vector<double>& lambda) const {
-        return std::any_of(rows_.begin(), rows_.end(),
-                           [&](const WatchedRow& each) { return force(each, pose, lambda) < -each.slack; });
-    }
-    double force(const WatchedRow& each, const Pose<D>& pose, const std::vector<double>& lambda) const {
-        const double load = each.by >= 0        ? lambda[each.by]
-                            : each.bearing >= 0 ? mbproj::load(model_, pose, each.bearing, lambda.data())
-                                                : 0.0;
-        const double own =
-            each.other < 0 ? each.sign * lambda[each.row] : -std::hypot(lambda[each.row], lambda[each.other]);
-        return (each.program < 0 ? 1.0 : given_(each.program)) * (each.bound + each.part * load) + own;
-    }
+    void only_rates(std::vector<GapRate>& found) const;
+    bool is_below(const std::vector<GapRate>& at) const;
+    bool gives_way(const std::vector<double>& lambda) const;
+    double force(const WatchedRow& each, const std::vector<double>& lambda) const;
 
     // Whether something falls below its bound on the cubics through two looks, at the parts x and x_to of a step, h apart.
-    bool below(const std::vector<GapRate>& from, const std::vector<GapRate>& to, double h, double x, double x_to) {
-        bool found = false;
-        for (std::size_t k = 0; k < gaps_.size(); ++k) {
-            const GapCubic cubic(from[k], to[k], h);
-            const double least = gaps_[k].least(), theta = gaps_[k].of_rate ? cubic.slowest_at() : cubic.lowest();
-            const double ends =
-                gaps_[k].of_rate ? std::min(from[k].rate, to[k].rate) : std::min(cubic.value, cubic.end);
-            const double inside = gaps_[k].of_rate ? cubic.slowest() : cubic.at(theta);
-            found = found || ends < least;
-            if (theta > 0.0 && inside < least) found = true, parts_.push_back(x + theta * (x_to - x));
-            if (gaps_[k].of_rate || !cubic.may_pass()) continue;
-            found = true;
-            for (const int eighths : through) parts_.push_back(x + eighths / 8.0 * (x_to - x));
-        }
-        if (x > 0.0 && found) parts_.push_back(x);
-        if (x_to < 1.0 && found) parts_.push_back(x_to);
-        return found;
-    }
+    bool below(const std::vector<GapRate>& from, const std::vector<GapRate>& to, double h, double x, double x_to);
 
     // Whether a gap closes and opens again between two looks at the parts x and x_to of a step, which its cubic may not
     // show. Where the middle is not on the cubic, looks at each half, at most `halves` times.
     bool closes_inside(const CubicStep& step, const std::vector<long>& turns, const std::vector<GapRate>& from,
-                       const std::vector<GapRate>& to, double x, double x_to, int halves) {
-        const double middle = 0.5 * (x + x_to), h = (middle - x) * step.h;
-        std::vector<GapRate> found;
-        step.at(middle, inside_);
-        pose_.update(inside_.data());
-        motion_.update(inside_.data(), pose_);
-        set_gaps(pose_, motion_, turns, found);
-        bool unlike = false;
-        for (std::size_t k = 0; k < gaps_.size(); ++k) {
-            if (gaps_[k].of_rate) continue;
-            const double expected = 0.5 * (from[k].value + to[k].value) + 0.25 * h * (from[k].rate - to[k].rate);
-            if (stops_.joint_coordinate[gaps_[k].stop] >= 0 && is_angle(gaps_[k].stop))
-                found[k].value = near(found[k].value, expected);
-            const auto [least, largest] = std::minmax({from[k].value, found[k].value, to[k].value});
-            const double off = std::abs(found[k].value - expected);
-            unlike = unlike || off > std::max({gaps_[k].slack, 0.5 * least, model_.thresholds.middle_unlike * largest});
-        }
-        if (below(from, found, h, x, middle) || below(found, to, h, middle, x_to)) return true;
-        return unlike && halves > 0 &&
-               (closes_inside(step, turns, from, found, x, middle, halves - 1) ||
-                closes_inside(step, turns, found, to, middle, x_to, halves - 1));
-    }
+                       const std::vector<GapRate>& to, double x, double x_to, int halves);
 
-    bool is_angle(int stop) const { return mbproj::is_angle(stops_.coordinates.instances[stop].kind); }
+    // At the state in place, or at the one seen beside it.
+    void set_gaps(const std::vector<long>& turns, bool beside, std::vector<GapRate>& found) const;
 
-    void set_gaps(const Pose<D>& pose, const Motion<D>& motion, const std::vector<long>& turns,
-                  std::vector<GapRate>& found) const {
-        found.clear();
-        for (const WatchedGap& each : gaps_) {
-            const int coordinate = stops_.joint_coordinate[each.stop];
-            const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
-            const GapRate at = along(each.stop, pose, motion);
-            GapRate seen{each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate};
-            if (each.other >= 0) {
-                const GapRate across = along(each.other, pose, motion);
-                seen.value += each.other_sign * across.value;
-                seen.rate += each.other_sign * across.rate;
-            }
-            found.push_back(seen);
-        }
-    }
-
-    GapRate along(int number, const Pose<D>& pose, const Motion<D>& motion) const {
-        const Coordinate<D> coordinate(stops_.coordinates, number, pose);
-        return {coordinate.value(), coordinate.rate(motion)};
-    }
-
-    const Model<D>& model_;
-    const Stops<D>& stops_;
-    std::function<double(int)> given_;
+    Equations& equations_;
+    const Mechanism& model_;
+    const Stops& stops_;
     std::vector<WatchedGap> gaps_;
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;
     std::vector<GapRate> before_, now_;
     std::vector<double> parts_;
     Eigen::VectorXd inside_;
-    Pose<D> pose_;
-    Motion<D> motion_;
 };
 
 }  // namespace mbproj

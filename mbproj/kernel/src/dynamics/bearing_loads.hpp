@@ -26,19 +26,19 @@ public:
     // frictions, which are in `applied`; the rows of `contacts` hold in each solution. False where the equations have
     // no solution, or not only one: then `jammed` is the law.
     bool settle(Applied<D>& applied, KktSolver<D>& solver, ContactBorder<D>& contacts, const Pose<D>& pose,
-                const Motion<D>& motion, const double* gamma) {
+                const double* gamma) {
         jammed_ = -1;
         if (!solver.solve(gamma, lambda_.data())) return false;
-        if (contacts.any()) contacts.add_reactions(solver, &motion, lambda_);
+        if (contacts.any()) contacts.add_reactions(true, lambda_);
         const std::size_t bearings = model_.bearings.size();
         find_supports(pose, base_);
-        responses_.assign(bearings, std::vector<Supports<D>>(bearings));
+        responses_.assign(bearings, std::vector<Supports>(bearings));
         for (const int l : laws_) {
             applied.clear();
             applied.add(*model_.loads, l, pose, applied.given[l]);
             for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
             if (!solver.solve(none_.data(), lambda_.data())) return false;
-            if (contacts.any()) contacts.add_reactions(solver, nullptr, lambda_);
+            if (contacts.any()) contacts.add_reactions(false, lambda_);
             find_supports(pose, own_);
             const int by = model_.loads->laws[l].bearing;
             for (std::size_t k = 0; k < bearings; ++k) responses_[k][by].add(own_[k], 1.0);
@@ -47,9 +47,10 @@ public:
     }
 
 private:
-    void find_supports(const Pose<D>& pose, std::vector<Supports<D>>& found) {
+    void find_supports(const Pose<D>& pose, std::vector<Supports>& found) {
         found.clear();
-        for (const Bearing<D>& bearing : model_.bearings) found.emplace_back(model_, pose, bearing, lambda_.data());
+        for (const Bearing<D>& bearing : model_.bearings)
+            found.push_back(supports_of(model_, pose, bearing, lambda_.data()));
     }
 
     // Whether no loads grow by more than themselves: (I - K) x = 1 has a positive solution, K the largest growth of each load
@@ -82,7 +83,7 @@ private:
         for (int pass = 0; pass < model_.thresholds.most_passes; ++pass) {
             for (Eigen::Index k = 0; k < count; ++k) {
                 const Bearing<D>& bearing = model_.bearings[k];
-                Supports<D> at = base_[k];
+                Supports at = base_[k];
                 for (Eigen::Index j = 0; j < count; ++j) at.add(responses_[k][j], L[j]);
                 off[k] = L[k] - bearing.preload - at.load(bearing);
                 for (Eigen::Index j = 0; j < count; ++j)
@@ -101,8 +102,8 @@ private:
     const std::vector<double> none_;
     std::vector<double> lambda_;
     std::vector<int> laws_;
-    std::vector<Supports<D>> base_, own_;
-    std::vector<std::vector<Supports<D>>> responses_;  // of each bearing to friction by a load of 1 on each
+    std::vector<Supports> base_, own_;
+    std::vector<std::vector<Supports>> responses_;  // of each bearing to friction by a load of 1 on each
     int jammed_ = -1;
 };
 

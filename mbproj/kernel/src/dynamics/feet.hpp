@@ -27,14 +27,7 @@ public:
     using Vector = Eigen::VectorXd;
     using Matrix = Eigen::MatrixXd;
 
-    void hold(std::vector<ContactFoot> feet, std::size_t rows) {
-        feet_ = std::move(feet), jammed_ = -1;
-        any_ = std::any_of(feet_.begin(), feet_.end(), [](const ContactFoot& foot) { return !foot.rubs.empty(); });
-        P_.setZero(static_cast<Eigen::Index>(feet_.size()), static_cast<Eigen::Index>(rows));
-        for (std::size_t f = 0; f < feet_.size(); ++f)
-            for (const auto& [row, part] : feet_[f].parts)
-                P_(static_cast<Eigen::Index>(f), static_cast<Eigen::Index>(row)) = part;
-    }
+    void hold(std::vector<ContactFoot> feet, std::size_t rows);
     // Whether friction depends on their pushes.
     bool any() const { return any_; }
     // The law of a friction that leaves no unique forces, or -1.
@@ -69,24 +62,7 @@ public:
 private:
     // Whether no push grows by more than itself, as loads of bearings: (I - K) x = 1 has a positive solution, K the
     // largest growth of each push with each other one. Pushes may shrink by any part.
-    bool is_unique(const SemidefiniteCholesky& factor, const Matrix& E) {
-        jammed_ = -1;
-        const auto feet = P_.rows();
-        Matrix left = Matrix::Identity(feet, feet);
-        Vector z;
-        for (Eigen::Index f = 0; f < feet; ++f) {
-            factor.solve(E.col(f), z);
-            left.col(f) -= (P_ * z).cwiseMax(0.0);
-        }
-        const Vector x = solved(left, Vector::Ones(feet));
-        if (x.allFinite() && x.minCoeff() > 0.0) return true;
-        Eigen::Index worst = -1;
-        for (Eigen::Index f = 0; f < feet; ++f)
-            if (!feet_[static_cast<std::size_t>(f)].rubs.empty() && (worst < 0 || left(f, f) < left(worst, worst)))
-                worst = f;
-        jammed_ = feet_[static_cast<std::size_t>(worst)].rubs.front().law;
-        return false;
-    }
+    bool is_unique(const SemidefiniteCholesky& factor, const Matrix& E);
 
     std::vector<ContactFoot> feet_;
     Matrix P_, left_, reactions_;

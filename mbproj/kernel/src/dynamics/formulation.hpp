@@ -2,7 +2,7 @@
 // in NumPy. All else stays the kernel's: steps, events, contacts, forces of sliding frictions, states, work.
 #pragma once
 
-#include "dynamics/contact_border.hpp"
+#include "dynamics/border.hpp"
 #include "model/settings.hpp"
 
 namespace mbproj {
@@ -36,13 +36,6 @@ struct AskedState {
     std::vector<ContactRow> rows;
 };
 
-// The state in place, whose numbers are y.
-template <class Equations> AskedState asked_of(Equations& equations, const double* y) {
-    const auto& contacts = equations.contacts();
-    return {equations.time(), y, equations.window(), equations.applied().held,
-            contacts.any() ? contacts.rows() : std::vector<ContactRow>()};
-}
-
 class Formulation {
 public:
     Formulation(const Formulation&) = delete;
@@ -53,16 +46,6 @@ public:
     // stops and frictions. `watched`: at a stage of a step. False where the equations have no solution.
     virtual bool accelerate(const AskedState& at, const std::vector<double>& forces, bool watched, double* slope,
                             double* lambda) = 0;
-    // Replaces the accelerations in a slope that the kernel has computed at the state in place.
-    template <class Equations>
-    bool slope_at(Equations& equations, const double* y, double* slope, double* lambda, bool watched) {
-        std::vector<double> forces(equations.model().stops.bound.size(), 0.0);
-        equations.contacts().write_sliding_forces(equations.applied(), forces.data());
-        double* found = equations.multipliers();
-        if (!accelerate(asked_of(equations, y), forces, watched, slope, found)) return false;
-        if (lambda) std::copy_n(found, equations.model().all_multipliers(), lambda);
-        return true;
-    }
     // After step number `step`, or 0 between two steps: y is moved to the constraints.
     virtual Projected project(long step, const AskedState& at, double* y) = 0;
 

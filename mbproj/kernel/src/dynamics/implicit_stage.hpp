@@ -120,7 +120,7 @@ private:
                                  applied.torque[b] + to_global(pose[b].rotation, momentum));
             }
         };
-        if (!equations_.contacts().answer(pose, solver, set_momentum)) return false;
+        if (!equations_.contacts().answer(set_momentum)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             WritablePart<D> error(e, b);
             error.velocity() = solver.shift(b);

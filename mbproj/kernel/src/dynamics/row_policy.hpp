@@ -10,19 +10,11 @@
 // out, and so they may differ by that.
 #pragma once
 
+#include "dynamics/equations.hpp"
 #include "dynamics/kkt_solver.hpp"
 #include "dynamics/row_values.hpp"
 
 namespace mbproj {
-
-// The smallest and the largest pivot of S over the poses of a step, in parts of the usual one; 0 where rows were left out.
-struct Passed {
-    double smallest = 1.0, largest = 0.0;
-    void record(double nearness) {
-        smallest = std::min(smallest, nearness);
-        largest = std::max(largest, nearness);
-    }
-};
 
 template <class D> class RowPolicy final {
 public:

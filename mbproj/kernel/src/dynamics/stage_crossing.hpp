@@ -163,7 +163,7 @@ private:
         const auto set = [&] {
             for (int b = 0; b < model_.size(); ++b) solver.set_force(b, applied.force[b], applied.torque[b]);
         };
-        if (!equations_.contacts().answer(equations_.pose(), solver, set, multipliers)) return false;
+        if (!equations_.contacts().answer(set, multipliers)) return false;
         for (int b = 0; b < model_.size(); ++b) {
             shift_[b] = solver.shift(b);
             turn_[b] = solver.turn(b);

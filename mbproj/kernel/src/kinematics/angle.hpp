@@ -5,6 +5,17 @@
 
 namespace mbproj {
 
+// The angle plus the whole turns that bring it closest to the expected value.
+template <class S> inline S near(const S& angle, const S& expected) {
+    return angle + 2.0 * M_PI * nearbyint((expected - angle) / (2.0 * M_PI));
+}
+
+// A joint's angle as a direction (cosine, sine), and its rate.
+template <class S> struct JointAngle {
+    S cosine = 1.0, sine = 0.0, speed = 0.0;
+    S value() const { return atan2(sine, cosine); }
+};
+
 namespace angle {
 template <class D> Scalar<D> value(const Point<D>* x) { return atan2(x[2].dot(x[1]), x[2].dot(x[0])); }
 template <class D> void gradient(const Point<D>* x, Point<D>* g) {

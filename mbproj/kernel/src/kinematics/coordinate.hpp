@@ -61,15 +61,9 @@ private:
     Touch<D> touch_;
 };
 
-// A joint's angle as a direction (cosine, sine), and its rate.
-template <class D> struct JointAngle {
-    Scalar<D> cosine = 1.0, sine = 0.0, speed = 0.0;
-    Scalar<D> value() const { return atan2(sine, cosine); }
-};
-
 // The angle of a joint coordinate that is one.
 template <class D>
-JointAngle<D> joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
+JointAngle<Scalar<D>> joint_angle(const Model<D>& model, const Pose<D>& pose, const Motion<D>& motion, int coordinate) {
     const Instance<D>& p = model.coordinates.instances[coordinate];
     if (p.kind == Kind::lap) {
         const Coordinate<D> lap(model.coordinates, coordinate, pose);

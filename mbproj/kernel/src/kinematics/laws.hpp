@@ -1,6 +1,7 @@
 // Forces of a scene as data: laws on coordinates, given forces on bodies, bushings.
 #pragma once
 
+#include "kinematics/acting_laws.hpp"
 #include "kinematics/bushings.hpp"
 
 namespace mbproj {
@@ -39,10 +40,6 @@ template <class D> struct Loads {
     // The number of coordinates along which forces act: those of the laws, then six for each bushing.
     int size() const { return static_cast<int>(laws.size() + 6 * bushings.size()); }
 };
-
-// How a dry friction acts whose force is a law: against its rate; along the velocity in the plane of two tangents; in a
-// constant direction, as it begins to slide; or with a given force.
-enum class Acts : int { alone, in_plane, kept, given };
 
 // A law at a state: ∂(-F)/∂s and ∂(-F)/∂s', the value s, the rate s', and the part of F from a function.
 template <class D> struct LawSlopes {

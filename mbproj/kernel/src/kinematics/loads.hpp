@@ -1,8 +1,6 @@
 // Forces of a scene without gravity, as in mbproj.dynamics.equations.forces: laws on coordinates, forces on bodies.
 #pragma once
 
-#include <set>
-
 #include "kinematics/channels.hpp"
 #include "kinematics/laws.hpp"
 #include "model/switches.hpp"
@@ -11,21 +9,13 @@ namespace mbproj {
 
 // The loads at a state: the force and the moment about the centre of mass of each body and the ground in global axes, the power
 // of functions, and the power lost in dampers.
-template <class D> struct Applied {
+template <class D> struct Applied : ActingLaws {
     std::vector<Point<D>> force;
     std::vector<Turn<D>> torque;
     Scalar<D> power = 0.0, dissipation = 0.0;
-    const double* held = nullptr;    // the branches of programs, or none
     std::vector<Scalar<D>> carried;  // the loads of the bearings
     std::vector<Scalar<D>> lost;     // W, of laws whose losses have their own quadrature
     std::vector<Scalar<D>> given;    // the forces of programs of laws, before multiplication by loads
-    std::vector<Scalar<D>> part;     // the part of each law's program that counts; empty: all of it
-    std::vector<Acts> acts;          // how the part of each law acts; empty: alone
-    std::vector<double> turning;  // the rate of the part of each law that is kept, 1/s; and the time at which it begins
-    double since = 0.0;
-    std::vector<Scalar<D>> pushed;  // the push of the stop on which each law rubs; empty: 1
-    std::vector<Scalar<D>> pace;    // the factor of the rate in each law's program; empty: 1
-    std::set<int> touching;         // the stops whose rows are held
 
     explicit Applied(const Model<D>& model)
         : force(model.loads ? model.size() + 1 : 0), torque(force.size()), carried(model.bearings.size(), 0.0),
@@ -177,7 +167,7 @@ private:
         if (of == Of::row) return pose.curved(curve);
         if (of == Of::coordinate) return Coordinate<D>(model.coordinates, number, pose).value();
         const bool acts = of == Of::law ? part.empty() || part[number] != 0.0 : touching.count(number) > 0;
-        const PrimitiveSet<D>& set = of == Of::law ? model.loads->coordinates : model.stops.coordinates;
+        const PrimitiveSet<D>& set = of == Of::law ? model.loads->coordinates : model.stop_coordinates;
         return acts ? Coordinate<D>(set, number, pose).foot(second) : free_branch;
     }
     static Scalar<D> value(const Law<D>& law, const Coordinate<D>& along, const Channels<D>& channels) {

@@ -1,5 +1,6 @@
 // The conditions of contact are satisfied one after another until all hold (non-smooth contact dynamics, Jean and Moreau 1992).
 #include "laws/friction_balance.hpp"
+#include "laws/rows.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,10 +14,7 @@ constexpr int most_rounds = 20000, most_turns = 50;
 // have conditions that no forces satisfy.
 constexpr int looks_back = 256;
 constexpr double stalls = 0.9;
-constexpr double huge = 1e200, tiny = std::numeric_limits<double>::min();
-
-std::size_t of(Eigen::Index k) { return static_cast<std::size_t>(k); }
-double largest(const Eigen::VectorXd& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
+constexpr double overflows = 1e200;
 
 }  // namespace
 
@@ -49,7 +47,7 @@ bool FrictionBalance::relaxed(const Loads& loads, const Thresholds& thresholds, 
     for (int round = 0; round < most_rounds; ++round) {
         before = y;
         loads(y, load);
-        if (!y.allFinite() || !load.allFinite() || !(largest(y) < huge)) return false;
+        if (!y.allFinite() || !load.allFinite() || !(largest(y) < overflows)) return false;
         for (Index i = 0; i < stops; ++i) {
             if (!moves(i)) continue;
             const double change = std::max(y[i] - a[i] / pushed(i, i), 0.0) - y[i];

@@ -1,5 +1,6 @@
 // The contact problem by Newton's method, damped where a step does not improve.
 #include "laws/contact_problem.hpp"
+#include "laws/rows.hpp"
 
 #include <cmath>
 
@@ -97,8 +98,6 @@ Rows held_by(const std::vector<Cone>& cones) {
     }
     return held;
 }
-
-double largest(const Numbers& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
 // The largest work along u of forces within the cones, with pushes of at most `most`.
 double most_along(const Numbers& u, const std::vector<Cone>& cones, double most) {

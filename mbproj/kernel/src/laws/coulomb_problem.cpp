@@ -1,5 +1,6 @@
 // Coulomb's law by a semismooth Newton method (Alart and Curnier 1991), from large compliances to small ones.
 #include "laws/coulomb_problem.hpp"
+#include "laws/rows.hpp"
 
 #include <cmath>
 
@@ -15,8 +16,6 @@ using Index = Eigen::Index;
 
 constexpr int first_digits = 2, last_digits = 13;  // compliances of 10^-2 to 10^-13 of a row's own mobility
 constexpr int most_steps = 60;                     // of Newton's method for one compliance
-
-double largest(const Vector& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
 
 // The law in the rows that push or hold. `spread` gives all forces from theirs: sliding friction follows a push.
 class Law {

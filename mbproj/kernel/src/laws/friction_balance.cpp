@@ -7,14 +7,12 @@
 #include <numeric>
 
 #include "laws/coulomb_problem.hpp"
+#include "laws/rows.hpp"
 
 namespace mbproj {
 
 namespace {
-constexpr double tiny = std::numeric_limits<double>::min(), huge = std::numeric_limits<double>::max();
-
-std::size_t of(Eigen::Index k) { return static_cast<std::size_t>(k); }
-double largest(const Eigen::VectorXd& x) { return x.size() ? x.cwiseAbs().maxCoeff() : 0.0; }
+constexpr double huge = std::numeric_limits<double>::max();
 
 }  // namespace
 

@@ -8,6 +8,7 @@
 
 #include "algebra/decompositions.hpp"
 #include "laws/coulomb_problem.hpp"
+#include "laws/rows.hpp"
 
 namespace mbproj {
 
@@ -18,8 +19,6 @@ using Vector = Eigen::VectorXd;
 using DenseMatrix = Eigen::MatrixXd;
 using Goal = std::function<double(const Vector&)>;
 using Rows = std::vector<Index>;
-
-std::size_t of(Index k) { return static_cast<std::size_t>(k); }
 
 // A stop that pushes with friction: its rows of tangents, and the largest friction per dp.
 struct Rough {

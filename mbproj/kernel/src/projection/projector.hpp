@@ -1,287 +1,59 @@
-// The projection after a step: positions by simplified Newton with one factor, velocities by one solve at the pose reached.
+// The projection of a state onto the constraints, and the rows of conserved quantities, as steps and runs see them.
 #pragma once
 
-#include <limits>
-#include <memory>
-#include <numeric>
+#include <vector>
 
-#include "model/phase_times.hpp"
-#include "projection/invariants.hpp"
+#include "dynamics/formulation.hpp"
 
 namespace mbproj {
 
-template <class D> class Projector final {
+// The energy and momenta with which the balance began. How often the rows held, were skipped near rest, or were
+// refused. The energy that they added: its signed sum, the sum of magnitudes, and the largest magnitude of the signed
+// sum. Their largest correction, as a part of the velocity.
+struct Kept {
+    double energy = 0.0;
+    std::vector<double> momenta;
+    long held = 0, rested = 0, refused = 0;
+    double given = 0.0, moved = 0.0, furthest = 0.0, largest = 0.0;
+};
+
+class Invariants {
 public:
-    using S = Size<D>;
+    Kept kept;
 
-    Projector(EquationsOfMotion<D>& equations, const ProjectionSettings& settings, Phases& phases)
-        : equations_(equations), model_(equations.model()), thresholds_(model_.thresholds), settings_(settings),
-          phases_(phases), trust_region_(equations), metric_(metric_of(settings.correction)),
-          length2_(model_.length * model_.length) {}
+    Invariants(const Invariants&) = delete;
+    Invariants& operator=(const Invariants&) = delete;
+    virtual ~Invariants() = default;
 
-    // Normalises the orientations of y after step number `step` (from 1), and projects y if the schedule says so: every
-    // k-th step, and with a threshold only the levels that exceed it (velocities always after a moved position).
-    // Afterwards the pose of y is in place.
-    Projected after_step(long step, double t, double* y) {
-        if (equations_.other()) return by_other(step, t, y);
-        normalise(y);
-        equations_.set_pose(t, y);
-        const bool due = closes() && step % settings_.every == 0;
-        bool position = due && settings_.position, velocity = due && settings_.velocity;
-        if (due && settings_.threshold >= 0.0) {
-            position = position && largest(equations_.constraint()) > settings_.threshold;
-            velocity = velocity && (position || largest(equations_.constraint_velocity(y)) > settings_.threshold);
-        }
-        // The factor of the step's last stage, at a pose nearby, is used where there is one.
-        Projected done;
-        done.projections = position || velocity;
-        if (position) correct_position(y, done, !equations_.holds(metric_));
-        phases_.mark(Phase::position);
-        if (velocity && done.regular) correct_velocity(y, done);
-        phases_.mark(Phase::velocity);
-        // Rows that have become dependent leave some constraint open, which other rows close.
-        const bool fails = !done.regular || equations_.wants_others();
-        if (done.projections && fails && equations_.hold_others()) done.take(correct(y, position, velocity));
-        return done;
-    }
+    // A new balance begins at y at t.
+    virtual void begin(double t, const double* y) = 0;
+    // The step is repeated, or was a trial: its counts are taken back.
+    void take_back() { kept = before_step_; }
 
-    // `after_step` for a step from `before`, with the rows of conserved quantities.
-    Projected after_step(long step, double t, const double* before, double* y) {
-        if (invariants_) invariants_->enter_step(before);
-        const Projected done = after_step(step, t, y);
-        if (invariants_ && keeps(done.velocity_passes > 0 || frees_all(step), done)) invariants_->after_step(t, y);
-        return done;
-    }
+protected:
+    Invariants() = default;
+    Kept before_step_;
+};
 
+class Projector {
+public:
+    Projector(const Projector&) = delete;
+    Projector& operator=(const Projector&) = delete;
+    virtual ~Projector() = default;
+
+    // Normalises the orientations of y after step number `step` (from 1), which led there from `before`, and projects y if the
+    // schedule says so: every k-th step, and with a threshold only the levels that exceed it (velocities always after a
+    // moved position). Afterwards the pose of y is in place.
+    virtual Projected after_step(long step, double t, const double* before, double* y) = 0;
     // A state between two steps, moved to the constraints at the levels that are switched on.
-    Projected anywhere(double t, double* y) {
-        const Projected done = equations_.other() ? by_other(0, t, y) : anywhere_alone(t, y);
-        if (invariants_ && keeps(settings_.velocity, done)) invariants_->inside_step(t, y);
-        return done;
-    }
+    virtual Projected anywhere(double t, double* y) = 0;
+    // From now on velocities satisfy the energy balance, and conserve the momenta along fields of rigid motion, each with as many
+    // numbers as a body has freedoms: shift and turn. `tolerance`: that of the steps' errors; 0 where it is unknown.
+    virtual void keep(bool energy, const std::vector<double>& fields, double tolerance) = 0;
+    virtual Invariants* invariants() = 0;  // null where none are kept
 
-    // From now on velocities satisfy the energy balance, and conserve the momenta along fields of rigid motion.
-    void keep(bool energy, std::vector<RigidField<D>> fields, double tolerance) {
-        invariants_ =
-            std::make_unique<Invariants<D>>(equations_, trust_region_, metric_, energy, std::move(fields), tolerance);
-    }
-    Invariants<D>* invariants() { return invariants_.get(); }
-
-    // One exact Newton correction of the position; false where there is none.
-    bool newton(double t, double* y) {
-        equations_.set_pose(t, y);
-        if (!equations_.factor(metric_)) return false;
-        if (!trust_region_.solve(equations_.constraint())) return false;
-        trust_region_.move(y, 1.0);
-        return true;
-    }
-
-private:
-    Projected anywhere_alone(double t, double* y) {
-        normalise(y);
-        equations_.set_pose(t, y);
-        const bool due = closes();
-        return correct(y, due && settings_.position, due && settings_.velocity);
-    }
-    // The projection by another formulation, with its change of the velocities.
-    [[gnu::noinline, gnu::cold]] Projected by_other(long step, double t, double* y) {
-        start_.assign(y, y + equations_.layout().bodies.size);
-        equations_.set_pose(t, y);
-        Projected done = equations_.other()->project(step, asked_of(equations_, y), y);
-        equations_.set_pose(t, y);
-        double change2 = 0.0, speed2 = 0.0;
-        for (int b = 0; b < model_.size(); ++b) {
-            const Part<D> before(start_.data(), b), after(y, b);
-            change2 += (after.velocity() - before.velocity()).squaredNorm() +
-                       length2_ * (after.omega() - before.omega()).squaredNorm();
-            speed2 += before.velocity().squaredNorm() + length2_ * before.omega().squaredNorm();
-        }
-        done.speed_change = std::sqrt(change2);
-        done.velocity_change = change2 > 0.0 ? std::sqrt(change2 / speed2) : 0.0;
-        return done;
-    }
-
-    static Metric metric_of(Correction correction) {
-        if (correction == Correction::coordinates) return Metric::coordinates;
-        return correction == Correction::penalty ? Metric::penalised : Metric::mass;
-    }
-
-    bool closes() const { return settings_.corrects() && (model_.constraints.rows > 0 || equations_.contacts().any()); }
-
-    // Without joints nothing has to be closed; conserved quantities are projected by the same schedule.
-    bool frees_all(long step) const { return !closes() && settings_.corrects() && step % settings_.every == 0; }
-    // Whether velocities that are `due` can be corrected: the pose is closed and factored.
-    bool keeps(bool due, const Projected& done) {
-        return due && done.regular && !done.failures && equations_.factor(metric_);
-    }
-
-    double largest(const double* rows) const {
-        double most = 0.0;
-        for (int r = 0; r < model_.constraints.rows; ++r) most = larger(most, std::abs(rows[r]));
-        return most;
-    }
-
-    void normalise(double* y) const {
-        for (int b = 0; b < model_.size(); ++b) {
-            const auto orientation = WritablePart<D>(y, b).orientation();
-            WritablePart<D>(y, b).orientation() = normalised(Column<S::orientation>(orientation));
-        }
-    }
-
-    // Corrects the levels that are asked for, with a factor of this pose.
-    Projected correct(double* y, bool position, bool velocity) {
-        Projected done;
-        if (position) correct_position(y, done, true);
-        if (velocity && done.regular) correct_velocity(y, done);
-        return done;
-    }
-
-    // Corrects the position by the test that is set; if it fails, again in the coordinates' metric, if allowed.
-    void correct_position(double* y, Projected& done, bool fresh) {
-        if (settings_.fallback) start_.assign(y, y + equations_.layout().bodies.size);
-        settings_.paper_test ? by_paper(y, done) : by_violation(y, done, metric_, fresh);
-        if (!settings_.fallback || !done.failures) return;
-        std::copy(start_.begin(), start_.end(), y);
-        equations_.set_pose(y);
-        done.failures = 0;
-        ++done.fallbacks;
-        by_violation(y, done, Metric::coordinates, true);
-    }
-
-    // Iterates until every row of C meets its tolerance. One factor, `fresh` from this pose or from one nearby, serves all passes
-    // (simplified Newton) unless they converge slowly. A correction by a fresh factor that does not reduce the violation is
-    // damped. Where that fails, round-off is reached, or the iteration diverges.
-    void by_violation(double* y, Projected& done, Metric metric, bool fresh) {
-        double left = trust_region_.scaled(equations_.constraint());
-        const int most = done.position_passes + settings_.max_iterations;
-        while (!meets(equations_.C())) {
-            if (done.position_passes == most) return close_in_full(y, left, done, metric);
-            if (fresh && !(done.regular = equations_.factor(metric))) return;
-            if (!(done.regular = trust_region_.solve(equations_.C()))) return;
-            ++done.position_passes;
-            const double before = left;
-            const bool last = fresh && may_be_round_off(equations_.C());
-            if (fresh && !last ? trust_region_.damped(y, left, metric) : trust_region_.whole(y, left)) {
-                fresh = !(left < thresholds_.slow * before) || !equations_.holds(metric);
-            } else if (fresh) {
-                return last ? void() : close_in_full(y, left, done, metric);
-            } else {
-                fresh = true;
-            }
-        }
-    }
-
-    // Near a singular pose a row that is left out for want of a gradient stays open to second order. With all rows,
-    // each damped step leaves a quarter of that. Counts a failure where more is left, or the pose is not singular.
-    void close_in_full(double* y, double left, Projected& done, Metric metric) {
-        done.near_singular = equations_.solver().near_singular();
-        const int most = done.position_passes + settings_.max_iterations;
-        while (done.near_singular && !meets(equations_.C()) && done.position_passes < most &&
-               equations_.factor_all(metric) && trust_region_.solve(equations_.C())) {
-            ++done.position_passes;
-            if (!trust_region_.shortened(y, left)) break;
-        }
-        if (!(done.near_singular && left < thresholds_.half_digits)) ++done.failures;
-    }
-
-    // Iterates until ΔqᵀMΔq + CᵀC <= tolerance, by Newton's method: the paper's test (sect. 5) in the metric of Eq. 72, since M
-    // alone does not measure every direction.
-    void by_paper(double* y, Projected& done) {
-        const double tolerance = settings_.tolerance < 0.0 ? thresholds_.paper_tolerance : settings_.tolerance;
-        for (int pass = 0; pass < settings_.max_iterations; ++pass) {
-            const double* C = equations_.constraint();
-            if (!(done.regular = equations_.factor(metric_) && trust_region_.solve(C))) return;
-            const double change = energy() + std::inner_product(C, C + model_.constraints.rows, C, 0.0);
-            trust_region_.move(y, 1.0);
-            ++done.position_passes;
-            if (change <= tolerance) return;
-        }
-        ++done.failures;
-    }
-
-    // Eqs. 46, 41, 74: G (u + δ) = 0; a penalty reaches that in the limit (Eq. 55).
-    void correct_velocity(double* y, Projected& done) {
-        const double* C_dot = equations_.constraint_velocity(y);
-        if (!(done.regular = equations_.factor(metric_))) return;
-        double left = largest(C_dot), change2 = 0.0, speed2 = 0.0;
-        do {
-            if (!(done.regular = trust_region_.solve(C_dot, equations_.motion()))) return;
-            for (int b = 0; b < model_.size(); ++b) {
-                const Point<D> shift = equations_.solver().shift(b);
-                const Turn<D> turn = equations_.solver().turn(b);
-                WritablePart<D> part(y, b);
-                change2 += shift.squaredNorm() + length2_ * turn.squaredNorm();
-                speed2 += part.velocity().squaredNorm() + length2_ * part.omega().squaredNorm();
-                part.velocity() += shift;
-                part.omega() += to_body(equations_.pose()[b].rotation, turn);
-            }
-            ++done.velocity_passes;
-        } while (metric_ == Metric::penalised && done.velocity_passes < settings_.max_iterations && falls(y, left));
-        done.velocity_change = std::sqrt(change2 / speed2);
-        done.speed_change = std::sqrt(change2);
-    }
-
-    // Whether the velocity violation is less than half of what was `left` before: round-off does not fall.
-    bool falls(double* y, double& left) {
-        const double before = left;
-        left = largest(equations_.constraint_velocity(y));
-        return left < 0.5 * before;
-    }
-
-    // δᵀMδ of the current correction.
-    double energy() const {
-        double sum = equations_.solver().of_flywheels();
-        for (int b = 0; b < model_.size(); ++b) {
-            const Turn<D> local = to_body(equations_.pose()[b].rotation, equations_.solver().turn(b));
-            const Body<D>& body = model_.bodies[b];
-            sum += body.mass * equations_.solver().shift(b).squaredNorm() + local.dot(body.inertia * local);
-        }
-        return sum;
-    }
-
-    // Whether |C| <= tolerance row by row: the tolerance that is set; else 1e-13, times the mechanism's length if it is
-    // below 1 m, or what round-off allows.
-    bool meets(const double* C) const { return rows_meet(C) && (!equations_.contacts().any() || contacts_meet()); }
-    bool rows_meet(const double* C) const {
-        const double most = largest(C);
-        if (settings_.tolerance >= 0.0) return most <= settings_.tolerance;
-        return most <= thresholds_.closed_to * std::min(1.0, model_.length) ||
-               within(C, thresholds_.closed_grains, thresholds_.closed_to);
-    }
-    [[gnu::noinline, gnu::cold]] bool contacts_meet() const {
-        const bool set = settings_.tolerance >= 0.0;
-        return equations_.contacts().within(equations_.pose(), set ? 0.0 : thresholds_.closed_grains,
-                                            set ? settings_.tolerance : thresholds_.closed_to);
-    }
-
-    // Whether each row that does not meet its tolerance is open by little more than round-off.
-    bool may_be_round_off(const double* C) const {
-        const double tolerance = settings_.tolerance >= 0.0 ? settings_.tolerance : thresholds_.closed_to;
-        return within(C, thresholds_.round_off_grains, tolerance) &&
-               (!equations_.contacts().any() ||
-                equations_.contacts().within(equations_.pose(), thresholds_.round_off_grains, tolerance));
-    }
-
-    // Whether each row is at most `grains` ε of the largest coordinate that enters it, or `least`.
-    bool within(const double* C, double grains, double least = 0.0) const {
-        for (const Instance<D>& p : model_.constraints.instances)
-            for (int r = p.row; r < p.row + p.rows; ++r) {
-                const double smallest = least * std::min(1.0, model_.row_scale[r]);
-                if (!(std::abs(C[r]) <= std::max(smallest, grains * equations_.pose().grain(p, r)))) return false;
-            }
-        return true;
-    }
-
-    EquationsOfMotion<D>& equations_;
-    const Model<D>& model_;
-    const Thresholds& thresholds_;
-    const ProjectionSettings& settings_;
-    Phases& phases_;
-    TrustRegion<D> trust_region_;
-    Metric metric_;
-    double length2_;
-    std::vector<double> start_;
-    std::unique_ptr<Invariants<D>> invariants_;  // null where none are asked for
+protected:
+    Projector() = default;
 };
 
 }  // namespace mbproj

@@ -29,12 +29,12 @@ public:
     // The correction of a violation, with the current factor. False where it is not unique.
     bool solve(const double* violation) {
         set_rhs(violation);
-        return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(nullptr));
+        return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(false));
     }
     // The correction of velocities, with the rates of the state in place.
-    bool solve(const double* violation, const Motion<D>& motion) {
+    bool solve_velocities(const double* violation) {
         set_rhs(violation);
-        return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(&motion));
+        return equations_.solver().solve(rhs_.data()) && (!contacts_.any() || close_contacts(true));
     }
 
     // Moves y and the pose by a part of the current correction.
@@ -50,9 +50,7 @@ public:
 
     // The largest row that is open by more than round-off, with lengths in parts of the mechanism's. So the round-off at the end
     // of a long chain does not decide whether its beginning is closed.
-    double scaled(const double* C) {
-        return contacts_.any() ? larger(of_rows(C), contacts_.open(equations_.pose())) : of_rows(C);
-    }
+    double scaled(const double* C) { return contacts_.any() ? larger(of_rows(C), contacts_.open()) : of_rows(C); }
     double of_rows(const double* C) const {
         double most = 0.0;
         std::size_t worst = 0;
@@ -95,14 +93,14 @@ private:
         equations_.solver().clear_forces();
     }
     // Adds the contacts to the current solution: their gaps close, or do not change.
-    [[gnu::noinline, gnu::cold]] bool close_contacts(const Motion<D>* motion) {
+    [[gnu::noinline, gnu::cold]] bool close_contacts(bool velocities) {
         Eigen::VectorXd left, change, z;
-        contacts_.set_normals(equations_.pose());
-        contacts_.changes(equations_.solver(), change);
-        if (!contacts_.factor(equations_.pose(), equations_.solver())) return false;
-        motion ? contacts_.rates(*motion, left) : contacts_.gaps(left);
+        contacts_.set_normals();
+        contacts_.changes(change);
+        if (!contacts_.factor()) return false;
+        velocities ? contacts_.rates(left) : contacts_.gaps(left);
         contacts_.close(left + change, z);
-        return contacts_.respond(equations_.solver(), z, rhs_.data());
+        return contacts_.respond(z, rhs_.data());
     }
 
     bool is_round_off(const double* C, std::size_t row) const {

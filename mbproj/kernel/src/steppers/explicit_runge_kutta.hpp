@@ -5,71 +5,26 @@
 
 namespace mbproj {
 
-template <class D> class ExplicitRungeKutta final : public ExplicitStages<D> {
+class ExplicitRungeKutta final : public ExplicitStages {
 public:
-    using Base = ExplicitStages<D>;
-    using typename Base::Vector;
-    using typename Base::Visit;
+    ExplicitRungeKutta(const Tableau& tableau, Equations& equations) : ExplicitStages(tableau, equations) {}
 
-    ExplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations) : Base(tableau, equations) {}
-
-    std::unique_ptr<Stepper<D>> copy() const override { return std::make_unique<ExplicitRungeKutta>(*this); }
+    std::unique_ptr<Stepper> copy() const override { return std::make_unique<ExplicitRungeKutta>(*this); }
 
     int error_cost() const override { return 1; }
 
-    bool attempt(double t, const Vector& y, double h, Vector& y_new) override {
-        for (int s = 1; s < tableau_.stages(); ++s) {
-            combine(y, h, tableau_.a.row(s), s, stage_);
-            if (!equations_.watched_derivative(t + tableau_.c[s] * h, stage_.data(), k_[s].data())) return false;
-        }
-        combine(y, h, tableau_.b, tableau_.stages(), y_new);
-        return true;
-    }
-
-    void quadrature(double t, const Vector& y, double h, const Visit& visit) const override {
-        Vector state(y.size());
-        for (int s = 0; s < tableau_.stages(); ++s) {
-            if (tableau_.b[s] == 0.0) continue;
-            combine(y, h, tableau_.a.row(s), s, state);
-            visit(tableau_.b[s], t + tableau_.c[s] * h, state);
-        }
-    }
+    bool attempt(double t, const Vector& y, double h, Vector& y_new) override;
+    void quadrature(double t, const Vector& y, double h, const Visit& visit) const override;
 
     // Evaluates f at y_new before any projection; the extension needs it, too.
     std::optional<double> error(double t, const Vector& y, const Vector& y_new, double h, double tolerance,
-                                bool) override {
-        if (!equations_.watched_derivative(t, y_new.data(), k_[tableau_.stages()].data())) return std::nullopt;
-        return norm_of_error(y, y_new, h, tolerance);
-    }
+                                bool) override;
 
     // The extra stages of the continuous extension of the last step.
-    bool extend(double t, const Vector& y, double h) override {
-        for (std::size_t x = 0; x < tableau_.extra_c.size(); ++x) {
-            const int known = tableau_.stages() + 1 + static_cast<int>(x);
-            combine(y, h, tableau_.extra_a.row(x), known, stage_);
-            if (!equations_.derivative(t + tableau_.extra_c[x] * h, stage_.data(), k_[known].data())) return false;
-        }
-        return true;
-    }
+    bool extend(double t, const Vector& y, double h) override;
 
 private:
-    double norm_of_error(const Vector& y, const Vector& y_new, double h, double tolerance) const {
-        double norms[2] = {0.0, 0.0};
-        for (int e = 0; e < tableau_.error.rows(); ++e) {
-            double sum = 0.0;
-            for (int i = 0; i < layout_.controlled(); ++i) {
-                double estimate = 0.0;
-                for (int s = 0; s <= tableau_.stages(); ++s) estimate += tableau_.error(e, s) * k_[s][i];
-                const double part =
-                    h * estimate / (tolerance * (layout_.scale[i] + std::max(std::abs(y[i]), std::abs(y_new[i]))));
-                sum += part * part;
-            }
-            norms[e] = std::sqrt(sum / layout_.controlled());
-        }
-        return combined(norms);
-    }
-
-    using Base::combine, Base::combined, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
+    double norm_of_error(const Vector& y, const Vector& y_new, double h, double tolerance) const;
 };
 
 }  // namespace mbproj

@@ -5,11 +5,8 @@
 
 namespace mbproj {
 
-template <class D> class ExplicitStages : public Stepper<D> {
+class ExplicitStages : public Stepper {
 public:
-    using Base = Stepper<D>;
-    using typename Base::Vector;
-
     long attempt_cost() const override { return tableau_.stages() - 1; }
     int extend_cost() const override { return static_cast<int>(tableau_.extra_c.size()); }
     int arrival_cost() const override { return 1; }
@@ -35,16 +32,14 @@ public:
     bool carries_slope() const override { return false; }
 
 protected:
-    ExplicitStages(const Tableau& tableau, EquationsOfMotion<D>& equations)
-        : Base(tableau, equations, tableau.stages() + (tableau.error.rows() > 0 ? 1 + tableau.extra_c.size() : 0)) {}
+    ExplicitStages(const Tableau& tableau, Equations& equations)
+        : Stepper(tableau, equations, tableau.stages() + (tableau.error.rows() > 0 ? 1 + tableau.extra_c.size() : 0)) {}
 
     // The norm of a single estimate; for the two of DOP853, their combination by its authors.
     double combined(const double* norms) const {
         if (tableau_.error.rows() == 1 || norms[0] == 0.0) return norms[0];
         return norms[0] * norms[0] / std::hypot(norms[0], 0.1 * norms[1]);
     }
-
-    using Base::equations_, Base::k_, Base::tableau_;
 };
 
 }  // namespace mbproj

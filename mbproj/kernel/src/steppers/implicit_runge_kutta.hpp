@@ -11,24 +11,21 @@
 
 namespace mbproj {
 
-template <class D> class ImplicitRungeKutta final : public Stepper<D> {
+template <class D> class ImplicitRungeKutta final : public Stepper {
 public:
-    using Base = Stepper<D>;
     using S = Size<D>;
-    using typename Base::Vector;
-    using typename Base::Visit;
 
     // `tolerance`: of the steps, or 0 where they are fixed.
     ImplicitRungeKutta(const Tableau& tableau, EquationsOfMotion<D>& equations, double tolerance)
-        : Base(tableau, equations, tableau.stages()), implicit_(equations), thresholds_(equations.model().thresholds),
+        : Stepper(tableau, equations, tableau.stages()), equations_(equations), implicit_(equations),
+          thresholds_(equations.model().thresholds),
           least_(std::max(thresholds_.newton_part * tolerance, thresholds_.newton_fixed)), base_(layout_.size()),
           found_(Vector::Zero(layout_.size())), jump_(found_), lambda_(equations.model().all_multipliers()),
           jump_lambda_(lambda_), after_lambda_(lambda_), old_(tableau.stages(), found_) {
         implicit_.remember(tableau.stages());
     }
     ImplicitRungeKutta(const ImplicitRungeKutta&) = default;
-
-    std::unique_ptr<Base> copy() const override { return std::make_unique<ImplicitRungeKutta>(*this); }
+    std::unique_ptr<Stepper> copy() const override { return std::make_unique<ImplicitRungeKutta>(*this); }
 
     long attempt_cost() const override { return evaluations_; }
     int error_cost() const override { return 0; }
@@ -92,7 +89,7 @@ public:
     }
     // Stiff forces are those by the extension's accelerations, because a projection has moved this state, too.
     bool inside(double t, double h, double theta, const Vector& y, Vector& slope, double* lambda) override {
-        combine(Vector::Zero(y.size()), 1.0, this->dense_rates(theta), tableau_.stages(), found_);
+        combine(Vector::Zero(y.size()), 1.0, dense_rates(theta), tableau_.stages(), found_);
         return implicit_.slope_beside(t, y.data(), h * tableau_.gamma, found_.data(), slope.data(), lambda);
     }
 
@@ -213,9 +210,7 @@ private:
             if (const double part = std::abs(change[i]) / (layout_.scale[i] + std::abs(stage_[i])); part > most)
                 most = part, found = i;
         if (states.size == 0 || found < states.first) return implicit_.leader(change);
-        const auto& loads = equations_.model().loads;
-        const std::size_t along = loads ? loads->laws.size() + 6 * loads->bushings.size() : 0;
-        return static_cast<int>(along) + found - states.first;
+        return equations_.force_count() + found - states.first;
     }
 
     // Whether the error that the contraction lets expect is small enough, or round-off keeps the change from falling.
@@ -277,6 +272,7 @@ private:
         return found;
     }
 
+    EquationsOfMotion<D>& equations_;
     ImplicitStage<D> implicit_;
     const Thresholds& thresholds_;
     const double least_;  // the error of a velocity to which stages are solved
@@ -288,8 +284,6 @@ private:
     long evaluations_ = 0;
     double contraction_ = thresholds_.first_contraction;
     std::optional<Unsolved> unsolved_;
-
-    using Base::combine, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
 };
 
 }  // namespace mbproj

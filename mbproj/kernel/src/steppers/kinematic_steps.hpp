@@ -12,20 +12,17 @@
 
 namespace mbproj {
 
-template <class D> class KinematicSteps final : public ExplicitStages<D> {
+template <class D> class KinematicSteps final : public ExplicitStages {
 public:
-    using Base = ExplicitStages<D>;
     using S = Size<D>;
-    using typename Base::Vector;
-    using typename Base::Visit;
 
-    KinematicSteps(const Tableau& tableau, EquationsOfMotion<D>& equations, Projector<D>& projector)
-        : Base(tableau, equations), model_(equations.model()), projector_(projector), sign_(model_),
-          states_(k_.size(), stage_),
+    KinematicSteps(const Tableau& tableau, EquationsOfMotion<D>& equations, Projector& projector)
+        : ExplicitStages(tableau, equations), equations_(equations), model_(equations.model()), projector_(projector),
+          sign_(model_), states_(k_.size(), stage_),
           needs_last_(tableau.error.rows() > 0 && !(tableau.error.col(tableau.stages()).isZero(0.0) &&
                                                     tableau.dense.row(tableau.stages()).isZero(0.0))) {}
 
-    std::unique_ptr<Stepper<D>> copy() const override { return std::make_unique<KinematicSteps>(*this); }
+    std::unique_ptr<Stepper> copy() const override { return std::make_unique<KinematicSteps>(*this); }
 
     int error_cost() const override { return needs_last_; }
 
@@ -202,15 +199,14 @@ private:
     }
     static double round_off() { return std::numeric_limits<double>::epsilon(); }
 
+    EquationsOfMotion<D>& equations_;
     const Model<D>& model_;
-    Projector<D>& projector_;
+    Projector& projector_;
     BranchSign<D> sign_;
     std::vector<Vector> states_;  // the stages
     Vector predicted_;
     const bool needs_last_;  // whether f at the end of the step is needed
     bool doubt_ = false;     // about the branch at the last stage
-
-    using Base::combine, Base::combined, Base::equations_, Base::k_, Base::layout_, Base::stage_, Base::tableau_;
 };
 
 }  // namespace mbproj

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "algebra/weighted_sum.hpp"
-#include "dynamics/equations_of_motion.hpp"
+#include "dynamics/equations.hpp"
 
 namespace mbproj {
 
@@ -28,11 +28,10 @@ struct Unsolved {
     int body, force;
 };
 
-template <class D> class Stepper {
+class Stepper {
 public:
     using Vector = Eigen::VectorXd;
     using Visit = std::function<void(double, double, const Vector&)>;
-
     virtual ~Stepper() = default;
     Stepper& operator=(const Stepper&) = delete;
     virtual std::unique_ptr<Stepper> copy() const = 0;
@@ -67,13 +66,7 @@ public:
     // Computes what the continuous extension of the last step needs.
     virtual bool extend(double t, const Vector& y, double h) = 0;
     // y(t + θ h).
-    void at(const Vector& y, double h, double theta, Vector& out) const {
-        std::vector<double> weights(static_cast<std::size_t>(tableau_.dense.rows()));
-        for (std::size_t s = 0; s < weights.size(); ++s)
-            for (Eigen::Index d = tableau_.dense.cols(); d-- > 0;)
-                weights[s] = theta * (tableau_.dense(static_cast<Eigen::Index>(s), d) + weights[s]);
-        combine(y, h, weights, static_cast<int>(weights.size()), out);
-    }
+    void at(const Vector& y, double h, double theta, Vector& out) const;
 
     // The slope at the end of the last step, which the projection has moved to y; multipliers on request. The pose of y
     // is in place and factored with the masses, and its velocities are in place.
@@ -96,47 +89,16 @@ public:
 
     // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails or
     // overflows however near to the start. Tells whether `longest` limits it.
-    FirstStep first_step(double t, const Vector& y, double tolerance, double longest) {
-        const auto norm = [&](const Vector& v) {
-            double sum = 0.0;
-            for (int i = 0; i < layout_.controlled(); ++i) {
-                const double part = v[i] / (tolerance * (layout_.scale[i] + std::abs(y[i])));
-                sum += part * part;
-            }
-            return std::sqrt(sum / layout_.controlled());
-        };
-        const double size = norm(y), speed = norm(k_[0]);
-        const double wanted = std::min(size, speed) <= 1e-5 ? 1e-6 : 0.01 * size / speed;
-        double h = std::min(wanted, longest), bend = not_a_number;
-        Vector slope(y.size());
-        for (int tried = 0; tried < most_first && !std::isfinite(bend); ++tried, h *= 0.1) {
-            stage_ = y + h * k_[0];
-            if (equations_.derivative(t + h, stage_.data(), slope.data())) bend = norm(slope - k_[0]) / h;
-        }
-        if (!std::isfinite(bend)) return {-1.0, wanted > longest};
-        h *= 10.0;
-        const double steepest = std::max(speed, bend);
-        const double trial =
-            steepest <= 1e-15 ? std::max(1e-6, h * 1e-3) : std::pow(0.01 / steepest, 1.0 / (tableau_.order + 1));
-        const double found = std::min(100.0 * h, trial);
-        return {std::min(found, longest), wanted > longest || found > longest};
-    }
+    FirstStep first_step(double t, const Vector& y, double tolerance, double longest);
 
 protected:
-    Stepper(const Tableau& tableau, EquationsOfMotion<D>& equations, std::size_t kept)
+    Stepper(const Tableau& tableau, Equations& equations, std::size_t kept)
         : tableau_(tableau), equations_(equations), layout_(equations.layout()), stage_(layout_.size()),
           k_(kept, Vector::Zero(layout_.size())) {}
     Stepper(const Stepper&) = default;
 
     // The weights of the stages in y' at t + θ h, by the continuous extension.
-    std::vector<double> dense_rates(double theta) const {
-        std::vector<double> weights(static_cast<std::size_t>(tableau_.dense.rows()));
-        for (std::size_t s = 0; s < weights.size(); ++s)
-            for (Eigen::Index d = tableau_.dense.cols(); d-- > 0;)
-                weights[s] =
-                    theta * weights[s] + static_cast<double>(d + 1) * tableau_.dense(static_cast<Eigen::Index>(s), d);
-        return weights;
-    }
+    std::vector<double> dense_rates(double theta) const;
 
     // y + h Σ w k, without the stages of no weight.
     template <class Row> void combine(const Vector& y, double h, const Row& weights, int count, Vector& out) const {
@@ -152,7 +114,7 @@ protected:
     }
 
     const Tableau& tableau_;
-    EquationsOfMotion<D>& equations_;
+    Equations& equations_;
     const Layout& layout_;
     Vector stage_;
     std::vector<Vector> k_;  // y' at the stages

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contacts/contact_state.hpp"
-#include "projection/invariants.hpp"
+#include "projection/projector.hpp"
 #include "stepping/samples.hpp"
 #include "stepping/schedule.hpp"
 #include "stepping/state_events.hpp"
@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-template <class D> struct Mark {
+struct Mark {
     double t = 0.0;
     double h = 0.0;       // of the next step
     long grid = 0;        // fixed steps made
@@ -21,7 +21,7 @@ template <class D> struct Mark {
     int shortened = 0;    // how often the current step was shortened near a singular pose
     Eigen::VectorXd y;
     Eigen::VectorXd slope;  // with which the next step begins, where it is not a function of y; else none
-    typename TurnCounter<D>::Counted counted;
+    TurnCounter::Counted counted;
     StepSizeControl::Saved control{};
     SavedEvents events;
     std::optional<ContactState> contacts;  // where this loop decides them

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "model/dimension.hpp"
+#include "model/mechanism.hpp"
 #include "model/rope_path.hpp"
 #include "model/settings.hpp"
 
@@ -102,17 +102,16 @@ struct SampleBlock {
     }
 
     // Adds a sample: y and its slope, and λ of C's rows, the first of `lambda`.
-    template <class D> void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, int bodies,
-                                const std::vector<double>& lambda, int rows, double h,
-                                const std::vector<double>& turned, const Counters& counted) {
-        using S = Size<D>;
+    void add(double time, const Eigen::VectorXd& state, const Eigen::VectorXd& slope, const Mechanism& model,
+             const std::vector<double>& lambda, double h, const std::vector<double>& turned, const Counters& counted) {
+        const BodySizes sizes = model.sizes();
         t.push_back(time);
         y.insert(y.end(), state.begin(), state.end());
-        for (int b = 0; b < bodies; ++b) {
-            const double* a = slope.data() + S::state * b + S::pose;
-            acceleration.insert(acceleration.end(), a, a + S::freedoms);
+        for (int b = 0; b < model.size(); ++b) {
+            const double* a = slope.data() + sizes.state * b + sizes.pose;
+            acceleration.insert(acceleration.end(), a, a + sizes.freedoms);
         }
-        multipliers.insert(multipliers.end(), lambda.begin(), lambda.begin() + rows);
+        multipliers.insert(multipliers.end(), lambda.begin(), lambda.begin() + model.row_count());
         step_size.push_back(h);
         angles.insert(angles.end(), turned.begin(), turned.end());
         const auto counts = counted.list();

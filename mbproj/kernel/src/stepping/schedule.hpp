@@ -76,25 +76,12 @@ private:
 
 class Schedule {
 public:
-    explicit Schedule(const Steps& steps) : steps_(steps) {
-        pass_break(steps.start);
-        if (!steps.fixed()) next_sample_ = 1;
-    }
+    explicit Schedule(const Steps& steps);
     // A run goes on at t: so many steps of the grid are made, the parts of the next step before this one, and the
     // samples up to t.
-    void resume(double t, long grid, StepParts parts) {
-        grid_ = grid, parts_ = parts;
-        if (!steps_.fixed()) next_sample_ = first_after(t);
-        passed_ = 0;
-        pass_break(t);
-        acted_ = passed_;
-    }
+    void resume(double t, long grid, StepParts parts);
     // Whether the run waits for values from outside, before it passes the breaks up to t or goes on from these.
-    bool asks(double t) const {
-        for (std::size_t k = acted_; k < steps_.breaks.size() && steps_.breaks[k].time <= t + beside(t); ++k)
-            if (steps_.breaks[k].asks) return true;
-        return false;
-    }
+    bool asks(double t) const;
     // Calls the actions of controllers, in their order, at passed breaks where they have not acted yet.
     template <class Act> bool act(const Act& act) {
         for (; acted_ < passed_; ++acted_)
@@ -111,40 +98,21 @@ public:
     }
     // With error control: steps end where those of another run did, whatever their error. The last ends the run. False
     // where they do not fit.
-    bool follow(std::vector<double> ends) {
-        if (steps_.fixed() || ends.empty() || !(ends.front() > steps_.start) || ends.back() != steps_.end() ||
-            std::adjacent_find(ends.begin(), ends.end(), std::greater_equal<>()) != ends.end())
-            return false;
-        followed_ = std::move(ends);
-        return true;
-    }
+    bool follow(std::vector<double> ends);
     bool follows() const { return !followed_.empty(); }
     // Whether to record where steps end, for another run that follows them.
     bool keeps_ends = false;
     const std::vector<double>& ends() const { return ends_; }
     // Divides a fixed step of size h from t into halves. False where they would be too short.
-    bool halve(double t, double h, int most) {
-        if (!parts_.below(most) || !resolves(t, 0.5 * h)) return false;
-        parts_.halve();
-        return true;
-    }
+    bool halve(double t, double h, int most);
     // A step from t to a time within, with error control.
-    Target to(double t, double time) const {
-        const std::size_t next = std::max(next_sample_, first_from(time));
-        return {time, time - t, false, is_due(next, time), false, false};
-    }
+    Target to(double t, double time) const;
     // The resolution of times near t, and on the way to the next sample.
     double grain(double t) const {
         return std::numeric_limits<double>::epsilon() * std::max(std::abs(t), steps_.interval());
     }
     // The step to a target is taken.
-    void reach(const Target& target) {
-        if (keeps_ends) ends_.push_back(target.t);
-        grid_ += target.on_grid;
-        next_sample_ += target.due;
-        inside_ = 0;
-        parts_.go_on();
-    }
+    void reach(const Target& target);
     bool finished() const { return steps_.fixed() ? grid_ == steps_.count : next_sample_ == steps_.samples.count; }
 
     // Samples that lie inside a step, one by one.
@@ -166,12 +134,7 @@ public:
     // The time from t to the next break or the end of the run.
     double left(double t) const { return std::min(next_break(), steps_.end()) - t; }
     bool is_after_break() const { return passed_ > 0; }
-    TimeWindow window() const {
-        TimeWindow window;
-        if (passed_ > 0) window.first = steps_.breaks[passed_ - 1].right;
-        if (passed_ < steps_.breaks.size()) window.last = steps_.breaks[passed_].left;
-        return window;
-    }
+    TimeWindow window() const;
 
 private:
     double beside(double t) const { return 16.0 * grain(t); }
@@ -180,62 +143,21 @@ private:
     }
 
     // The time of step k is t0 + k h, so that it does not drift. The last may be shorter; one with a break in it is split.
-    Target on_grid(double t) const {
-        const long k = grid_ + 1;
-        const bool last = k == steps_.count;
-        const double time = last ? steps_.end() : steps_.start + static_cast<double>(k) * steps_.step;
-        if (next_break() < time - beside(time)) return {next_break(), next_break() - t, false, false, true, last};
-        return {time, time - t, true, k % steps_.every == 0 || last, next_break() <= time + beside(time), last};
-    }
+    Target on_grid(double t) const;
 
     // The current part of a fixed step, from t on.
-    Target part_of(const Target& whole, double t) const {
-        if (parts_.is_last()) return whole;
-        const double grid = steps_.start + static_cast<double>(grid_) * steps_.step;
-        const double from = passed_ > 0 ? std::max(grid, steps_.breaks[passed_ - 1].time) : grid;
-        const double time = from + parts_.end() * (whole.t - from);
-        return {time, time - t, false, false, false, whole.shaped};
-    }
+    Target part_of(const Target& whole, double t) const;
 
     // At most h, and no farther than to the next break or the end.
-    Target within(double t, double h) const {
-        const double left_over = left(t), size = fitted(h, left_over);
-        const double stop = std::min(next_break(), steps_.end());
-        const double time = size == left_over ? stop : t + size;
-        const std::size_t next = std::max(next_sample_, first_from(time));
-        return {time,
-                size,
-                false,
-                is_due(next, time),
-                time == stop && next_break() <= time,
-                is_before_end() && 2.0 * h > left_over};
-    }
+    Target within(double t, double h) const;
 
     // To the next end of a step of the run that is followed, or to a break before it.
-    Target along(double t) const {
-        const double time = std::min(*std::upper_bound(followed_.begin(), followed_.end() - 1, t), next_break());
-        const std::size_t next = std::max(next_sample_, first_from(time));
-        return {time, time - t, false, is_due(next, time), next_break() <= time, false};
-    }
+    Target along(double t) const;
 
     // The first sample that is not before t.
-    std::size_t first_from(double t) const {
-        std::size_t found = next_sample_;
-        while (found < steps_.samples.count && steps_.sample(found) < t) ++found;
-        return found;
-    }
+    std::size_t first_from(double t) const;
     // The first of all samples that is after t.
-    std::size_t first_after(double t) const {
-        std::size_t low = 0, high = steps_.samples.count;
-        while (low < high) {
-            const std::size_t middle = low + (high - low) / 2;
-            if (steps_.sample(middle) > t)
-                high = middle;
-            else
-                low = middle + 1;
-        }
-        return low;
-    }
+    std::size_t first_after(double t) const;
     bool is_due(std::size_t sample, double t) const {
         return sample < steps_.samples.count && steps_.sample(sample) == t;
     }

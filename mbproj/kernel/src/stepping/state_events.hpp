@@ -20,34 +20,17 @@ struct SavedEvents {
     std::vector<double> told;
 };
 
-template <class D> class StateEvents {
+class StateEvents {
 public:
     using Vector = Eigen::VectorXd;
     using Met = std::tuple<double, int, int>;      // time, switch, direction
     using Passed = std::tuple<int, double, long>;  // switch, first time, how many times
 
     // `fixed`: whether steps are fixed: these pass over a switch once the motion was pushed back from it.
-    StateEvents(const Model<D>& model, EquationsOfMotion<D>& equations, bool fixed)
-        : model_(model), equations_(equations), thresholds_(model.thresholds), fixed_(fixed),
-          count_(model.switches.size()), search_(thresholds_), x_(count_), before_(count_), after_(count_) {
-        if (count_ == 0) return;
-        const double never = -std::numeric_limits<double>::infinity();
-        const std::vector<double> zeros(count_, 0.0), free(count_, free_branch), last(count_, never);
-        const std::vector<double> held(model.programs.op.size(), free_branch);
-        state_ = {held, last, std::vector<int>(count_), std::vector<int>(count_), zeros, std::vector<long>(count_),
-                  free};
-        glanced_ = Vector::Zero(equations.layout().size());
-    }
-
+    StateEvents(Equations& equations, bool fixed);
     const SavedEvents& save() const { return state_; }
     // False where it is not of these laws.
-    bool resume(const SavedEvents& saved) {
-        const bool fits = saved.held.size() == state_.held.size() && saved.last.size() == count_ &&
-                          saved.at_once.size() == count_ && saved.in_a_row.size() == count_ &&
-                          saved.first.size() == count_ && saved.times.size() == count_ && saved.told.size() == count_;
-        if (fits) state_ = saved;
-        return fits;
-    }
+    bool resume(const SavedEvents& saved);
 
     // Whether the scene has switches.
     bool any() const { return count_ > 0; }
@@ -75,61 +58,21 @@ public:
     }
 
     // By how much an argument is outside its interval.
-    double excess(std::size_t k, double t, const Vector& y, const TimeWindow& window) {
-        arguments_at(t, y, window, x_);
-        return bounds()[k].excess(x_[k]);
-    }
+    double excess(std::size_t k, double t, const Vector& y, const TimeWindow& window);
 
     // Holds the branches beyond a crossing. Returns a switch that changes its branch too often at one time, or -1;
     // fixed steps pass over such a switch from here on.
-    int cross(const Crossing& crossing, double t, double grain, double duration) {
-        for (std::size_t k = 0; k < count_; ++k) {
-            if (!crossing.leaving[k]) continue;
-            state_.at_once[k] = t - state_.last[k] <= 4.0 * grain ? state_.at_once[k] + 1 : 1;
-            state_.in_a_row[k] = t - state_.last[k] <= thresholds_.chatter * duration ? state_.in_a_row[k] + 1 : 1;
-            state_.last[k] = t;
-            if (state_.at_once[k] >= most_at_once || state_.in_a_row[k] >= thresholds_.most_chatter) {
-                if (!gives_up(static_cast<int>(k), t)) return static_cast<int>(k);
-                continue;
-            }
-            met_.emplace_back(t, static_cast<int>(k), crossing.leaving[k]);
-            held(k) = branch_beyond(model_.programs, model_.switches[k].at, held(k), crossing.leaving[k]);
-        }
-        direction_ = crossing.leaving;
-        for (std::size_t k = 0; k < count_; ++k)
-            if (!located(k)) direction_[k] = 0;
-        return -1;
-    }
+    int cross(const Crossing& crossing, double t, double grain, double duration);
     // Whether steps pass over switch k from now on, which pushes the motion back; with error control they do not.
-    bool gives_up(int k, double t) {
-        if (!fixed_) return false;
-        held(k) = free_branch;
-        state_.first[k] = t, state_.times[k] = 1;
-        if (!direction_.empty()) direction_[k] = 0;
-        return true;
-    }
+    bool gives_up(int k, double t);
 
     // Before a jump in time, and after it: switches whose arguments have jumped out of their intervals take the branch
     // there. Signs of 0 stay free.
     void before_jump(double t, const Vector& y, const TimeWindow& window) { arguments_at(t, y, window, before_); }
-    void after_jump(double t, const Vector& y, const TimeWindow& window) {
-        arguments_at(t, y, window, x_);
-        const std::vector<Interval>& held_in = bounds();
-        for (std::size_t k = 0; k < count_; ++k)
-            if ((held_in[k].excess(x_[k]) > 0.0 && x_[k] != before_[k]) || lets_go(k)) held(k) = free_branch;
-        settle();
-    }
+    void after_jump(double t, const Vector& y, const TimeWindow& window);
     // Sets signs that were free before a step, where the step has moved their arguments from 0.
-    void set_free_signs(double t, const Vector& y, const TimeWindow& window) {
-        if (!any_free()) return;
-        arguments_at(t, y, window, x_);
-        settle();
-    }
-    bool any_free() const {
-        for (std::size_t k = 0; k < count_; ++k)
-            if (located(k) && !lets_go(k) && std::isnan(state_.held[model_.switches[k].at])) return true;
-        return false;
-    }
+    void set_free_signs(double t, const Vector& y, const TimeWindow& window);
+    bool any_free() const;
 
     // The changes of arguments along a slope, over a small part of a step: before a change of branches, and after.
     void glance_before(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window) {
@@ -139,51 +82,19 @@ public:
         glance(t, y, slope, h, window, after_);
     }
     // Sets free signs to the direction in which their arguments moved before the jump.
-    void turn() {
-        direction_.assign(count_, 0);
-        for (std::size_t k = 0; k < count_; ++k) {
-            if (!located(k) || !std::isnan(held(k)) || before_[k] == 0.0 || std::isnan(before_[k])) continue;
-            direction_[k] = before_[k] > 0.0 ? 1 : -1;
-            held(k) = direction_[k];
-        }
-    }
+    void turn();
     // A switch whose branch has changed, and from which the motion leads back, or -1.
-    int pushed_back() const {
-        for (std::size_t k = 0; k < count_; ++k)
-            if (direction_[k] * before_[k] > 0.0 && direction_[k] * after_[k] < 0.0) return static_cast<int>(k);
-        return -1;
-    }
+    int pushed_back() const;
 
     // Whether steps pass over the switch from which the motion leads back, from now on.
-    bool passes_over_back(double t) {
-        const int back = pushed_back();
-        return back >= 0 && gives_up(back, t);
-    }
+    bool passes_over_back(double t);
 
     // At the end of a fixed step, whose pose and velocities are in place: counts the switches that are passed over and
     // have changed their branch.
-    void watch(double t, const Vector& y, const TimeWindow& window) {
-        arguments_here(t, y, window, nullptr, x_);
-        for (std::size_t k = 0; k < count_; ++k) {
-            if (located(k)) continue;
-            const double now = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
-            if (std::isnan(now)) continue;
-            if (!std::isnan(state_.told[k]) && now != state_.told[k]) ++state_.times[k];
-            state_.told[k] = now;
-        }
-    }
-    std::vector<Passed> passed() const {
-        std::vector<Passed> found;
-        for (std::size_t k = 0; k < count_; ++k)
-            if (state_.times[k]) found.emplace_back(static_cast<int>(k), state_.first[k], state_.times[k]);
-        return found;
-    }
+    void watch(double t, const Vector& y, const TimeWindow& window);
+    std::vector<Passed> passed() const;
     // The events since the last call.
-    std::vector<Met> take_met() {
-        std::vector<Met> found;
-        found.swap(met_);
-        return found;
-    }
+    std::vector<Met> take_met();
 
 private:
     static constexpr int most_at_once = 3;
@@ -193,40 +104,17 @@ private:
     bool located(std::size_t k) const { return state_.times[k] == 0; }
     double& held(std::size_t k) { return state_.held[model_.switches[k].at]; }
 
-    const std::vector<Interval>& bounds() {
-        bounds_.clear();
-        for (const Switch& each : model_.switches)
-            bounds_.push_back(interval(model_.programs, each.at, state_.held[each.at]));
-        return bounds_;
-    }
-
-    void settle() {
-        for (std::size_t k = 0; k < count_; ++k)
-            if (located(k) && std::isnan(held(k)))
-                held(k) = natural_branch(model_.programs, model_.switches[k].at, x_[k]);
-    }
-
+    const std::vector<Interval>& bounds();
+    void settle();
     void glance(double t, const Vector& y, const Vector& slope, double h, const TimeWindow& window,
-                std::vector<double>& moves) {
-        arguments_at(t, y, window, x_);
-        glanced_ = y + thresholds_.beside * h * slope;
-        arguments_at(t, glanced_, window, moves);
-        for (std::size_t k = 0; k < count_; ++k) moves[k] -= x_[k];
-    }
+                std::vector<double>& moves);
 
-    void arguments_at(double t, const Vector& y, const TimeWindow& window, std::vector<double>& x) {
-        equations_.set_pose(t, y.data());
-        equations_.set_velocities(y.data(), false);
-        arguments_here(t, y, window, state_.held.data(), x);
-    }
+    void arguments_at(double t, const Vector& y, const TimeWindow& window, std::vector<double>& x);
     void arguments_here(double t, const Vector& y, const TimeWindow& window, const double* branches,
-                        std::vector<double>& x) const {
-        Channels<D>& channels = equations_.set_channels(window.clamped(t), y.data());
-        equations_.applied().switch_arguments(model_, equations_.pose(), equations_.motion(), channels, branches, x);
-    }
+                        std::vector<double>& x) const;
 
-    const Model<D>& model_;
-    EquationsOfMotion<D>& equations_;
+    const Mechanism& model_;
+    Equations& equations_;
     const Thresholds& thresholds_;
     const bool fixed_;
     const std::size_t count_;

@@ -9,66 +9,28 @@
 
 namespace mbproj {
 
-template <class D> class StepDoubling {
+class StepDoubling {
 public:
-    using S = Size<D>;
     using Vector = Eigen::VectorXd;
 
-    StepDoubling(const Stepper<D>& stepper, EquationsOfMotion<D>& equations, Projector<D>& projector)
+    StepDoubling(const Stepper& stepper, Equations& equations, Projector& projector)
         : equations_(equations), projector_(projector), half_(stepper.copy()),
           middle_(Vector::Zero(equations.layout().size())), end_(middle_) {}
 
     // Whether the last step needs the check, by the poses of its stages; closed stages need none.
-    bool is_near() const {
-        if (half_->closes_stages()) return false;
-        const Thresholds& thresholds = equations_.model().thresholds;
-        const Passed& passed = equations_.policy().passed();
-        return passed.smallest < thresholds.passing && passed.smallest < thresholds.nearing * passed.largest;
-    }
+    bool is_near() const;
 
     // Two half steps from y at t, with its slope; false where they fail. Their evaluations count.
-    bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {
-        half_->first() = slope;
-        const bool reaches_middle = half_->attempt(t, y, 0.5 * h, middle_);
-        evaluations += half_->attempt_cost();
-        if (!reaches_middle || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular) return false;
-        evaluations += half_->arrival_cost();
-        if (!half_->follow_on(t + 0.5 * h, middle_)) return false;
-        const bool reaches_end = half_->attempt(t + 0.5 * h, middle_, 0.5 * h, end_);
-        evaluations += half_->attempt_cost();
-        return reaches_end && projector_.anywhere(t + h, end_.data()).regular;
-    }
+    bool repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations);
 
     // The states at the ends of the half steps.
     const Vector& middle() const { return middle_; }
     const Vector& end() const { return end_; }
 
-    // The distance of two states, as a part of the velocity or of the way made in a step.
-    double off(const Vector& x, const Vector& y, double h) const {
-        const double length = equations_.model().length;
-        double way = 0.0, change = 0.0, speed = 0.0;  // squares
-        for (int b = 0; b < equations_.model().size(); ++b) {
-            const Part<D> a(y.data(), b), e(x.data(), b);
-            way += (a.position() - e.position()).squaredNorm() + 0.5 * length * length * turned(a, e);
-            change +=
-                (a.velocity() - e.velocity()).squaredNorm() + length * length * (a.omega() - e.omega()).squaredNorm();
-            speed += std::max(a.velocity().squaredNorm(), e.velocity().squaredNorm()) +
-                     length * length * std::max(a.omega().squaredNorm(), e.omega().squaredNorm());
-        }
-        if (std::sqrt(speed) * h <= equations_.model().thresholds.at_rest * length) return 0.0;
-        return std::sqrt(std::max(way / (h * h), change) / speed);
-    }
-
 private:
-    // 2 |δθ|² of a small rotation between two poses.
-    static double turned(const Part<D>& a, const Part<D>& b) {
-        using Orientation = Column<S::orientation>;
-        return (rotation(Orientation(a.orientation())) - rotation(Orientation(b.orientation()))).squaredNorm();
-    }
-
-    EquationsOfMotion<D>& equations_;
-    Projector<D>& projector_;
-    std::unique_ptr<Stepper<D>> half_;
+    Equations& equations_;
+    Projector& projector_;
+    std::unique_ptr<Stepper> half_;
     Vector middle_, end_;
 };
 

@@ -1,7 +1,6 @@
 // The end of a step: the state there is projected, checked, and its turns are counted.
 #pragma once
 
-#include "kinematics/curves/overlap.hpp"
 #include "projection/projector.hpp"
 #include "stepping/samples.hpp"
 #include "stepping/step_doubling.hpp"
@@ -9,141 +8,51 @@
 
 namespace mbproj {
 
-template <class D> class StepEnd {
+class StepEnd {
 public:
     using Vector = Eigen::VectorXd;
-    using Counted = typename TurnCounter<D>::Counted;
+    using Counted = TurnCounter::Counted;
 
-    StepEnd(const Model<D>& model, EquationsOfMotion<D>& equations, Projector<D>& projector,
-            const TurnCounter<D>& turns)
-        : model_(model), equations_(equations), projector_(projector), turns_(turns) {}
+    StepEnd(Equations& equations, Projector& projector, const TurnCounter& turns)
+        : model_(equations.mechanism()), equations_(equations), projector_(projector), turns_(turns) {}
 
     // The step number `counters.steps` from y at t led to y_new at t_new. Closes and counts it in place; `halves` is
     // the check by step doubling, or null. Returns why the run cannot go on from there; `running` where it can.
-    Outcome close(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted,
-                  const StepDoubling<D>* halves, Counters& counters, Peaks& peaks) {
-        Formulation* other = equations_.other();
-        if (other) other->enter_end();
-        const Outcome found = closed(t, y, t_new, y_new, counted, halves, counters, peaks);
-        if (other && !found.stops()) other->arrive(y_new.data());
-        return found;
-    }
+    Outcome close(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted, const StepDoubling* halves,
+                  Counters& counters, Peaks& peaks);
 
     // Moves a state inside a step to the constraints. Returns why it cannot be recorded; `running` where it can.
-    Outcome close_sample(double t, Vector& y) {
-        turns_.lead(t, y);
-        const Projected done = projector_.anywhere(t, y.data());
-        if (!done.regular) return failed_at(t);
-        const double* C = equations_.constraint();
-        const int worst = model_.open_by_more(C, limit(done));
-        if (worst < 0) return {};
-        return Outcome::left_open(t, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
-    }
+    Outcome close_sample(double t, Vector& y);
 
     // Why the equations have just had no solution.
-    Outcome failed_at(double t) {
-        if (!equations_.broken_state().empty()) return {Status::broken, equations_.time()};
-        if (!equations_.pose().finite()) return {Status::not_finite, t};
-        if (equations_.jammed() >= 0) return Outcome::jammed(t, equations_.jammed());
-        Outcome found{Status::singular, t};
-        found.joint = equations_.solver().singular_joint();
-        return found;
-    }
+    Outcome failed_at(double t);
 
     // The rows of conserved quantities, or null.
-    Invariants<D>* invariants() { return projector_.invariants(); }
+    Invariants* invariants() { return projector_.invariants(); }
     // The step that was closed is made again.
-    void take_back() {
-        if (auto* rows = invariants()) rows->take_back();
-        if (equations_.other()) equations_.other()->take_back();
-    }
+    void take_back();
 
 private:
-    Outcome closed(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted,
-                   const StepDoubling<D>* halves, Counters& counters, Peaks& peaks) {
-        turns_.lead(t_new, y_new);
-        const Projected done = projector_.after_step(counters.steps, t_new, y.data(), y_new.data());
-        count(done, counters);
-        if (!done.regular) return failed_at(t_new);
-        if (const Outcome other = other_branch(done, t_new, y_new, t_new - t, halves); other.stops()) return other;
-        const double* C = equations_.constraint();
-        equations_.set_velocities(y_new.data(), true);
-        const int worst = model_.open_by_more(C, limit(done));
-        if (const Slip slip = worst >= 0 ? turns_.far(counted, t_new - t) : turns_.advance(counted, t, y, t_new, y_new))
-            return Outcome::untold(slip, t_new, t_new - t);
-        peaks.watch(C, equations_.C_dot(), model_.constraints.rows, model_.driven.size(), t_new);
-        if (worst < 0) {
-            if (const Outcome off = off_rope(t_new); off.stops()) return off;
-            const Outcome found = overlap(t_new);
-            return found.stops() ? found : lost(done, t_new, t_new - t);
-        }
-        if (!done.near_singular)
-            return Outcome::left_open(t_new, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
-        Outcome found = failed_at(t_new);
-        found.joint = model_.joint_of(worst);
-        return found;
-    }
+    Outcome closed(double t, const Vector& y, double t_new, Vector& y_new, Counted& counted, const StepDoubling* halves,
+                   Counters& counters, Peaks& peaks);
     // By how much a joint may be open.
     double limit(const Projected& done) const {
         return done.failures ? model_.thresholds.open_limit : model_.thresholds.lost_limit;
     }
 
-    static void count(const Projected& done, Counters& counters) {
-        counters.projections += done.projections;
-        counters.projection_iterations += done.position_passes;
-        counters.velocity_iterations += done.velocity_passes;
-        counters.projection_failures += done.failures;
-        counters.projection_fallbacks += done.fallbacks;
-    }
-
-    // Whether a rope has left its path.
-    Outcome off_rope(double t) const {
-        for (std::size_t c = 0; c < model_.coordinates.instances.size(); ++c) {
-            if (model_.coordinates.instances[c].kind != Kind::rope) continue;
-            const Coordinate<D> rope(model_.coordinates, static_cast<int>(c), equations_.pose());
-            if (const RopeTrouble found = on_rope::trouble<D>(rope.p, rope.x, model_.thresholds))
-                return Outcome::off_rope(t, static_cast<int>(c), found);
-        }
-        return {};
-    }
-
-    // Whether two curves that touch, or may, overlap elsewhere.
-    Outcome overlap(double t) const {
-        for (const PrimitiveSet<D>* set : {&model_.constraints, &model_.coordinates})
-            for (std::size_t k = 0; k < set->instances.size(); ++k) {
-                if (set->instances[k].kind != Kind::two_curves) continue;
-                const Coordinate<D> distance(*set, static_cast<int>(k), equations_.pose());
-                if (overlaps<D>(distance.p, distance.x, model_.thresholds.overlap))
-                    return set == &model_.constraints ? Outcome::overlap(t, model_.joint_of(distance.p.row), -1)
-                                                      : Outcome::overlap(t, -1, static_cast<int>(k));
-            }
-        return {};
-    }
+    static void count(const Projected& done, Counters& counters);
 
     // Whether the step has led so far off the constraints that its projection is arbitrary.
-    Outcome lost(const Projected& done, double t, double h) const {
-        const bool found = done.velocity_change > model_.thresholds.lost_velocity &&
-                           done.speed_change * h > model_.thresholds.lost_way * model_.length;
-        return found ? Outcome::at_branch(Status::branch, t, done.velocity_change, false) : Outcome{};
-    }
+    Outcome lost(const Projected& done, double t, double h) const;
 
     // Whether a step past a singular pose has met another branch of the motion: velocities are continuous, but branches
     // cross in singular poses at an angle. Or whether its halves end elsewhere.
-    Outcome other_branch(const Projected& done, double t, const Vector& y, double h, const StepDoubling<D>* halves) {
-        const bool jumps = done.velocity_change > model_.thresholds.branch_change &&
-                           done.speed_change * h > model_.thresholds.at_rest * model_.length;
-        if (jumps && equations_.is_near_singular())
-            return Outcome::at_branch(Status::branch, t, done.velocity_change, true);
-        const double off = halves ? halves->off(halves->end(), y, h) : 0.0;
-        if (off > model_.thresholds.agreement && equations_.is_near_singular())
-            return Outcome::at_branch(Status::unresolved, t, off, true);
-        return {};
-    }
+    Outcome other_branch(const Projected& done, double t, const Vector& y, double h, const StepDoubling* halves);
 
-    const Model<D>& model_;
-    EquationsOfMotion<D>& equations_;
-    Projector<D>& projector_;
-    const TurnCounter<D>& turns_;
+    const Mechanism& model_;
+    Equations& equations_;
+    Projector& projector_;
+    const TurnCounter& turns_;
 };
 
 }  // namespace mbproj

@@ -8,59 +8,32 @@
 
 namespace mbproj {
 
-template <class D> class StopEvents {
+class StopEvents {
 public:
     using Vector = Eigen::VectorXd;
-    using Counted = typename TurnCounter<D>::Counted;
+    using Counted = TurnCounter::Counted;
 
-    StopEvents(const Steps& steps, Standing& now, EquationsOfMotion<D>& equations, Stepper<D>& stepper,
-               StepEnd<D>& step_end, Schedule& schedule, StepTrial<D>& trial)
-        : steps_(steps), now_(now), equations_(equations), stepper_(stepper), step_end_(step_end), schedule_(schedule),
-          trial_(trial), watch_(equations.model(), [&equations](int program) { return given(equations, program); }),
-          policy_(equations), slope_(now.y), inside_(now.y), lambda_(equations.model().all_multipliers()) {}
+    StopEvents(const Steps& steps, Standing& now, Equations& equations, Stepper& stepper, StepEnd& step_end,
+               Schedule& schedule, StepTrial& trial);
 
-    StopWatch<D>& watch() { return watch_; }
+    StopWatch& watch() { return watch_; }
     // The loop itself decides stops and frictions with these laws. False where the state does not fit them.
     bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state,
-               double spacing, LoadedJoints joints_in_space) {
-        spacing_ = spacing;
-        if (!policy_.begin(std::move(laws), std::move(frictions), impacts, std::move(state),
-                           std::move(joints_in_space)))
-            return false;
-        policy_.watch(watch_, spacing_);
-        return true;
-    }
-    void resume(const ContactState& state) {
-        policy_.resume(state);
-        policy_.watch(watch_, spacing_);
-    }
+               double spacing, LoadedJoints joints_in_space);
+    void resume(const ContactState& state);
     bool inside() const { return policy_.any(); }
     // Whether a run ends before a step that meets something, as the trial run of a method does.
     bool halts() const { return halts_; }
     void halt() { halts_ = true; }
-    ContactPolicy<D>& policy() { return policy_; }
-    const ContactPolicy<D>& policy() const { return policy_; }
+    ContactPolicy& policy() { return policy_; }
+    const ContactPolicy& policy() const { return policy_; }
 
     // Whether a run cannot go on because rows of contacts have come to depend on each other, or on the joints'.
-    bool loses_contacts(const Outcome& outcome) {
-        const bool lost = outcome.status == Status::singular || outcome.status == Status::vanished;
-        return lost && inside() && equations_.contacts().any() && !equations_.contacts().cholesky().full();
-    }
+    bool loses_contacts(const Outcome& outcome);
 
     // Whether the step that was made, with this slope at its end, meets something.
     [[gnu::noinline, gnu::cold]] bool meets(const Vector& slope, const std::vector<long>& turns,
-                                            const std::vector<double>& lambda) {
-        const CubicStep step{now_.to.h, now_.y, stepper_.first(), now_.y_new, slope};
-        equations_.channels_at(now_.to.t, now_.y_new.data());
-        const bool at_end = watch_.met(step, equations_.pose(), equations_.motion(), turns, lambda);
-        rests_ = watch_.rests(now_.to.h);
-        const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(step, x, found); };
-        if (!watch_.gives_way_inside(now_.to.h, equations_.pose(), solve) && !at_end && rests_ < 0)
-            return watch_.pass(), false;
-        if (halts()) return true;
-        lambda_ = lambda;
-        return last_known_ = margins(now_.to.t, now_.y_new, turns, last_), true;
-    }
+                                            const std::vector<double>& lambda);
 
     // Whether a friction pushes along the motion at the end of the step that was made: nothing could be right then.
     bool finds_push(const std::vector<double>& lambda) { return policy_.finds_push(now_.y_new, lambda); }
@@ -70,157 +43,50 @@ public:
     // Finds the first meeting in the step that was made, and sets `now.to` there. `counted`: the turns at the start;
     // `slope`: that at the end of the step. `nothing`: nothing is met after all; `none`: a step on the way could not be
     // made.
-    [[gnu::noinline, gnu::cold]] Found locate(const Counted& counted, const Vector& slope) {
-        const Target whole = now_.to;
-        if (!last_known_) return Found::none;
-        const CubicStep step{whole.h, now_.y, stepper_.first(), now_.y_new, slope};
-        const double grain = 4.0 * schedule_.grain(now_.t);
-        MeetingSearch search(watch_.slacks());
-        MeetingSearch::Margins first = watch_.first_margins();
-        Meeting expected;
-        if (rests_ < 0 && !watch_.rows().empty()) {  // a look within the step is cheaper than a step to there
-            const auto along = [&](double h, MeetingSearch::Margins& found) {
-                if (!solve_inside(step, h / whole.h, lambda_)) return false;
-                return watch_.margins(equations_.pose(), equations_.motion(), counted.turns, lambda_, found), true;
-            };
-            if (!along(0.0, first)) return Found::none;
-            expected = search.first(along, first, last_, watch_.parts(), whole.h,
-                                    equations_.model().thresholds.same_written * whole.h);
-        }
-        if (!back(counted)) return Found::none;
-        policy_.record_speed(now_.y);
-        if (rests_ >= 0) return stop_ = rests_, released_ = false, meeting_ = true, Found::at_once;
-        const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(h, counted, found); };
-        const Meeting met = search.first(at, first, last_, watch_.parts(), whole.h, grain, expected);
-        if (!met.made || !back(counted)) return Found::none;
-        now_.to = whole;
-        if (met.which < 0) return Found::nothing;
-        const auto gaps = static_cast<int>(watch_.gaps().size());
-        const bool is_force = met.which >= gaps;
-        released_ = is_force || watch_.gaps()[met.which].begins;
-        stop_ = is_force ? watch_.rows()[met.which - gaps].row - equations_.model().all_rows()
-                         : watch_.gaps()[met.which].stop;
-        meeting_ = true;
-        trial_.crossing().reset();
-        if (met.h < 4.0 * grain) return Found::at_once;
-        const bool ends_there =
-            whole.h - met.h <= (steps_.fixed() ? equations_.model().thresholds.on_grid * steps_.step : 0.0);
-        if (!ends_there) now_.to = schedule_.to(now_.t, now_.t + met.h);
-        if (!ends_there) now_.to.shaped = whole.shaped;
-        return Found::ahead;
-    }
+    [[gnu::noinline, gnu::cold]] Found locate(const Counted& counted, const Vector& slope);
 
     // Whether contacts at the start of the run are not decided yet. `start` decides them, and puts the pose in place.
     // False where nothing can be decided.
     bool begins() const { return inside() && policy_.begins(); }
-    bool start(const std::vector<long>& turns) {
-        if (!meet(turns, -1, false)) return false;
-        equations_.set_pose(now_.t, now_.y.data());
-        equations_.set_velocities(now_.y.data(), true);
-        return true;
-    }
+    bool start(const std::vector<long>& turns);
     // Shortens a fixed step from here, with this slope, so that sliding in a plane does not come to rest in it.
-    void shorten(const Vector& slope) {
-        if (!inside() || policy_.state().sliding.empty()) return;
-        if (const double h = watch_.longest(now_.y, slope, now_.to.h); h < now_.to.h)
-            now_.to = schedule_.to(now_.t, now_.t + h);
-    }
+    void shorten(const Vector& slope);
     // Whether the current step ends at a meeting.
     bool meeting() const { return meeting_; }
     void forget() { meeting_ = false; }
     // Decides the meeting there; `decide_anew` decides contacts that are not known. False where nothing can be decided.
-    bool meet(const std::vector<long>& turns) {
-        meeting_ = false;
-        return meet(turns, stop_, released_);
-    }
+    bool meet(const std::vector<long>& turns);
     bool decide_anew(const std::vector<long>& turns) { return meet(turns, -1, false); }
     // Sets the start of the next step: y at t, with these turns.
-    void set_start(double t, const Vector& y, const std::vector<long>& turns) {
-        equations_.set_pose(t, y.data());
-        equations_.set_velocities(y.data(), false);
-        watch_.begin(equations_.pose(), equations_.motion(), turns);
-    }
+    void set_start(double t, const Vector& y, const std::vector<long>& turns);
 
     // Adds the contacts to the last sample of a block, from its multipliers.
-    void record(SampleBlock& block, const std::vector<double>& lambda) {
-        const ContactState& state = policy_.state();
-        const double* y = block.y.data() + block.y.size() - now_.y.size();
-        const std::vector<double> forces = policy_.forces(block.t.back(), y, lambda);
-        block.pushes.insert(block.pushes.end(), forces.begin(), forces.end());
-        const std::vector<double> slides = policy_.slides(forces);
-        block.slides.insert(block.slides.end(), slides.begin(), slides.end());
-        block.jumps.push_back(state.work);
-        block.jumps.push_back(state.lost);
-        for (std::size_t k = 0; k + policy_.stops() < forces.size(); ++k)
-            block.jumps.push_back(k < state.rubbed.size() ? state.rubbed[k] : 0.0);
-    }
+    void record(SampleBlock& block, const std::vector<double>& lambda);
 
 private:
-    bool meet(const std::vector<long>& turns, int stop, bool released) {
-        if (!policy_.meet(now_.t, now_.y, turns, stop, released, steps_.interval())) return false;
-        policy_.watch(watch_, spacing_);
-        return true;
-    }
+    bool meet(const std::vector<long>& turns, int stop, bool released);
     // Holds the rows again with which the step began, at its start.
-    bool back(const Counted&) {
-        equations_.set_pose(now_.t, now_.y.data());
-        return equations_.start();
-    }
+    bool back(const Counted&);
 
     // Makes and closes a step of size h, and evaluates the margins at its end.
-    bool reach(double h, const Counted& counted, MeetingSearch::Margins& found) {
-        now_.to = schedule_.to(now_.t, now_.t + h);
-        if (!trial_.stages() && !(equations_.hold_others() && trial_.stages())) return false;
-        Counted there = counted;
-        Counters counters = now_.counters;
-        ++counters.steps;
-        Peaks peaks;
-        const bool stops =
-            step_end_.close(now_.t, now_.y, now_.to.t, now_.y_new, there, nullptr, counters, peaks).stops();
-        step_end_.take_back();
-        if (stops) return false;
-        if (stepper_.carries_slope()) stepper_.arrive(now_.y_new, slope_, lambda_.data());
-        return margins(now_.to.t, now_.y_new, there.turns, found);
-    }
+    bool reach(double h, const Counted& counted, MeetingSearch::Margins& found);
 
     // The multipliers at the part x of the step that was made. Stiff forces are those of its extension: at a state
     // beside it they are far off.
-    bool solve_inside(const CubicStep& step, double x, std::vector<double>& lambda) {
-        const double t = now_.t + x * step.h;
-        bool solved = false;
-        if (stepper_.carries_slope()) {
-            stepper_.at(now_.y, step.h, x, inside_);
-            solved = stepper_.inside(t, step.h, x, inside_, slope_, lambda.data());
-        } else {
-            step.at(x, inside_);
-            solved = equations_.own_derivative(t, inside_.data(), slope_.data(), lambda.data());
-        }
-        if (solved) equations_.channels_at(t, inside_.data());
-        return solved;
-    }
+    bool solve_inside(const CubicStep& step, double x, std::vector<double>& lambda);
 
     // The margins at y at t. Where the slope is part of the state, forces are those of the last stage.
-    bool margins(double t, const Vector& y, const std::vector<long>& turns, MeetingSearch::Margins& found) {
-        if (watch_.rows().empty() || stepper_.carries_slope()) {
-            equations_.set_pose(t, y.data());
-            equations_.set_velocities(y.data(), false);
-        } else if (!equations_.own_derivative(t, y.data(), slope_.data(), lambda_.data())) {
-            return false;
-        }
-        equations_.channels_at(t, y.data());
-        watch_.margins(equations_.pose(), equations_.motion(), turns, lambda_, found);
-        return true;
-    }
+    bool margins(double t, const Vector& y, const std::vector<long>& turns, MeetingSearch::Margins& found);
 
     const Steps& steps_;
     Standing& now_;
-    EquationsOfMotion<D>& equations_;
-    Stepper<D>& stepper_;
-    StepEnd<D>& step_end_;
+    Equations& equations_;
+    Stepper& stepper_;
+    StepEnd& step_end_;
     Schedule& schedule_;
-    StepTrial<D>& trial_;
-    StopWatch<D> watch_;
-    ContactPolicy<D> policy_;
+    StepTrial& trial_;
+    StopWatch watch_;
+    ContactPolicy policy_;
     Vector slope_, inside_;
     std::vector<double> lambda_;
     MeetingSearch::Margins last_;

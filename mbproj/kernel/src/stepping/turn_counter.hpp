@@ -11,12 +11,12 @@
 
 namespace mbproj {
 
-template <class D> class TurnCounter {
+class TurnCounter {
 public:
     using Vector = Eigen::VectorXd;
     // The angles at one point of the motion: the direction and the rate of each, the value that a motion prescribes;
     // and their turns.
-    struct Angle : JointAngle<D> {
+    struct Angle : JointAngle<double> {
         double prescribed = 0.0;
     };
     struct Counted {
@@ -30,94 +30,26 @@ public:
         }
     };
 
-    TurnCounter(const Model<D>& model, EquationsOfMotion<D>& equations, const Stepper<D>& stepper)
-        : model_(model), followed_(model.layout.followed), equations_(equations), stepper_(stepper) {
-        std::vector<int> motion(model.coordinates.instances.size(), -1);
-        for (std::size_t k = 0; k < model.driven.size(); ++k) motion[model.driven[k].coordinate] = static_cast<int>(k);
-        for (std::size_t i = 0; i < motion.size(); ++i)
-            if (model.counts_turns[i]) counting_.push_back({static_cast<int>(i), motion[i]});
-    }
+    TurnCounter(Equations& equations, const Stepper& stepper);
 
     // The angles at the start of a run, at y, the state in place.
-    Counted start(std::vector<long> turns, double t, Vector& y) const {
-        Counted counted{std::vector<Angle>(turns.size()), std::move(turns)};
-        for (const Counting& each : counting_) counted.angles[each.coordinate] = angle_now(each);
-        follow(counted, y);
-        equations_.set_pose(t, y.data());
-        equations_.start_teeth();
-        return counted;
-    }
+    Counted start(std::vector<long> turns, double t, Vector& y) const;
 
     // After velocities have jumped, those in place: turns are counted on from the rates after the jump.
-    void take_speeds(Counted& counted) const {
-        for (const Counting& each : counting_)
-            counted.angles[each.coordinate].speed = equations_.angle(each.coordinate).speed;
-    }
+    void take_speeds(Counted& counted) const;
 
     // Before the state y at a time is closed: sets angles that are followed and driven to the values of their motions.
-    void lead(double t, Vector& y) const {
-        if (!followed_.size || model_.driven.empty()) return;
-        equations_.set_pose(t, y.data());
-        for (const Counting& each : counting_)
-            if (each.motion >= 0) y[followed_.first + each.coordinate] = equations_.drive().prescribed(each.motion);
-    }
+    void lead(double t, Vector& y) const;
 
     // Counts turns from y at t to y_new, in place. Returns the worst coordinate whose turns the step cannot tell.
-    Slip advance(Counted& counted, double t, const Vector& y, double t_new, Vector& y_new) const {
-        Slip worst;
-        const double h = t_new - t;
-        for (const Counting& each : counting_) {
-            const int i = each.coordinate;
-            const Angle before = counted.angles[i], now = angle_now(each);
-            const bool led = each.motion >= 0;
-            double turned = led ? now.prescribed - before.prescribed : 0.5 * h * (before.speed + now.speed);
-            const double most = led ? 2.0 * std::abs(turned) : h * (std::abs(before.speed) + std::abs(now.speed));
-            counted.angles[i] = now;
-            if (most < 2.0 && ((before.cosine > 0.0 && now.cosine > 0.0) || before.sine * now.sine > 0.0))
-                continue;  // has not crossed ±π, where the value jumps, or has come back
-            double off = 0.0;
-            long more = turns(before.value() + turned, now.value(), off);
-            if (off > model_.thresholds.turns_told && !led) {
-                turned = followed_.size ? y_new[followed_.first + i] - y[followed_.first + i]
-                                        : rotation(each, t, y, t_new, y_new);
-                more = turns(before.value() + turned, now.value(), off);
-            }
-            counted.turns[i] += more;
-            if (!(off <= std::max(model_.thresholds.turns_told, worst.off))) worst = {i, std::abs(turned), off};
-        }
-        follow(counted, y_new);
-        return worst;
-    }
+    Slip advance(Counted& counted, double t, const Vector& y, double t_new, Vector& y_new) const;
 
     // The coordinate that turns by most in a step of size h from here, where that is more than half a turn.
-    Slip far(const Counted& counted, double h) const {
-        Slip found;
-        for (const Counting& each : counting_) {
-            const double turned = h * std::abs(counted.angles[each.coordinate].speed);
-            if (turned > std::max(M_PI, found.turned)) found = {each.coordinate, turned, 0.0};
-        }
-        return found;
-    }
+    Slip far(const Counted& counted, double h) const;
 
     // The angles at a time within a step whose ends are counted, for y in place: near the cubics through both ends.
     Counted inside(const Counted& before, double t, const Counted& after, double t_new, double time,
-                   const Vector& y) const {
-        Counted found = before;
-        const double h = t_new - t, s = (time - t) / h, rest = 1.0 - s;
-        for (const Counting& each : counting_) {
-            const int i = each.coordinate;
-            double expected = rest * rest * ((1.0 + 2.0 * s) * before.value(i) + s * h * before.angles[i].speed) +
-                              s * s * ((1.0 + 2.0 * rest) * after.value(i) - rest * h * after.angles[i].speed);
-            if (each.motion >= 0)
-                expected = equations_.drive().prescribed(each.motion);
-            else if (followed_.size)
-                expected = y[followed_.first + i];
-            double off;
-            found.angles[i] = angle_now(each);
-            found.turns[i] = turns(expected, found.angles[i].value(), off);
-        }
-        return found;
-    }
+                   const Vector& y) const;
 
 private:
     // A coordinate that counts turns, and the motion that drives it, or -1.
@@ -126,40 +58,21 @@ private:
     };
 
     // The whole turns that bring a value nearest to the expected one, and how far off it is then.
-    static long turns(double expected, double value, double& off) {
-        const double more = std::nearbyint((expected - value) / (2.0 * M_PI));
-        off = std::abs(value + 2.0 * M_PI * more - expected);
-        return std::lrint(more);
-    }
+    static long turns(double expected, double value, double& off);
 
     // Sets angles that are followed to their counted values.
-    void follow(const Counted& counted, Vector& y) const {
-        if (!followed_.size) return;
-        for (const Counting& each : counting_) y[followed_.first + each.coordinate] = counted.value(each.coordinate);
-    }
+    void follow(const Counted& counted, Vector& y) const;
 
     // How far an angle turns in a step by the rates at its stages. Leaves y_new in place.
-    double rotation(const Counting& each, double t, const Vector& y, double t_new, const Vector& y_new) const {
-        const double h = t_new - t;
-        double total = 0.0;
-        stepper_.quadrature(t, y, h, [&](double weight, double time, const Vector& state) {
-            equations_.set_pose(time, state.data());
-            equations_.set_velocities(state.data(), false);
-            total += h * weight * angle_now(each).speed;
-        });
-        equations_.set_pose(t_new, y_new.data());
-        equations_.set_velocities(y_new.data(), false);
-        return total;
-    }
-
+    double rotation(const Counting& each, double t, const Vector& y, double t_new, const Vector& y_new) const;
     Angle angle_now(const Counting& each) const {
-        return {equations_.angle(each.coordinate), each.motion < 0 ? 0.0 : equations_.drive().prescribed(each.motion)};
+        return {equations_.angle(each.coordinate), each.motion < 0 ? 0.0 : equations_.prescribed(each.motion)};
     }
 
-    const Model<D>& model_;
+    const Mechanism& model_;
     const Block followed_;  // in y
-    EquationsOfMotion<D>& equations_;
-    const Stepper<D>& stepper_;
+    Equations& equations_;
+    const Stepper& stepper_;
     std::vector<Counting> counting_;
 };
 

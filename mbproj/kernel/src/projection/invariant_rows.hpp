@@ -4,6 +4,7 @@
 #pragma once
 
 #include "algebra/decompositions.hpp"
+#include "projection/projector.hpp"
 #include "projection/trust_region.hpp"
 
 namespace mbproj {
@@ -14,21 +15,11 @@ template <class D> struct RigidField {
     Turn<D> turn;
 };
 
-// The energy and momenta with which the balance began. How often the rows held, were skipped near rest, or were
-// refused. The energy that they added: its signed sum, the sum of magnitudes, and the largest magnitude of the signed
-// sum. Their largest correction, as a part of the velocity.
-struct Kept {
-    double energy = 0.0;
-    std::vector<double> momenta;
-    long held = 0, rested = 0, refused = 0;
-    double given = 0.0, moved = 0.0, furthest = 0.0, largest = 0.0;
-};
-
-template <class D> class Invariants final {
+template <class D> class InvariantRows final : public Invariants {
 public:
     // `tolerance`: that of the steps' errors; 0 where it is unknown.
-    Invariants(EquationsOfMotion<D>& equations, TrustRegion<D>& trust_region, Metric metric, bool energy,
-               std::vector<RigidField<D>> fields, double tolerance)
+    InvariantRows(EquationsOfMotion<D>& equations, TrustRegion<D>& trust_region, Metric metric, bool energy,
+                  std::vector<RigidField<D>> fields, double tolerance)
         : equations_(equations), trust_region_(trust_region), model_(equations.model()), metric_(metric),
           energy_(energy), fields_(std::move(fields)), motion_(model_), raw_(model_.all_rows()),
           beyond_(model_.all_rows()), own_(equations.layout().bodies.size), now_(model_.size()) {
@@ -39,10 +30,7 @@ public:
         across_.resize(fields_.size());
     }
 
-    Kept kept;
-
-    // A new balance begins at y at t.
-    void begin(double t, const double* y) {
+    void begin(double t, const double* y) override {
         equations_.set_pose(t, y);
         equations_.constraint_velocity(y);
         set_rates(equations_.motion(), raw_);
@@ -56,8 +44,6 @@ public:
         before_step_ = kept, refused_ = false;
         before_.assign(before, before + own_.size());
     }
-    // The step is repeated, or was a trial: its counts are taken back.
-    void take_back() { kept = before_step_; }
 
     // Corrects the velocities at the step's end y at t, whose pose is in place, factored and closed. A correction that is larger
     // than an error of the step is refused, and a new balance begins.
@@ -134,7 +120,7 @@ private:
         if (metric_ == Metric::coordinates && !equations_.contacts().any()) {
             if (!pulled(way_)) return false;
         } else if (model_.driven.size() > 0 || equations_.contacts().any()) {
-            if (!trust_region_.solve(of_rows(), equations_.motion())) return false;
+            if (!trust_region_.solve_velocities(of_rows())) return false;
             for (int b = 0; b < model_.size(); ++b) {
                 way_[b].velocity += equations_.solver().shift(b);
                 way_[b].omega += equations_.solver().turn(b);
@@ -289,7 +275,6 @@ private:
     double tolerated_ = 0.0, scale_ = 0.0;  // the tolerated error and the scale of the velocities, as speeds
     double energy_given_ = 0.0, change_ = 0.0, whole_ = 0.0, terms_ = 0.0, worked_ = 0.0;
     bool refused_ = false;
-    Kept before_step_;
 };
 
 }  // namespace mbproj

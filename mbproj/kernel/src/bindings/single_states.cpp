@@ -1,13 +1,10 @@
-// Equations at single states of one dimension, for Python; with the runs, instantiated in plane.cpp and space.cpp.
-#pragma once
-
+// The equations at single states, for Python.
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
-#include <nanobind/stl/shared_ptr.h>
-#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include "bindings/runs.hpp"
+#include "bindings/from_numpy.hpp"
 #include "bindings/single_state.hpp"
 
 namespace mbproj {
@@ -168,11 +165,9 @@ template <class D> void add_equations(nb::module_& m, const char* name) {
         });
 }
 
-// Everything of a dimension; the classes are called name + "Model" and so on.
-template <class D> void bind_dimension(nb::module_& m, const std::string& name) {
-    add_equations<D>(m, (name + "Equations").c_str());
-    add_run<D>(m, (name + "Run").c_str());
-    add_tangents<D>(m, (name + "Tangents").c_str());
+void bind_single_states(nb::module_& m) {
+    add_equations<Plane<double>>(m, "PlaneEquations");
+    add_equations<Space<double>>(m, "SpaceEquations");
 }
 
 }  // namespace mbproj
