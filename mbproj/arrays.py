@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.lanes import contiguous, one_of
+from mbproj.cases import Cases, cases_in
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
@@ -17,11 +17,32 @@ Flags: TypeAlias = npt.NDArray[np.bool_]
 Numbers: TypeAlias = npt.NDArray[Any]
 
 
+def numbers(nested: Any) -> Any:
+    """np.array(nested, dtype=float) of nested lists, in which numbers of several cases may stand."""
+    try:
+        return np.array(nested, dtype=float)
+    except TypeError:
+        cases: Any = cases_in(nested)
+        if cases is None:
+            raise
+        return np.array(nested, dtype=float, like=cases)
+
+
+def like_of(*values: Any) -> Any:
+    """The first of these values that is of several cases, as NumPy's `like` of a new array; None where none is."""
+    return next((each for each in values if isinstance(each, Cases)), None)
+
+
+def contiguous(values: Any, dtype: Any = None) -> Any:
+    """np.ascontiguousarray, also of numbers of several cases."""
+    return np.ascontiguousarray(values, dtype=dtype, like=like_of(values))
+
+
 def cross(a: Numbers, b: Numbers) -> Numbers:
     """a × b over the last axis, (..., 3); several times faster than numpy.cross on small arrays."""
     (a0, a1, a2), (b0, b1, b2) = ((each[..., 0], each[..., 1], each[..., 2]) for each in (a, b))
     first = a1 * b2 - a2 * b1
-    product = np.empty((*first.shape, 3), dtype=first.dtype, order="F", like=one_of((a, b)))
+    product = np.empty((*first.shape, 3), dtype=first.dtype, order="F", like=like_of(a, b))
     product[..., 0], product[..., 1], product[..., 2] = first, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
     return product
 

@@ -25,14 +25,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from mbproj.studies.cases.groups import FEWEST
 from mbproj.studies.parallel.hand_out import processors
 from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
-from mbproj.studies.sweep.summary import write_arrays, write_table
-from mbproj.studies.together.groups import FEWEST
+from mbproj.studies.sweep.summary import write_summary
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = "from mbproj.cli import main; main()"
@@ -122,8 +122,7 @@ def growth(cases: int) -> None:
         parts: dict[str, Callable[[], object]] = {
             "keep": keep,
             "find": lambda: run_sweep(spec, folder, 1),
-            "summary.csv": lambda: write_table(spec, folder),
-            "summary.h5": lambda: write_arrays(spec, folder),
+            "summary": lambda: write_summary(spec, folder),
         }
         with folder.store:
             for name, part in parts.items():

@@ -30,14 +30,13 @@ LEAVES = {
     "rehearsal",
     "thresholds",
 }
-LEAVES |= {"lanes", "plain_number", "plugins", "several", "version"}
+LEAVES |= {"cases", "plain_number", "plugins", "version"}
 #: What each package may import beside itself and the leaves.
 MAY_IMPORT = {
     "constraints": set(),
     "outputs": set(),
     "thresholds": set(),
     "facts": set(),
-    "lanes": set(),
     "kernel": {"constraints", "functions", "model"},
     "joints": {"constraints", "functions"},
     "functions": set(),
@@ -121,7 +120,7 @@ FOLDERS = {
         "store",
         "parallel",
         "measure",
-        "together",
+        "cases",
         "variants",
         "sweep",
         "certify",

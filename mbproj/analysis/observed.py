@@ -12,8 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array
-from mbproj.lanes import numbers
+from mbproj.arrays import Array, numbers
 from mbproj.results import Results
 from mbproj.results.layout import ALL_NAMES
 from mbproj.scene.blocks.observables import CONTACT, TENSION, VELOCITY_RATIO, output_of

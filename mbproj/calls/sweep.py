@@ -74,7 +74,7 @@ def sweep(
                 tell=progress,
             )
             summary.write_summary(what, folder, force)
-            rows = tuple(map(tuple, summary.cells(what, folder)))
+            rows = tuple(map(tuple, summary.cells(what, summary.entries(what, folder))))
     return SweepTable(tuple(summary.headings(what)), rows, reached, folder.path)
 
 

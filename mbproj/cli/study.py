@@ -101,8 +101,6 @@ class Study:
         `left` is the part of the text that --quiet leaves. `draw` returns the figure, or the reason why there is none.
         `beside` are files of the study's folder that are already written. The names of files that options give go to
         stderr."""
-        from mbproj.figures.save import save
-
         folder: list[Path] = []
         named: list[Path] = []
         said = list(notes)
@@ -115,6 +113,8 @@ class Study:
             if isinstance(page, str):
                 said.append(page)
             else:
+                from mbproj.figures.save import save
+
                 (named if self._table is None else folder).append(save(page, self._figure, force=self.force))
         if self._for_paper is not None:
             named.append(write_table(self._for_paper, table.headings, table.rows, force=self.force))

@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, numbers
 from mbproj.dataclass import dataclass
 from mbproj.functions.program import CHANNELS, Instruction, Op, Program
-from mbproj.lanes import numbers
 from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:

@@ -11,12 +11,11 @@ from typing import final, overload
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers
+from mbproj.arrays import Array, Integers, Numbers, numbers
 from mbproj.functions.program import ARGUMENTS, Op
 from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.switches import FREE, lifted, pieces
 from mbproj.functions.taylor import FUNCTIONS, OPERATIONS, Series, chain, power
-from mbproj.lanes import Lanes, filled_like
 
 #: The operations with an operand. To look up a member of an enumeration takes as long as a sum.
 CONSTANT, VARIABLE, TABLE, POWER = Op.CONSTANT, Op.VARIABLE, Op.TABLE, Op.POWER
@@ -30,7 +29,7 @@ def time_series(t: Numbers) -> Series:
 
 def constant_series(x: Numbers) -> Series:
     """Return the series of a value taken as constant, with derivatives of 0."""
-    x = x if isinstance(x, Lanes) else np.asarray(x, dtype=float)
+    x = numbers(x)
     zero = np.zeros(x.shape)
     return x, zero, zero
 
@@ -116,7 +115,7 @@ def _step(
     if held is not None and not np.isnan(held[at]):
         stack.append(_on_branch(programs, at, stack, float(held[at])))
     elif op is CONSTANT:
-        stack.append(constant_series(filled_like(variables[0][0].real, operand)))
+        stack.append(constant_series(np.where(True, operand, variables[0][0].real)))  # in the shape of the time
     elif op is VARIABLE:
         stack.append(variables[int(operand)])
     elif op is TABLE:

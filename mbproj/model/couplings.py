@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers
+from mbproj.arrays import Array, Integers, Numbers, numbers
 from mbproj.constraints.primitive import Primitive
 from mbproj.dataclass import dataclass
 from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
-from mbproj.lanes import numbers
 from mbproj.model.primitive_set import Binding
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Numbers
-from mbproj.lanes import one_of
+from mbproj.arrays import Numbers, like_of
 
 # L and E are linear in Λ: which component of Λ stands at each place of the 3 x 4 matrix, and with which sign (Eq. 13).
 _INDEX = np.array([[1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]])
@@ -37,7 +36,7 @@ def E_times_L(first: Numbers, second: Numbers) -> Numbers:
     if first.ndim < 3:
         return matrix_E(first) @ np.swapaxes(matrix_L(second), -1, -2)
     # Entry by entry: over many samples four times as fast, and the same for a sample in blocks of any length.
-    matrix = np.empty((*first.shape[:-1], 3, 3), dtype=first.dtype, order="F", like=one_of((first, second)))
+    matrix = np.empty((*first.shape[:-1], 3, 3), dtype=first.dtype, order="F", like=like_of(first, second))
     a, b = ([each[..., place] for place in range(4)] for each in (first, second))
     scalar, x, y, z = (a[place] * b[place] for place in range(4))
     matrix[..., 0, 0], matrix[..., 1, 1] = scalar + x - y - z, scalar - x + y - z

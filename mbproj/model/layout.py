@@ -13,9 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, like_of
 from mbproj.dataclass import dataclass
-from mbproj.lanes import one_of
 
 #: The scale of numbers whose errors have no effect on the step size.
 UNCONTROLLED = np.inf
@@ -92,7 +91,7 @@ class Layout:
     def vector_of(self, parts: Mapping[str, Array | Integers]) -> Array:
         """Return the vector (..., size) made of the blocks `parts`, each (..., its size); the others have their initial
         values."""
-        y = np.empty((*next(iter(parts.values())).shape[:-1], self.size), like=one_of(parts.values()))
+        y = np.empty((*next(iter(parts.values())).shape[:-1], self.size), like=like_of(*parts.values()))
         for block in self.blocks:
             y[..., self[block.name]] = parts[block.name] if block.start is None else parts.get(block.name, block.start)
         return y

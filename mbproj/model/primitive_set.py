@@ -9,10 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers
+from mbproj.arrays import Array, Integers, Numbers, like_of, numbers
 from mbproj.constraints import Primitive
 from mbproj.dataclass import dataclass
-from mbproj.lanes import numbers, one_of
 
 #: The number of layouts in the cache, enough for a few scenes, and the most primitives of a set that is cached.
 LAYOUTS, MOST_KEPT = 64, 1000
@@ -179,9 +178,7 @@ class PrimitiveSet:
     def _of_motion(
         self, x: Numbers, x_dot: Numbers, of: Callable[[Primitive], Callable[[Numbers, Numbers], Numbers]]
     ) -> Numbers:
-        values = np.empty(
-            (*x.shape[:-2], self.size), dtype=np.result_type(x, x_dot), order="F", like=one_of((x, x_dot))
-        )
+        values = np.empty((*x.shape[:-2], self.size), dtype=np.result_type(x, x_dot), order="F", like=like_of(x, x_dot))
         for group in self.groups:
             slots = group.slots
             values[..., group.rows] = of(group.primitive)(x[..., slots, :], x_dot[..., slots, :])
@@ -191,7 +188,7 @@ class PrimitiveSet:
         """Return ∂C/∂xᵀ λ of each attachment, (..., S, 3), for multipliers λ (..., m)."""
         lead = np.broadcast_shapes(x.shape[:-2], multipliers.shape[:-1])
         forces = np.empty(
-            (*lead, *x.shape[-2:]), dtype=np.result_type(x, multipliers), order="F", like=one_of((x, multipliers))
+            (*lead, *x.shape[-2:]), dtype=np.result_type(x, multipliers), order="F", like=like_of(x, multipliers)
         )
         for group in self.groups:
             slots = group.slots

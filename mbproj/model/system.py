@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers
+from mbproj.arrays import Array, Flags, Integers, numbers
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
-from mbproj.lanes import numbers
 from mbproj.model.channels import (
     NO_ACTIONS,
     NO_CHANNELS,
@@ -286,7 +285,7 @@ def integrated_layout(system: System) -> Layout:
 
 def _motion(system: System) -> tuple[Block, Block]:
     """Return the blocks of q and of q'."""
-    scale = np.tile(numbers([system.length] * 3 + [1.0] * 4), system.bodies)
+    scale = numbers(([system.length] * 3 + [1.0] * 4) * system.bodies)
     units = (("m",) * 3 + ("1",) * 4) * system.bodies
     return (
         Block("positions", scale, projected=True, units=units),

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mbproj.cases import cases_in
 from mbproj.errors import InputError, Place, Problem
 from mbproj.registry import calling, load
 from mbproj.scene.blocks.coordinates import with_coordinates
@@ -31,7 +32,6 @@ from mbproj.scene.text.nodes import (
     mapping,
 )
 from mbproj.scene.text.source import MAX_BYTES, read_text
-from mbproj.several import Several
 
 if TYPE_CHECKING:
     from mbproj.functions.curves.track import Track
@@ -114,10 +114,7 @@ class SceneText:
         root, from_files, wrong_files = _with_matrices(root, self.path)
         # The first reading stores nothing, since most texts are read once; nor do readings of several cases, or with
         # other units, in which expressions that name them are checked again.
-        of_cases, other_units = (
-            any(isinstance(value, Several) for value in parameters.values()),
-            declares_units(parameters),
-        )
+        of_cases, other_units = cases_in(parameters) is not None, declares_units(parameters)
         kept = None if other_units else self._kept
         if kept is None and self._is_read and not of_cases and not other_units:
             from mbproj.scene.text.reading_cache import ReadingCache

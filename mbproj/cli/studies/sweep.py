@@ -121,9 +121,9 @@ def command(
             raise KeyboardInterrupt
         (progress,) = reached
         written = summary.write_summary(what, folder, study.force)
-        rows = tuple(map(tuple, summary.cells(what, folder))) if study.writes_table else ()
+        rows = tuple(map(tuple, summary.cells(what, summary.entries(what, folder)))) if study.writes_table else ()
         study.write_junit(lambda: _junit(what, summary.entries(what, folder)))
-        kinds = _failures(summary.entries(what, folder))
+        kinds = _failures(summary.entries(what, folder)) if progress.failed else []
     study.hand_over(
         Table(tuple(summary.headings(what)), rows),
         _counts_in_words(progress, kinds),

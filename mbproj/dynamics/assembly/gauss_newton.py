@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Numbers, numbers
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.lanes import numbers
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System

@@ -16,10 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Numbers, like_of
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.kinematics import Pose, Twist
-from mbproj.lanes import like_others
 from mbproj.model.euler_parameters import matrix_E, product, rotation_matrix
 from mbproj.model.forces import Bushings
 
@@ -86,7 +85,7 @@ def rates(bushings: Bushings, bent: Deflection, pose: Pose, twist: Twist) -> Num
 def viscous(bushings: Bushings, bent: Deflection) -> Numbers:
     """Return the damping along the coordinates, (..., B, 6, 6): the dampers' forces are its product with -s'."""
     damping = np.broadcast_to(bushings.damping, (*bent.cosine.shape, 6, 6)).astype(bent.turning.dtype)
-    along = like_others(damping, bent.turning)
+    along = np.array(damping, like=like_of(damping, bent.turning))
     along[..., 3:, 3:] = bent.turning @ bushings.damping[:, 3:, 3:] @ bent.turning
     return along
 

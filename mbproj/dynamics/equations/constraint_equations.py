@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers, cross
+from mbproj.arrays import Array, Integers, Numbers, contiguous, cross, like_of
 from mbproj.dynamics.equations.kinematics import (
     Pose,
     Twist,
@@ -19,7 +19,6 @@ from mbproj.dynamics.equations.kinematics import (
     twist_of,
 )
 from mbproj.dynamics.equations.motions import NO_DRIVE, Drive, drive_at
-from mbproj.lanes import contiguous, one_of
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 
@@ -51,7 +50,7 @@ def constraint_velocity(system: System, pose: Pose, twist: Twist, drive: Drive =
 
 def time_derivative(system: System, drive: Drive) -> Array:
     """Return C_t, (m,): zero but in the rows of motions."""
-    C_t = np.zeros(system.constraints, like=one_of((drive.rate,)))
+    C_t = np.zeros(system.constraints, like=like_of(drive.rate))
     C_t[system.bodies + system.joints.size :] = -drive.rate
     return C_t
 
@@ -127,7 +126,7 @@ def tangent_entries(bound: PrimitiveSet, pose: Pose) -> tuple[Integers, Array]:
     gradient = bound.gradient_entries(pose.places(bound))
     local = bound.local[bound.entry_slot]
     in_body = (gradient[:, None, :] @ pose.rotation[body])[:, 0, :]
-    entries = np.empty((len(body), 7), like=one_of((gradient, local)))
+    entries = np.empty((len(body), 7), like=like_of(gradient, local))
     entries[:, :3] = bound.layout.entry_is_point * gradient
     entries[:, 3:6] = cross(local, in_body)
     entries[:, 6] = 2.0 * np.sum(local * in_body, axis=-1)

@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers, Numbers, cross, total
+from mbproj.arrays import Array, Flags, Integers, Numbers, cross, numbers, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
-from mbproj.lanes import numbers
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
 

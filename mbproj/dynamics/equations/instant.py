@@ -9,15 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
+from mbproj.arrays import Array, Numbers, like_of, numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.kinematics import Pose, Twist
 from mbproj.functions.program import TIME
-from mbproj.lanes import one_of
 from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
-from mbproj.several import is_several
 
 if TYPE_CHECKING:
     from mbproj.functions.taylor import Series
@@ -53,7 +51,7 @@ class Instant:
     def channels(self) -> Numbers:
         """The values of all channels, (..., c)."""
         channels, bound = self.system.channels, self.system.coordinates
-        like = one_of((self.pose.position, bound.local, self.x))
+        like = like_of(self.pose.position, bound.local, self.x)
         channel_values = np.empty((*self.pose.position.shape[:-2], channels.size), like=like)
         given = {ChannelKind.STATE: self.x}
         if not channels.is_state.all():
@@ -75,7 +73,7 @@ class Instant:
 
     def values(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> list[Numbers]:
         """Return the variables of a program that acts along a coordinate s with this rate, (...) each."""
-        given: list[Any] = [each if is_several(each) else np.asarray(each, dtype=float) for each in (self.t, s, rate)]
+        given: list[Any] = [numbers(each) for each in (self.t, s, rate)]
         shape = self.channels.shape[:-1]
         own = (each if each.shape == shape else np.broadcast_to(each, shape) for each in given)
         return [*own, *self._each]

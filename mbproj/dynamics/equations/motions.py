@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Numbers
+from mbproj.arrays import Numbers, like_of
 from mbproj.dataclass import dataclass
 from mbproj.errors import SimulationError
-from mbproj.lanes import one_of
 from mbproj.model.system import System
 
 if TYPE_CHECKING:
@@ -45,7 +44,7 @@ def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> 
 
     time, programs = time_series(np.asarray(t)), system.motions.programs
     series = [run(programs, index, [time]) for index in range(system.driven)]
-    drive = np.empty((3, *np.shape(t), system.driven), like=one_of(each for own in series for each in own))
+    drive = np.empty((3, *np.shape(t), system.driven), like=like_of(*(each for own in series for each in own)))
     for index, own in enumerate(series):
         for order, each in enumerate(own):
             drive[order, ..., index] = each

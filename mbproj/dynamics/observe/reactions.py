@@ -6,11 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers, cross, dot
+from mbproj.arrays import Array, Numbers, cross, dot, like_of
 from mbproj.dynamics.equations.forces import given_components, in_global_axes
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import Pose, attached, attached_velocity, body_rates
-from mbproj.lanes import one_of
 from mbproj.model.system import System
 
 
@@ -26,7 +25,7 @@ def reactions(system: System, pose: Pose, multipliers: Array) -> tuple[Numbers, 
     arm = x[..., slots, :] - is_point * places[..., joint, :]
     first = np.flatnonzero(np.diff(joint, prepend=-1))
     shape = *pull.shape[:-2], len(system.reaction_body), 3
-    force, torque = (np.zeros(shape, dtype=pull.dtype, like=one_of((pull, arm))) for _ in range(2))
+    force, torque = (np.zeros(shape, dtype=pull.dtype, like=like_of(pull, arm)) for _ in range(2))
     force[..., joint[first], :] = np.add.reduceat(is_point * pull, first, axis=-2)
     torque[..., joint[first], :] = np.add.reduceat(cross(arm, pull), first, axis=-2)
     return force, torque

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers, may_overflow
+from mbproj.arrays import Array, Integers, Numbers, contiguous, may_overflow
 from mbproj.dynamics.assembly.assemble import State, coordinate_values, is_angle
 from mbproj.dynamics.equations.constraint_equations import (
     constraint,
@@ -37,7 +37,6 @@ from mbproj.dynamics.equations.motions import Drive
 from mbproj.dynamics.observe.reactions import applied_seen, reactions_with_teeth
 from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
 from mbproj.dynamics.observe.total_energy import EnergyAtStart, account, kinetic_energy, stored
-from mbproj.lanes import contiguous, first_axis_innermost
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
@@ -100,16 +99,16 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def pose(self) -> Pose:
-        return pose_of(first_axis_innermost(self._seen.q))
+        return pose_of(np.asfortranarray(self._seen.q, like=self._seen.q))
 
     @cached_property
     def twist(self) -> Twist:
-        return twist_of(self.pose, first_axis_innermost(self._seen.v))
+        return twist_of(self.pose, np.asfortranarray(self._seen.v, like=self._seen.v))
 
     @cached_property
     def change(self) -> Twist:
         """The accelerations, as a `Twist` that holds q'' in place of q'."""
-        return twist_of(self.pose, first_axis_innermost(self._seen.acceleration))
+        return twist_of(self.pose, np.asfortranarray(self._seen.acceleration, like=self._seen.acceleration))
 
     @cached_property
     def contacts(self) -> ContactsSeen:

@@ -13,11 +13,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, numbers
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import tangent_entries
 from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.lanes import numbers
 from mbproj.model.system import System
 
 
@@ -69,7 +68,7 @@ def component_rows(system: System, pose: Pose, components: list[Component]) -> l
     for number, component in enumerate(components):
         mine = order[ends[number] : ends[number + 1]]
         mine = mine[np.isin(body[mine], component.bodies)]
-        matrix = np.zeros((len(component.rows), len(component.bodies), 6))
+        matrix = np.zeros((len(component.rows), len(component.bodies), 6), like=values)
         np.add.at(matrix, (place[entry_row[mine]], np.searchsorted(component.bodies, body[mine])), values[mine])
         blocks.append(matrix.reshape(len(component.rows), 6 * len(component.bodies)))
     return blocks

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from types import ModuleType
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, may_overflow
+from mbproj.arrays import Array, Integers, contiguous, may_overflow
 from mbproj.dynamics.assembly.assemble import State, turns_of
 from mbproj.dynamics.equations.forces import require_values
 from mbproj.dynamics.equations.motions import drive_at
@@ -17,7 +16,6 @@ from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.leg import Leg, kernel_steps, kernel_tableau
 from mbproj.integrate.steppers.tableau import tableau_of
-from mbproj.lanes import contiguous
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
@@ -33,20 +31,15 @@ class Compiled(ABC):
     name: ClassVar[str]
     dimension: ClassVar[str]
 
-    def __init__(self, core: Any, system: System, layout: Layout, joints: list[int], model: Callable[[], Any]) -> None:
-        self.core, self.system, self.layout, self.model = core, system, layout, model()
-        self._another, self._joints = model, joints
+    def __init__(self, core: Any, system: System, layout: Layout, joints: list[int], model: Any) -> None:
+        self.core, self.system, self.layout, self.model = core, system, layout, model
+        self._joints = joints
         self._equations: Any = None  # with the rows of the run
         #: The projection for which the model's usual rows were found: a penalty has more rows.
         self.settled = ProjectionSettings()
 
     def hold(self, rows: Any) -> None:
-        """Set the rows that the model holds at most poses. Rows of several cases make a model for each case."""
-        if not isinstance(self.core, ModuleType):  # the kernel runs several cases
-            from mbproj.lanes import Each
-
-            is_first = isinstance(rows, Each) and not isinstance(self.model, Each)
-            self.model = Each([self._another() for _ in rows.items]) if is_first else self.model
+        """Set the rows that the model holds at most poses."""
         self.model.rows = rows
         self._equations = None
 
@@ -148,8 +141,7 @@ class Compiled(ABC):
 
     def _equations_with(self, projection: Any) -> Any:
         """Return equations with the kernel's settings of a projection."""
-        equations = getattr(self.core, f"{self.dimension}Equations")(self.model, projection)
-        return equations if isinstance(self.core, ModuleType) else self.core.of_all(equations)
+        return getattr(self.core, f"{self.dimension}Equations")(self.model, projection)
 
     def owner(self, number: int) -> str | None:
         """Return the owner of one of the kernel's joints, for messages: "joint 'A'", "motion 'm'"."""

@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, cross
+from mbproj.arrays import Array, Integers, contiguous, cross, numbers
 from mbproj.dynamics.assembly.assemble import State, coordinate_values
 from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.forces import applied
@@ -17,7 +17,6 @@ from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.reduced import Reduced, layout_in_bodies, space_state
 from mbproj.integrate.formulations.redundant_rows import count_redundant
 from mbproj.kernel.models import joints_with_rows, plane_model, plane_row_scale, plane_rows
-from mbproj.lanes import contiguous, numbers
 from mbproj.model.planar import Plane
 from mbproj.model.system import System
 
@@ -34,7 +33,7 @@ class InPlane(Compiled):
         layout = layout_in_bodies(system, of_a_body, plane.coordinates.size)
         assert core is not None
         joints = joints_with_rows(plane.joints.owner)
-        super().__init__(core, system, layout, joints, plane_model(core, system, plane, layout))
+        super().__init__(core, system, layout, joints, plane_model(core, system, plane, layout)())
         self.plane = plane
         self._rows = plane_rows(plane)
         self._space: Any = None

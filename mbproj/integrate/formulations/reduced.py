@@ -6,11 +6,10 @@ from types import ModuleType
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.arrays import Array, Integers, contiguous, numbers
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.kernel.models import joints_with_rows, space_model
-from mbproj.lanes import contiguous, numbers
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.system import System
@@ -27,7 +26,7 @@ class Reduced(Compiled):
         layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
         assert core is not None
         joints = joints_with_rows(system.joints.owner)
-        super().__init__(core, system, layout, joints, space_model(core, system, layout))
+        super().__init__(core, system, layout, joints, space_model(core, system, layout)())
 
     def with_system(self, system: System, whole: System | None = None) -> Reduced:
         copy = Reduced(self.core, system)
@@ -97,6 +96,6 @@ def from_space(y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
 def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layout:
     """Return the layout of a vector that begins with the positions and velocities of each body. `of_a_body`: the scales
     of a body's numbers for the absolute tolerance. `coordinates`: the number of joint coordinates to follow."""
-    bodies = Block("bodies", np.tile(of_a_body, system.bodies), projected=True)
+    bodies = Block("bodies", np.concatenate([of_a_body] * system.bodies), projected=True)
     *_, states, quadratures, followed = system.integrated.blocks
     return Layout((bodies, states, quadratures, uncontrolled("followed", coordinates if followed.size else 0)))

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, may_overflow
+from mbproj.arrays import Array, may_overflow, numbers
 from mbproj.dynamics.assembly.assemble import State, assemble
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.lanes import numbers
 from mbproj.model.compile.guess import Guess
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
@@ -56,7 +54,7 @@ def _as_drawn(compiled: Compiled, start: State, count: int, first: list[int]) ->
         drawn = assemble(system, Guess(system.drawn, np.zeros(7 * system.bodies), NO_CONDITIONS, NO_CONDITIONS))
     except (InputError, SimulationError):
         return start, first
-    if isinstance(compiled.core, ModuleType) and np.array_equal(drawn.q, start.q):
+    if np.array_equal(drawn.q, start.q):
         return drawn, first  # the same pose, whose rows a large mechanism need not count again
     others = _left_out(compiled, drawn, compiled.state(drawn.q, drawn.v))
     if others is not None and compiled.model.rows.redundant == count:

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array, cross
+from mbproj.arrays import Array, cross, like_of, numbers
 from mbproj.joints import JOINTS
-from mbproj.lanes import like_others, numbers
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import GROUND, Joint, Pair, Scene
 from mbproj.thresholds import THRESHOLDS
@@ -75,9 +74,10 @@ def pose(position: tuple[float, ...], orientation: tuple[float, ...]) -> Pose:
 
 def _global(pairs: Sequence[Pair], position: Array, rotation: Array) -> Array:
     """Return pairs of points or vectors in global axes, (k, 2, 3)."""
-    given = like_others(numbers([(pair.first, pair.second) for pair in pairs]), position, rotation)
+    given = numbers([(pair.first, pair.second) for pair in pairs])
     local = np.array([pair.local for pair in pairs])
     if local.any():
+        given = np.array(given, like=like_of(given, position, rotation))
         given[local] = position[local] + (rotation[local] @ given[local][..., None])[..., 0]
     return given
 

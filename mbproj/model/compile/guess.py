@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, numbers
 from mbproj.dataclass import dataclass
-from mbproj.lanes import numbers
 from mbproj.model.compile.rigid_groups import rigid_groups
 from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
 from mbproj.model.system import Conditions, System

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, numbers
 from mbproj.constraints import PRIMITIVES, Primitive
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.joints import JOINTS
 from mbproj.joints.joint_type import Row
-from mbproj.lanes import numbers
 from mbproj.model.compile.rigid_groups import RigidGroups
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding

@@ -7,14 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, numbers
 from mbproj.constraints import PRIMITIVES
 from mbproj.dataclass import dataclass
 from mbproj.elements.element import Element, End, Place
 from mbproj.errors import InputError, Problem
 from mbproj.functions.program import Program
 from mbproj.functions.program_set import flatten
-from mbproj.lanes import numbers
 from mbproj.model.compile.frames import Pose
 from mbproj.model.compile.friction import SmoothFriction
 from mbproj.model.compile.rigid_groups import Seat

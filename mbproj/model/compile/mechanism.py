@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, numbers
 from mbproj.constraints import PRIMITIVES
 from mbproj.errors import InputError, Problem
 from mbproj.joints import JOINTS
-from mbproj.lanes import numbers
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.model.compile.guess import initial_guess
 from mbproj.model.compile.joint_rows import (

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mbproj.arrays import Array, cross
+from mbproj.arrays import Array, cross, numbers
 from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
-from mbproj.lanes import numbers
 from mbproj.model.compile.frames import Pose, poses_of
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.scene.records import GROUND, Body, Joint, Scene

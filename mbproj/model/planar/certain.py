@@ -25,9 +25,9 @@ from itertools import combinations
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers, cross
+from mbproj.arrays import Array, Flags, Integers, cross, numbers
+from mbproj.cases import per_case
 from mbproj.dataclass import dataclass
-from mbproj.lanes import each_lane, numbers
 from mbproj.model.planar.rows import BESIDE, INSIDE, OUTSIDE, Seen, kind_of, level_and_upright, see, sides
 from mbproj.model.primitive_set import PrimitiveSet, SetLayout
 from mbproj.thresholds import THRESHOLDS
@@ -199,7 +199,7 @@ def candidate_normals(joints: PrimitiveSet, rotation: Array) -> Array:
     return np.concatenate([directions, others])
 
 
-@each_lane
+@per_case
 def plane_axes(normal: Array) -> Array:
     """Return right-handed axes (3, 3) with columns e1, e2, n. A normal along a global axis becomes that axis, and e1,
     e2 are the other two in cyclic order: coordinates keep their numbers. Else the largest component of n is

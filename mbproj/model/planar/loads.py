@@ -12,8 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.lanes import one_of
+from mbproj.arrays import Array, Integers, like_of
 from mbproj.model.channels import Channels
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.forces import Bushings
@@ -138,7 +137,7 @@ def bushings_in_plane(plane: Plane, bushings: Bushings) -> dict[str, Array]:
     ends = (plane.axes.T @ origin)[..., 0]
     depth = ends[..., 2] + np.append(plane.depth, 0.0)[bushings.body]
     first = np.swapaxes(_frames(plane, bushings)[:, 0], -1, -2) @ plane.axes  # columns e1, e2, n in frame 1
-    apart = np.zeros((bushings.size, 6), like=one_of((first, depth)))
+    apart = np.zeros((bushings.size, 6), like=like_of(first, depth))
     apart[:, :3] = first[..., 2] * (depth[:, 1] - depth[:, 0])[:, None]
     B = np.zeros((bushings.size, 6, 3), like=first)
     B[:, :3, :2], B[:, 3:, 2] = first[..., :2], first[..., 2]

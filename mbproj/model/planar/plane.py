@@ -6,9 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, may_overflow
+from mbproj.arrays import Array, Integers, may_overflow, numbers
 from mbproj.dataclass import dataclass
-from mbproj.lanes import numbers
 from mbproj.model.euler_parameters import product
 from mbproj.model.planar.planar_set import PlanarSet
 

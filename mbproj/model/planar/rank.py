@@ -15,8 +15,7 @@ from collections import Counter, deque
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, cross
-from mbproj.lanes import numbers, one_of
+from mbproj.arrays import Array, Integers, cross, numbers
 from mbproj.model.planar.rows import RowMap, Seen
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.thresholds import THRESHOLDS
@@ -49,7 +48,7 @@ def _rows(bound: PrimitiveSet, seen: Seen, outside: RowMap, bodies: int, length:
     count = end - first
     entry = mine[np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())]
     places, same = np.unique(np.repeat(outside.row, count) * bodies + owner[entry], return_inverse=True)
-    values = np.zeros((len(places), 3), like=one_of((parts,)))
+    values = np.zeros((len(places), 3), like=parts)
     np.add.at(values, same, np.repeat(outside.weight, count)[:, None] * parts[entry])
     row = places // bodies
     norm = np.sqrt(np.bincount(row, np.sum(values**2, axis=1), minlength=outside.size))
@@ -133,7 +132,7 @@ def _moving(rows: Rows, piece: list[int]) -> int | None:
 
 def _free_motions(row: Integers, body: Integers, values: Array, shape: tuple[int, int]) -> Array:
     """Return a basis (k, b, 3) of the motions that all rows allow, from the rows' entries (e, 3)."""
-    matrix = np.zeros((*shape, 3), like=one_of((values,)))
+    matrix = np.zeros((*shape, 3), like=values)
     matrix[row, body] = values
     _, values, vectors = np.linalg.svd(matrix.reshape(shape[0], 3 * shape[1]), full_matrices=True)
     motions: Array = vectors[np.count_nonzero(values > THRESHOLDS.dependent) :].reshape(-1, shape[1], 3)

@@ -21,10 +21,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, cross
+from mbproj.arrays import Array, Integers, cross, numbers
 from mbproj.constraints import PRIMITIVES
 from mbproj.dataclass import dataclass
-from mbproj.lanes import numbers
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.planar.certain import candidate_normals, certain_plane, plane_axes
 from mbproj.model.planar.planar_set import planar_set
@@ -207,7 +206,7 @@ def split(bound: PrimitiveSet, seen: Seen, side: Integers) -> PlaneSplit | Refus
 def _row_map(combinations: list[tuple[list[int], list[float]]]) -> RowMap:
     row = np.repeat(np.arange(len(combinations)), [len(sources) for sources, _ in combinations])
     source = np.array([source for sources, _ in combinations for source in sources], dtype=np.intp)
-    return RowMap(len(combinations), row, source, np.array([w for _, weights in combinations for w in weights]))
+    return RowMap(len(combinations), row, source, numbers([w for _, weights in combinations for w in weights]))
 
 
 def _tilted_blocks(bound: PrimitiveSet, seen: Seen, side: Integers) -> Iterator[_Block]:

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
 
+from mbproj.cases import per_case
 from mbproj.dataclass import dataclass
 from mbproj.errors import choose_from, did_you_mean
 from mbproj.scene.expressions.dimensions import Found, of_binary, of_call, of_quantity
@@ -23,7 +24,6 @@ from mbproj.scene.expressions.syntax_tree import (
     QuantityNode,
 )
 from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS, Dimension, similar_unit, unit_of
-from mbproj.several import are_several, each_case, finite_value
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,6 @@ RESERVED = frozenset({*FUNCTIONS, *CONSTANTS, "t", "inf", "nan"})
 _OPERATORS: Mapping[str, Callable[[float, float], float]] = MappingProxyType(
     {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv, "**": operator.pow}
 )
-#: Operations whose result IEEE 754 defines to the last bit: they run for several cases at once.
-_EXACT = frozenset({operator.add, operator.sub, operator.mul, operator.truediv})
 _NOT_HERE = {
     "t": "'t' (time) cannot be used here",
     "inf": "numbers must be finite",
@@ -202,11 +200,9 @@ def increasing(tree: Call, numbers: Sequence[float]) -> None:
             raise ExpressionError(f"'{tree.function}' has x = {after:g} after {before:g}", tree.at, "x must increase")
 
 
+@per_case
 def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:
     """compute(*numbers). Raises ExpressionError where that is not a finite number."""
-    if any(map(are_several, numbers)):
-        outcome: float | None = finite_value(compute, numbers) if compute in _EXACT else None
-        return each_case(lambda *own: _finite(at, compute, *own))(*numbers) if outcome is None else outcome
     try:
         result = compute(*numbers)
     except ZeroDivisionError:

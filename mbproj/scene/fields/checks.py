@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 
+from mbproj.cases import per_case
 from mbproj.errors import did_you_mean
 from mbproj.scene.fields import inertia, rotations
 from mbproj.scene.fields.containers import Complaint
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import Matrix, Pair, Quaternion, Vector
-from mbproj.several import each_case
 
 #: A point or direction as read: global for both bodies, or one by body in that body's axes.
 Placed = Pair | Mapping[str, Vector]
@@ -97,7 +97,7 @@ def two_points(points: tuple[Vector, Vector]) -> Pair:
     return Pair(*points)
 
 
-@each_case
+@per_case
 def _sine(first: Vector, second: Vector) -> float:
     """The sine of the angle between two unit vectors."""
     return math.hypot(*rotations.cross(first, second))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from mbproj.cases import per_case
 from mbproj.scene.records import Matrix, Vector
-from mbproj.several import are_several, each_case
 
 #: The largest error that counts as round-off, relative to the largest principal moment (or element).
 ROUND_OFF = 1e-12
@@ -70,14 +70,14 @@ def impossible(matrix: Matrix) -> str | None:
 
 def _is_possible_diagonal(matrix: Matrix) -> bool:
     """Whether the tensor is diagonal and possible: its principal moments are then the diagonal."""
-    if any(are_several(matrix[i][j]) or matrix[i][j] != 0.0 for i, j in _PLANES):
+    if any(matrix[i][j] != 0.0 for i, j in _PLANES):
         return False
     x, y, z = (matrix[i][i] for i in range(3))
     slack = ROUND_OFF * (x + y + z) / 3.0
     return all(own >= 0.0 for own in (x, y, z)) and all(own <= slack for own in (x - y - z, y - z - x, z - x - y))
 
 
-@each_case
+@per_case
 def _why_impossible(matrix: Matrix) -> str | None:
     low, middle, high = principal_moments(matrix)
     slack = ROUND_OFF * max(abs(low), abs(high))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from mbproj.cases import per_case
 from mbproj.scene.records import Matrix, Quaternion, Vector
-from mbproj.several import each_case
 
 #: The sequences of Euler angles: three letters of xyz, no two neighbours equal.
 SEQUENCES = tuple(a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a != b != c)
@@ -14,7 +14,7 @@ SEQUENCES = tuple(a + b + c for a in "xyz" for b in "xyz" for c in "xyz" if a !=
 ORTHONORMAL = 1e-6
 
 
-@each_case
+@per_case
 def unit(vector: Sequence[float]) -> tuple[float, ...] | None:
     """The vector over its length; None for a zero vector. Scaled by a power of two first, so nothing overflows."""
     largest = max(abs(x) for x in vector)
@@ -36,7 +36,7 @@ def multiply(p: Quaternion, q: Quaternion) -> Quaternion:
     )
 
 
-@each_case
+@per_case
 def from_axis_angle(axis: Vector, angle: float) -> Quaternion:
     """The rotation by `angle` (rad) about the unit vector `axis`."""
     sine = math.sin(angle / 2)
@@ -52,7 +52,7 @@ def from_euler(angles: Vector, sequence: str) -> Quaternion:
     return result
 
 
-@each_case
+@per_case
 def from_matrix(matrix: Matrix) -> Quaternion:
     """The rotation of an orthonormal matrix whose columns are the body's axes; of ± the one with w >= 0.
 

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from numbers import Real
 from typing import Any, NamedTuple, TypeAlias
 
+from mbproj.cases import Cases
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place
-from mbproj.several import Several
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ def plain(value: object) -> object:
 def from_value(value: object, place: Place) -> Node:
     """The node of a value from the command line or a Python caller: text, a number, a flag, or a list or mapping of
     them, also of NumPy."""
-    if isinstance(value, Several):
+    if isinstance(value, Cases):
         return CasesNode("the numbers of several cases", place, numbers=value)
     value = plain(value)
     if isinstance(value, Mapping):

@@ -7,13 +7,14 @@ that differ by changes (`mbproj.scene.text.changes`) share the objects of all ot
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
+from mbproj.cases import Cases
 from mbproj.errors import Place, Problem
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
-from mbproj.several import Several, same_bits
 
 Path: TypeAlias = "tuple[str | int, ...]"
 #: Parameters by name, and the names of the items of each block.
@@ -94,4 +95,10 @@ def _differ(value: Any, before: Any) -> bool:
     if value is before:
         return False
     number, other = (getattr(each, "number", None) for each in (value, before))
-    return isinstance(number, Several) or value != before or not same_bits(number, other)
+    return isinstance(number, Cases) or value != before or not same_bits(number, other)
+
+
+def same_bits(value: Any, other: Any) -> bool:
+    """Whether two values are equal, and 0 of the same sign: atan2(-0.0, -1) is not atan2(0.0, -1)."""
+    same: bool = value == other
+    return same and (not isinstance(value, float) or math.copysign(1.0, value) == math.copysign(1.0, other))

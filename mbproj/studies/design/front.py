@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.arrays import Array, Flags
 from mbproj.studies.design.searches import EVOLVED, SearchTask, equalities, lacking
-from mbproj.studies.design.trial import Wish, tried_together
+from mbproj.studies.design.trial import Wish, tried_by_arrays
 
 #: The number of designs in a generation.
 POPULATION = 40
@@ -32,7 +32,7 @@ def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
     for first in range(0, count, POPULATION):
         asked = [study.ask(shares) for _ in range(min(POPULATION, count - first))]
         points = [np.array([trial.params[path] for path in wish.paths]) for trial in asked]
-        for trial, u, trial_made in zip(asked, points, tried_together(wish, points), strict=True):
+        for trial, u, trial_made in zip(asked, points, tried_by_arrays(wish, points), strict=True):
             lack = lacking(trial_made, equal)
             trial.set_constraint("lacking", lack)
             study.tell(trial, trial_made.goals.tolist() if trial_made.runs else [WORST] * len(wish.goals))

@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from mbproj.arrays import Array, Flags
 from mbproj.studies.design.slopes.derivative import Counted, derivative
 from mbproj.studies.design.spec import DesignSpec
-from mbproj.studies.design.trial import Trial, Wish, tried_together
+from mbproj.studies.design.trial import Trial, Wish, tried_by_arrays
 
 #: The number of points tried for each start.
 POINTS = 8
@@ -37,7 +37,7 @@ def points_of(spec: DesignSpec) -> tuple[Array, bool]:
 
 def looked_at(wish: Wish, points: Sequence[list[float]]) -> list[list[float]]:
     """Return the ranks of points, lists that are compared entry by entry; smaller is better. A work item."""
-    return [_rank(trial) for trial in tried_together(wish, [np.array(point) for point in points])]
+    return [_rank(trial) for trial in tried_by_arrays(wish, [np.array(point) for point in points])]
 
 
 def _rank(trial: Trial) -> list[float]:

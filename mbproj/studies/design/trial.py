@@ -20,20 +20,19 @@ from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.loop.followed_steps import FollowedSteps
-from mbproj.lanes import lane
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.settings import settings_to_run
+from mbproj.studies.cases.array import case_of
+from mbproj.studies.cases.block import CaseBlock, values_of
+from mbproj.studies.cases.groups import by_arrays, common_values
 from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import DesignLimit, DesignSpec, Goal
 from mbproj.studies.design.target import Target
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.together.block import samples_of_block
-from mbproj.studies.together.groups import by_arrays, common_values
-from mbproj.studies.together.signature import signature_of, values_of
 
 #: The number of parsed scenes in the cache of a process.
 SCENES = 4
@@ -151,9 +150,9 @@ def tried(wish: Wish, u: Array, beside: FollowedSteps | None = None) -> Trial:
     return replace(trial, steps=followed.steps, followed=None if beside else followed)
 
 
-def tried_together(wish: Wish, points: Sequence[Array]) -> list[Trial]:
-    """Return the trials of the designs at some shares, with the bits of `tried`. Designs are run together in arrays
-    where this is supported. These trials have no run to follow."""
+def tried_by_arrays(wish: Wish, points: Sequence[Array]) -> list[Trial]:
+    """Return the trials of the designs at some shares, with the bits of `tried`. Designs run by arrays where these are
+    supported. These trials have no run to follow."""
     cases = [tuple(wish.values(u).tolist()) for u in points]
     trials = by_arrays(cases, partial(_of_a_group, wish), apart=lambda case: common_values(wish.paths, case))
     return [trials.get(at) or replace(tried(wish, u), followed=None) for at, u in enumerate(points)]
@@ -163,8 +162,8 @@ def _of_a_group(wish: Wish, cases: Sequence[tuple[float, ...]]) -> list[Trial | 
     scene = wish.scene_with(values_of(cases))
     settings, parameters = wish.settings(scene), {**scene.parameters}
     return [
-        None if samples is None else trial_of(wish, lane(parameters, at), samples, settings.duration)
-        for at, samples in enumerate(samples_of_block(signature_of(scene, settings), wish.needed, len(cases)))
+        None if samples is None else trial_of(wish, case_of(parameters, at), samples, settings.duration)
+        for at, samples in enumerate(CaseBlock.of(scene, settings, len(cases)).samples(wish.needed))
     ]
 
 

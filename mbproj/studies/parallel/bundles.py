@@ -51,18 +51,18 @@ def in_bundles(
     where: Where,
     lost: Callable[[Item, str, float], Result],
     timeout: float | None = None,
-    together: Callable[[Any, Sequence[Item]], Sequence[Result]] | None = None,
+    at_once: Callable[[Any, Sequence[Item]], Sequence[Result]] | None = None,
 ) -> Generator[list[tuple[Item, Result]], None, None]:
     """Yield lists of (item, function(shared, item)), in the order in which bundles end. `lost` returns the result of an
     item that does not come back, or takes longer than `timeout` in s."""
-    is_long = isinstance(where, Cluster) or together is not None  # the first bundles are small, and slow for their size
+    is_long = isinstance(where, Cluster) or at_once is not None  # the first bundles are small, and slow for their size
     bundles = _Bundles(iter(items), SECONDS_THERE if is_long else SECONDS)
 
     def limit(bundle: tuple[Item, ...]) -> float | None:
         return None if timeout is None else timeout * len(bundle)
 
     for _, (bundle, outcome) in in_parallel(
-        _run, (function, together, shared), bundles, where, _lost, limit, _is_single
+        _run, (function, at_once, shared), bundles, where, _lost, limit, _is_single
     ):
         bundles.returned(bundle, outcome)
         if isinstance(outcome, Done):
@@ -96,10 +96,10 @@ class _Bundles(Iterator[tuple[Item, ...]]):
 
 
 def _run(shared: tuple[Any, Any, Any], bundle: tuple[Any, ...]) -> tuple[tuple[Any, ...], Outcome]:
-    function, together, common = shared
+    function, at_once, common = shared
     begun = process_time()  # other programs do not make bundles smaller
-    if together is not None and len(bundle) > 1:
-        results = tuple(together(common, bundle))
+    if at_once is not None and len(bundle) > 1:
+        results = tuple(at_once(common, bundle))
     else:
         results = tuple(function(common, item) for item in bundle)
     return bundle, Done(results, process_time() - begun)

@@ -16,18 +16,17 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import InputError, MbprojError, Problem, SimulationError
 from mbproj.integrate import Report, simulate
-from mbproj.lanes import lane
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.instants import round_of
 from mbproj.model import System
 from mbproj.scene.records import Scene, Settings
+from mbproj.studies.cases.array import OneCaseOnly, case_of
+from mbproj.studies.cases.block import CaseBlock, as_one
+from mbproj.studies.cases.groups import by_arrays
 from mbproj.studies.measure.mechanism import Mechanism, of_scene
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.together.block import observed
-from mbproj.studies.together.groups import by_arrays
-from mbproj.studies.together.signature import OneByOne, as_one, signature_of
 from mbproj.thresholds import THRESHOLDS
 
 #: The three states of a point, from best to worst.
@@ -118,16 +117,16 @@ def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float
     """The points of the values that arrays can judge, with the bits of single runs, by the values' numbers. `changed`
     returns the subject at a value; only numbers of its scene may differ."""
 
-    def together(group: Sequence[float]) -> list[StabilityPoint | None]:
+    def run(group: Sequence[float]) -> list[StabilityPoint | None]:
         subjects = [changed(value) for value in group]
         own = subjects[0]
         if own.setting.energy_row or any(replace(each, scene=own.scene) != own for each in subjects):
-            raise OneByOne
+            raise OneCaseOnly("settings of several cases differ")
         # a run does not depend on the texts of changes
         scenes = [replace(each.scene, overrides=own.scene.overrides) for each in subjects]
-        signature = signature_of(as_one(scenes), settings_of(own))
-        blocks, ended = observed(signature, len(group))
-        watch = _Watch(signature.mechanism.system)
+        cases = CaseBlock.of(as_one(scenes), settings_of(own), len(group))
+        blocks, ended = cases.observed()
+        watch = _Watch(cases.mechanism.system)
         for block in blocks:
             watch.write(block)
         return [
@@ -136,7 +135,7 @@ def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float
 
     return by_arrays(
         values,
-        together,
+        run,
         lambda value, point: repr(judged(changed(value), value)) == repr(point),
         lambda value: values.index(value) // BLOCK,
     )
@@ -182,7 +181,7 @@ class _Watch:
     def of_case(self, at: int) -> _Watch:
         """The recorded data of one case of a block."""
         watch = copy(self)
-        vars(watch).update({name: lane(value, at) for name, value in vars(self).items()})
+        vars(watch).update({name: case_of(value, at) for name, value in vars(self).items()})
         return watch
 
     def point(self, value: float, limits: Limits, stopped: MbprojError | None) -> StabilityPoint:

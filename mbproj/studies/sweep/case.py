@@ -26,12 +26,11 @@ from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.settings import settings_to_run
+from mbproj.studies.cases.block import CaseBlock, values_of
+from mbproj.studies.cases.groups import FEWEST, by_arrays, common_values
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.sweep.row import CaseRow, Status
-from mbproj.studies.together.block import run_block
-from mbproj.studies.together.groups import FEWEST, by_arrays, common_values
-from mbproj.studies.together.signature import signature_of, values_of
 
 #: After this many blocks in a row without a case that runs in arrays, arrays are not tried any more.
 TRIALS = 3
@@ -85,7 +84,7 @@ def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
 
 
 def run_cases(work: CaseWork, tasks: Sequence[CaseTask]) -> tuple[CaseRow, ...]:
-    """The rows of several cases. They run together in arrays where this is supported, with the bits of single runs."""
+    """The rows of several cases. They run by arrays where this is supported, with the bits of single runs."""
     tried = _tried(work.text, work.paths, work.measures)
     rows: dict[int, CaseRow] = {}
     if work.keep != "all" and len(tasks) >= FEWEST and tried.count < TRIALS:
@@ -111,20 +110,20 @@ def _by_arrays(work: CaseWork, tasks: Sequence[CaseTask]) -> dict[int, CaseRow]:
     def holds(task: CaseTask, row: CaseRow) -> bool:
         return np.array_equal(run_case(work, task).values, row.values, equal_nan=True)
 
-    return by_arrays(tasks, partial(_run_together, work), holds, lambda task: common_values(work.paths, task.values))
+    return by_arrays(tasks, partial(_run_block, work), holds, lambda task: common_values(work.paths, task.values))
 
 
-def _run_together(work: CaseWork, tasks: Sequence[CaseTask]) -> list[CaseRow | None]:
+def _run_block(work: CaseWork, tasks: Sequence[CaseTask]) -> list[CaseRow | None]:
     """The rows of the cases of a group; None for cases that must run alone."""
     begun = perf_counter()
     values = values_of([task.values for task in tasks])
     scene = scene_of(work, CaseTask("", tuple(values)))
-    signature = signature_of(scene, sparse(settings_to_run(scene), work.measures, counts=False))
-    columns, name = run_block(signature, work.measures, len(tasks), work.timeout), signature.choice.name
+    block = CaseBlock.of(scene, sparse(settings_to_run(scene), work.measures, counts=False), len(tasks))
+    measures, name = block.measures(work.measures, work.timeout), block.compiled.name
     seconds = (perf_counter() - begun) / len(tasks)
     return [
         None if each is None else CaseRow(Status.DONE, each, formulation=name, seconds=seconds, by_arrays=True)
-        for each in columns
+        for each in measures
     ]
 
 

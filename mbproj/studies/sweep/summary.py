@@ -75,20 +75,18 @@ def check_summary(folder: Folder, force: bool) -> None:
 
 
 def write_summary(spec: SweepSpec, folder: Folder, force: bool = False) -> list[Path]:
-    """Writes summary.csv and summary.h5. Raises InputError as `check_summary`."""
-    return [write_table(spec, folder, force), write_arrays(spec, folder, force)]
+    """Writes summary.csv, whose checksum the store keeps, and summary.h5. The cases are read once for both. Raises
+    InputError as `check_summary`."""
+    columns = _Columns(spec)
+    rows = cells(spec, columns.taken(entries(spec, folder)))
+    table = write_csv(folder.table, headings(spec), rows, kind=KIND, force=force, hint=OTHER)
+    folder.store.describe({TABLE: checksum_of(table)})
+    return [table, _write_arrays(spec, folder, columns, force)]
 
 
-def write_table(spec: SweepSpec, folder: Folder, force: bool = False) -> Path:
-    """Writes summary.csv, whose checksum the store keeps."""
-    path = write_csv(folder.table, headings(spec), cells(spec, folder), kind=KIND, force=force, hint=OTHER)
-    folder.store.describe({TABLE: checksum_of(path)})
-    return path
-
-
-def cells(spec: SweepSpec, folder: Folder) -> Iterator[Sequence[Any]]:
+def cells(spec: SweepSpec, cases: Iterable[CaseEntry]) -> Iterator[Sequence[Any]]:
     """Yield the rows of the table with the columns of `headings`; None where a case has no number."""
-    for number, entry in enumerate(entries(spec, folder)):
+    for number, entry in enumerate(cases):
         row = entry.row or CaseRow(Status.DONE)
         numbers = row.values or (None,) * len(spec.measures)
         known = [None if value is None or value != value else value for value in numbers]
@@ -96,13 +94,12 @@ def cells(spec: SweepSpec, folder: Folder) -> Iterator[Sequence[Any]]:
         yield [number, *entry.values, *known, *ended]
 
 
-def write_arrays(spec: SweepSpec, folder: Folder, force: bool = False) -> Path:
+def _write_arrays(spec: SweepSpec, folder: Folder, columns: _Columns, force: bool) -> Path:
     """Writes summary.h5. Arrays of a grid have a dimension for each varied quantity, those of other designs one for the
     cases."""
     import h5py
 
     path = folder.arrays
-    columns = _Columns(spec, folder)
     with (
         replacing(path, ARRAYS, force=force, hint=OTHER) as draft,
         h5py.File(draft, "w", track_order=True) as file,
@@ -125,25 +122,27 @@ class _Columns:
     """All cases by columns; a million cases take tens of megabytes. `measured` (m, N) are the measures, `endings` the
     ends of cases. `varied` are the varied values, empty for a grid."""
 
-    def __init__(self, spec: SweepSpec, folder: Folder) -> None:
+    def __init__(self, spec: SweepSpec) -> None:
         count = spec.design.count
         self.measured = np.full((len(spec.measures), count), np.nan)
         self.endings = {name: np.full(count, *MISSING[name in SECONDS]) for name in ENDINGS}
         self.varied = [] if isinstance(spec.design, Grid) else [np.empty(count, object) for _ in spec.design.paths]
+
+    def taken(self, cases: Iterable[CaseEntry]) -> Iterator[CaseEntry]:
+        """Yield the cases again, in order, when they are in the columns."""
         texts: dict[str, str] = {}  # equal texts of many cases share one object
-        for number, entry in enumerate(entries(spec, folder)):
+        for number, entry in enumerate(cases):
             for column, item in zip(self.varied, entry.values, strict=bool(self.varied)):
                 column[number] = item
             self.endings["status"][number] = entry.status
             row = entry.row
-            if row is None:
-                continue
-            if row.values:
+            if row is not None and row.values:
                 self.measured[:, number] = row.values
-            for name, column in self.endings.items():
+            for name, column in self.endings.items() if row is not None else ():
                 value = None if name == "status" else getattr(row, name)
                 if value is not None:
                     column[number] = texts.setdefault(value, value) if isinstance(value, str) else value
+            yield entry
 
 
 def _about(spec: SweepSpec) -> dict[str, Any]:

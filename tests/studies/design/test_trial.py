@@ -8,11 +8,11 @@ import pytest
 import mbproj
 from mbproj import settings_to_run
 from mbproj.integrate import simulate
+from mbproj.studies.cases import groups
 from mbproj.studies.design.spec import read_spec
-from mbproj.studies.design.trial import Wish, tried, tried_together
+from mbproj.studies.design.trial import Wish, tried, tried_by_arrays
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.together import groups
 from tests.studies.design.scenes import FOUR_BAR, SPRING, written
 
 CASES = {
@@ -51,7 +51,7 @@ def test_a_trial_has_the_bits_of_a_run_whatever_ran_before(case, tmp_path):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_designs_that_are_tried_together_have_the_bits_that_they_have_alone(case, tmp_path, monkeypatch):
+def test_designs_that_are_tried_by_arrays_have_the_bits_that_they_have_alone(case, tmp_path, monkeypatch):
     """Also those that do not close; and most of the others are run in groups. A constraint is of parameters."""
     scene, vary, of, (heading, _) = CASES[case]
     (tmp_path / "wanted.csv").write_text(f"time (s),{heading}\n0.0,0.0\n0.5,0.1\n1.0,0.2\n", encoding="utf-8")
@@ -71,7 +71,7 @@ def test_designs_that_are_tried_together_have_the_bits_that_they_have_alone(case
         return rows
 
     monkeypatch.setattr("mbproj.studies.design.trial.by_arrays", counted)
-    together, alone = tried_together(wish, designs), [tried(wish, u) for u in designs]
+    together, alone = tried_by_arrays(wish, designs), [tried(wish, u) for u in designs]
     for one, other in zip(together, alone, strict=True):
         for name in ("residuals", "goals", "limits", "open"):
             assert getattr(one, name).tobytes() == getattr(other, name).tobytes()

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from mbproj.mechanisms_folder import mechanism
-from mbproj.studies.sweep import case
+from mbproj.studies.cases.block import CaseBlock, as_one, values_of
+from mbproj.studies.cases.groups import FEWEST, common_values
 from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
-from mbproj.studies.together.groups import FEWEST, common_values
-from mbproj.studies.together.signature import as_one, values_of
 from tests.studies.sweep.specs import SCENE, swept, write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")
@@ -145,14 +144,50 @@ def test_the_sweep_says_how_many(tmp_path):
 def test_other_bits_are_found_and_not_used(tmp_path, monkeypatch):
     """The first case of each group is run alone, too."""
 
-    def off(signature, measures, count, timeout):
-        return [(0.5,)] * count
-
-    monkeypatch.setattr(case, "run_block", off)
+    monkeypatch.setattr(CaseBlock, "measures", lambda block, measures, timeout: [(0.5,)] * block.count)
     with pytest.warns(UserWarning, match="arrays have other bits"):
         rows, alone = by_arrays_and_alone(write(tmp_path, f"  length: 0.8:1.2:{COUNT}\n"))
     assert not any(row.by_arrays for row in rows)
     assert [row.values for row in rows] == [own.values for own in alone]
+
+
+def test_an_error_that_nobody_expects_is_seen(tmp_path, monkeypatch):
+    """The warning has its type, message and place; the cases run alone."""
+
+    def missing(block, measures, timeout):
+        return [block.mechanism.no_such_part for _ in measures]
+
+    monkeypatch.setattr(CaseBlock, "measures", missing)
+    with pytest.warns(UserWarning, match=r"fault of mbproj: AttributeError: .*no_such_part.*test_arrays\.py:\d+"):
+        rows, alone = by_arrays_and_alone(write(tmp_path, f"  length: 0.8:1.2:{COUNT}\n"))
+    assert not any(row.by_arrays for row in rows)
+    assert [row.values for row in rows] == [own.values for own in alone]
+
+
+#: What is wrong where a is 2 and b is 2, or where a is 1 and b is 2; and the number of cases that fail then.
+WRONG = {
+    "a negative mass": ("mass: 1,", "mass: a - b,", 1),
+    "no axis": ("axis: [0, 1, 0]", "axis: [0, a - b, 0]", 1),
+    "a tilted axis, or none": ("axis: [0, 1, 0]", "axis: [a - b, 0, 0]", 1),
+    "a root of a negative number": ("mass: 1,", "mass: 1 + sqrt(a - b),", 1),
+    "a division by zero": ("mass: 1,", "mass: 5 + 1 / (a - b),", 1),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_errors_of_the_input_are_reported_without_a_warning(tmp_path, recwarn, name):
+    """The case with the error fails alone, in words; the others have the rows that they have alone."""
+    old, new, failed = WRONG[name]
+    text = SCENE.replace(old, new).replace("fails: 0", "fails: 0, a: 5, b: 0.25")
+    rows, alone = by_arrays_and_alone(
+        write(tmp_path, "  parameters.a: [3, 2, 1]\n  parameters.b: [0.5, 2, 0.55, 0.6, 0.65, 0.7]\n", scene=text)
+    )
+    assert [(row.status, row.values, row.message) for row in rows] == [
+        (own.status, own.values, own.message) for own in alone
+    ]
+    assert [row.status for row in rows].count(Status.FAILED) == failed
+    assert sum(row.by_arrays for row in rows) >= len(rows) - 2 * FEWEST
+    assert not recwarn.list
 
 
 def test_contacts_go_alone(tmp_path):

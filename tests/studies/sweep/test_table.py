@@ -11,7 +11,7 @@ from mbproj.results import read_table
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
-from mbproj.studies.sweep.summary import write_arrays
+from mbproj.studies.sweep.summary import write_summary
 from tests.studies.sweep.specs import write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")
@@ -22,7 +22,7 @@ def summarised(tmp_path, vary, more=""):
     folder = Folder(tmp_path / "made-sweep", spec, fresh=False)
     with folder.store:
         run_sweep(spec, folder, 1)
-        write_arrays(spec, folder)
+        write_summary(spec, folder)
     return tmp_path / "made-sweep"
 
 

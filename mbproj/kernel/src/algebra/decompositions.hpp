@@ -1,7 +1,6 @@
-// Decompositions by Eigen. Its templates are compiled once, in the .cpp files of this folder.
+// Decompositions of matrices, after Golub & Van Loan, Matrix Computations, 2013: LU, pivoted QR, eigenvalues. Compiled once.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include <Eigen/Core>
@@ -23,7 +22,7 @@ struct Entry {
 // The sign of the determinant of a square matrix: 1, -1 or 0.
 int determinant_sign(int size, const std::vector<Entry>& entries);
 
-// The least and the largest eigenvalue of a symmetric matrix, for N = 1 and 3.
+// Of symmetric matrices of up to three rows: the least and the largest eigenvalue.
 struct EigenvalueRange {
     double least, most;
 };
@@ -35,18 +34,26 @@ template <int N> Matrix<N, N> inverse_root(const Matrix<N, N>& A);
 // The Frobenius norm of A⁻¹.
 template <int N> double norm_of_inverse(const Matrix<N, N>& A);
 
-// The loops' equations by an orthogonal factorisation of Y. S = YᵀY has the square of Y's condition number, too much
-// where masses of neighbours differ by more than S has digits for. Dense, and used only there.
-class DenseQr final {
+// An orthogonal factorisation Y P = Q R: Householder's reflections, with pivots by the remaining lengths of the columns.
+class PivotedQr final {
 public:
-    // Y P = Q R, with pivots by the remaining lengths of the columns. The columns of Y are the rows of the constraints.
     void factor(const Eigen::MatrixXd& Y);
-    // Moves w to the nearest w - Yλ with Yᵀ(w - Yλ) = c; gives λ.
+    // The shortest x of those with the least |Y x - b|; Y may have dependent columns.
+    Eigen::VectorXd least_squares(Eigen::VectorXd b) const;
+    // Moves w to the nearest w - Yλ with Yᵀ(w - Yλ) = c; gives λ. The columns of Y are independent.
     void solve(Eigen::VectorXd& w, const Eigen::VectorXd& c, Eigen::VectorXd& lambda) const;
 
 private:
-    struct Factor;
-    std::shared_ptr<const Factor> factor_;
+    using Index = Eigen::Index;
+
+    double& R(Index row, Index column) { return R_[row * columns_ + column]; }
+    double R(Index row, Index column) const { return R_[row * columns_ + column]; }
+    Index rank() const;
+    void reflect(Index k, Eigen::VectorXd& x) const;
+
+    Index rows_ = 0, columns_ = 0, size_ = 0;  // size_: the smaller of both
+    std::vector<double> R_, v_, tau_;          // R by rows; reflections 1 - τ v vᵀ, each v in a column of rows_ numbers
+    std::vector<Index> pivots_;                // column k of Q R is this column of Y
 };
 
 }  // namespace mbproj

@@ -1,4 +1,7 @@
-// The laws of contacts and dry friction at an instant, from records: for tests.
+// The laws of contacts and dry friction at an instant, from records, and the decompositions that they use: for tests.
+#include <nanobind/eigen/dense.h>
+
+#include "algebra/decompositions.hpp"
 #include "bindings/from_numpy.hpp"
 #include "bindings/record.hpp"
 #include "laws/coulomb_problem.hpp"
@@ -136,9 +139,56 @@ nb::object strike_of(Record& given) {
     return nb::make_tuple(array(impact.impulse), array(impact.after), array(impact.taken));
 }
 
+void require_rows(const char* name, Eigen::Index rows, Eigen::Index wanted) {
+    if (rows != wanted) refuse(name, "has a wrong shape");
+}
+
+// Q R of Y: the nearest w - Yλ with Yᵀ(w - Yλ) = c, and λ.
+nb::tuple nearest(const Eigen::MatrixXd& Y, Vector w, const Vector& c) {
+    require_rows("w", w.size(), Y.rows()), require_rows("c", c.size(), Y.cols());
+    if (Y.rows() < Y.cols()) refuse("Y", "has more columns than rows");
+    PivotedQr qr;
+    qr.factor(Y);
+    Vector lambda;
+    qr.solve(w, c, lambda);
+    return nb::make_tuple(w, lambda);
+}
+
+int determinant_sign_of(int size, const std::vector<std::tuple<int, int, double>>& given) {
+    std::vector<Entry> entries;
+    for (const auto& [row, column, value] : given)
+        entries.push_back({index_below(row, size, "row"), index_below(column, size, "column"), value});
+    return determinant_sign(size, entries);
+}
+
+// Of a symmetric matrix of three rows: its least and largest eigenvalue, R with RᵀR = A, K⁻¹ with A = K Kᵀ, and |A⁻¹|.
+nb::tuple small_decompositions(const Eigen::Matrix3d& given) {
+    const Matrix<3, 3> A = matrix_at<3, 3>(given.data()), R = root<3>(A), inverse = inverse_root<3>(A);
+    const auto [least, most] = eigenvalue_range<3>(A);
+    const auto as_array = [](const Matrix<3, 3>& of) {
+        return Eigen::Matrix3d(Eigen::Map<const Eigen::Matrix3d>(of.data()));
+    };
+    return nb::make_tuple(least, most, as_array(R), as_array(inverse), norm_of_inverse<3>(A));
+}
+
+void bind_decompositions(nb::module_& m) {
+    m.def("solved", [](const Eigen::MatrixXd& A, const Vector& b) {
+        require_rows("A", A.rows(), b.size()), require_rows("A", A.cols(), b.size());
+        return solved(A, b);
+    });
+    m.def("least_squares", [](const Eigen::MatrixXd& A, const Vector& b) {
+        require_rows("A", A.rows(), b.size());
+        return least_squares(A, b);
+    });
+    m.def("nearest", &nearest);
+    m.def("determinant_sign", &determinant_sign_of);
+    m.def("small_decompositions", &small_decompositions);
+}
+
 }  // namespace
 
 void bind_laws(nb::module_& m) {
+    bind_decompositions(m);
     record_function(m, "contact_problem", &contact_problem_of,
                     "The forces of contacts and frictions that hold at an instant; None where none hold.");
     record_function(

@@ -15,7 +15,7 @@ namespace mbproj {
 template <class D> class LoopSolver final {
 public:
     static constexpr int F = Size<D>::freedoms;
-    static constexpr bool has_qr = std::is_same_v<Scalar<D>, double>;  // Eigen's QR takes doubles only
+    static constexpr bool has_qr = std::is_same_v<Scalar<D>, double>;  // the QR takes doubles only
 
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
         : model_(model), order_(order), compliance_(compliance),
@@ -290,7 +290,7 @@ private:
     std::vector<Column<F, Scalar<D>>> work_;
     std::vector<Scalar<D>> rhs_, step_, lambda_;
     std::vector<Scalar<D>> spin_;  // √I s' of the flywheels, as work_ of the bodies
-    DenseQr qr_;
+    PivotedQr qr_;
     bool by_qr_ = false;
 };
 

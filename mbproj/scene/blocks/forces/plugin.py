@@ -25,7 +25,6 @@ from mbproj.scene.expressions.units import TIME as SECONDS
 from mbproj.scene.expressions.units import Dimension
 from mbproj.scene.fields.quantities import Number, dimension_of
 from mbproj.scene.text.nodes import plain
-from mbproj.several import Several
 
 #: The variables that the formula of a force, or of its energy, may name.
 OF_FORCE: Mapping[str, int] = {"t": TIME, "s": COORDINATE, "s_dot": RATE}
@@ -116,7 +115,7 @@ def _check_real(element: Element) -> None:
     for program in _programs(element):
         numbers |= {f"'{program.text or name}', {each!r},": each for name, each in _operands(program)}
     for what, number in numbers.items():
-        if not isinstance(plain(number), Real | Several):
+        if not isinstance(plain(number), Real):
             raise TypeError(f"{what} is {number!r}, which is no real number")
 
 

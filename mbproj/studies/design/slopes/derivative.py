@@ -13,7 +13,7 @@ from mbproj.errors import InputError
 from mbproj.scene.records import Scene, Settings
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, VariedNumber
-from mbproj.studies.design.trial import Trial, Wish, trial_of, tried, tried_together
+from mbproj.studies.design.trial import Trial, Wish, trial_of, tried, tried_by_arrays
 
 #: The relative round-off of a run with fixed steps, or of a kinematic run, as a function of its numbers.
 GRAIN = 1e-15
@@ -96,7 +96,7 @@ class Counted:
     def ahead(self, points: Sequence[Array]) -> None:
         """Run the designs at these points together, for the calls that follow."""
         missing = [u for u in points if u.tobytes() not in self._last]
-        trials = tried_together(self._wish, missing)
+        trials = tried_by_arrays(self._wish, missing)
         self._ahead = {u.tobytes(): trial for u, trial in zip(missing, trials, strict=True)}
 
     def slopes(self, part: Callable[[Trial], Array], u: Array, *, central: bool) -> Array:

@@ -1,21 +1,24 @@
-"""Lanes: what is computed for many cases at once has the bits that each case has alone."""
+"""Arrays of cases: what is computed for many cases at once has the bits that each case has alone."""
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 import pytest
 
-from mbproj.arrays import cross
-from mbproj.lanes import Each, Lanes, LanesMet, OfLanes, Parted, each_lane, lane, numbers, restacked
+from mbproj.arrays import cross, numbers
+from mbproj.cases import per_case
 from mbproj.model import matrix_L, rotation_matrix
 from mbproj.model.euler_parameters import product
+from mbproj.studies.cases.array import CaseArray, CaseObjects, CasesDiffer, KernelOfCases, OneCaseOnly, case_of, stacked
 
 WIDTH = 5
 RNG = np.random.default_rng(3)
 
 
-def lanes(*shape):
-    return Lanes(RNG.normal(size=(WIDTH, *shape)))
+def cases(*shape):
+    return CaseArray(RNG.normal(size=(WIDTH, *shape)))
 
 
 #: Functions of an array (4, 4).
@@ -44,15 +47,15 @@ FUNCTIONS = {
 
 @pytest.mark.parametrize("name", FUNCTIONS)
 @pytest.mark.parametrize("laid", [lambda x: x, lambda x: x.T], ids=["rows", "columns"])
-def test_each_lane_has_the_bits_that_it_has_alone(name, laid):
-    function, x = FUNCTIONS[name], lanes(4, 4)
+def test_each_case_has_the_bits_that_it_has_alone(name, laid):
+    function, x = FUNCTIONS[name], cases(4, 4)
     found = function(laid(x))
     for at in range(WIDTH):
-        assert lane(found, at).tobytes() == np.asarray(function(laid(x.values[at].copy()))).tobytes()
+        assert case_of(found, at).tobytes() == np.asarray(function(laid(x.values[at].copy()))).tobytes()
 
 
-def test_what_is_written_stays_in_its_lane():
-    x, y = lanes(3, 2), lanes(2)
+def test_what_is_written_stays_in_its_case():
+    x, y = cases(3, 2), cases(2)
     expected = x.values.copy()
     x[1] = y
     x[:, 0] *= 2.0
@@ -81,38 +84,57 @@ def test_what_is_written_stays_in_its_lane():
     ids=["item", "out", "at", "copyto", "in place"],
 )
 def test_several_cases_never_go_into_the_array_of_one(write):
-    with pytest.raises(LanesMet):
-        write(np.zeros(1), lanes(1))
+    with pytest.raises(OneCaseOnly):
+        write(np.zeros(1), cases(1))
 
 
-def test_numbers_in_lists_become_lanes():
-    x = lanes()
+def test_numbers_in_lists_become_arrays_of_cases():
+    x = cases()
     found = numbers([[x, 1.0], (2.0, 3.0)])
     assert np.array_equal(found.values[:, 0, 0], x.values)
-    assert np.array_equal(lane(found, 2), [[x.values[2], 1.0], [2.0, 3.0]])
-    with pytest.raises(LanesMet):
+    assert np.array_equal(case_of(found, 2), [[x.values[2], 1.0], [2.0, 3.0]])
+    with pytest.raises(OneCaseOnly):
         float(x)
 
 
-def test_decisions_part_the_lanes():
-    x = Lanes(np.array([1.0, -2.0, 3.0, -0.5]))
+def test_decisions_divide_the_cases():
+    x = CaseArray(np.array([1.0, -2.0, 3.0, -0.5]))
     assert (np.abs(x) > 0.1) and not x * x < 0.0
-    with pytest.raises(Parted) as parted:
+    with pytest.raises(CasesDiffer) as differ:
         bool(x > 0.0)
-    first, second, third, fourth = parted.value.keys
+    first, second, third, fourth = differ.value.keys
     assert first == third != second == fourth
-    with pytest.raises(Parted):
-        restacked([np.zeros(2), np.zeros(3)])
-    with pytest.raises(Parted):
-        restacked(["one", "other"])
+    with pytest.raises(CasesDiffer):
+        stacked([np.zeros(2), np.zeros(3)])
+    with pytest.raises(CasesDiffer):
+        stacked(["one", "other"])
+
+
+def test_whole_numbers_are_decided_as_those_of_one_case():
+    assert CaseArray(np.array([3.0, 4.0])).is_integer() and not CaseArray(np.array([0.5, 1.25])).is_integer()
+    with pytest.raises(CasesDiffer):
+        CaseArray(np.array([3.0, 4.5])).is_integer()
+    with pytest.raises(CasesDiffer):
+        stacked([None, (1.0, 2.0)])
+
+
+def test_an_error_of_some_cases_divides_them_and_one_of_all_is_raised():
+    def root(x):
+        return math.sqrt(x)
+
+    with pytest.raises(CasesDiffer) as differ:
+        per_case(root)(CaseArray(np.array([1.0, -2.0, 3.0, -0.5])))
+    assert differ.value.keys == (False, True, False, True)
+    with pytest.raises(ValueError, match=r"math domain|nonnegative"):
+        per_case(root)(CaseArray(np.array([-1.0, -2.0])))
 
 
 def test_zeros_with_signs_are_not_alike():
-    with pytest.raises(Parted):
-        Lanes(np.array([0.0, -0.0])).tobytes()
+    with pytest.raises(CasesDiffer):
+        CaseArray(np.array([0.0, -0.0])).tobytes()
 
 
-def test_objects_of_each_lane():
+def test_each_case_has_an_object():
     class Scale:
         def __init__(self, factor):
             self.factor, self.name = factor, "scale"
@@ -120,10 +142,19 @@ def test_objects_of_each_lane():
         def times(self, x):
             return None if x is None else self.factor * x
 
-    factor, x = lanes(), lanes(2)
-    each = OfLanes(Scale)(factor)
-    assert isinstance(each, Each) and each.name == "scale" and each.times(None) is None
+    factor, x = cases(), cases(2)
+    each = KernelOfCases(Scale, WIDTH)(factor)
+    assert isinstance(each, CaseObjects) and each.name == "scale" and each.times(None) is None
     assert np.array_equal(each.times(x).values, factor.values[:, None] * x.values)
     each.factor = 2.0
     assert each.factor == 2.0
-    assert np.array_equal(each_lane(lambda a, b: a[0] * b)(x, 3.0).values, 3.0 * x.values[:, 0])
+    assert np.array_equal(per_case(lambda a, b: a[0] * b)(x, 3.0).values, 3.0 * x.values[:, 0])
+
+
+def test_each_case_has_a_model_of_its_own_also_where_the_numbers_are_equal():
+    class Model:
+        rows = 0
+
+    models = KernelOfCases(Model, WIDTH)()
+    models.rows = CaseArray(np.arange(float(WIDTH)))
+    assert [each.rows for each in models.items] == [0.0, 1.0, 2.0, 3.0, 4.0]
