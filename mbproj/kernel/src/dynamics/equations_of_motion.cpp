@@ -7,7 +7,13 @@ template <class D> EquationsOfMotion<D>::EquationsOfMotion(const Model<D>& model
       seen_motion_(model), solver_(model, projection.penalty()), policy_(model, solver_), gamma_(model.all_rows()),
       C_(model.all_rows()), C_dot_(model.all_rows()), drive_(model), applied_(model), bearings_(model),
       contacts_(model, pose_, motion_, solver_), couplings_(model), expected_(model.layout.followed.size),
-      channels_(model), states_(model) {}
+      channels_(model), states_(model) {
+    for (int c = 0; c < model.coordinate_count(); ++c)
+        if (model.coordinates.instances[c].kind == Kind::rope) ropes_.push_back(c);
+    for (const PrimitiveSet<D>* set : {&model.constraints, &model.coordinates})
+        for (int k = 0; k < static_cast<int>(set->instances.size()); ++k)
+            if (set->instances[k].kind == Kind::two_curves) pairs_of_curves_.emplace_back(set, k);
+}
 
 template <class D> bool EquationsOfMotion<D>::derivative(double t, const double* y, double* slope, double* lambda) {
     return factor_stage(t, y) && slope_of_stage(y, slope, lambda);
@@ -153,8 +159,7 @@ template <class D> std::unique_ptr<Border> EquationsOfMotion<D>::border() {
 }
 
 template <class D> std::optional<std::pair<int, RopeTrouble>> EquationsOfMotion<D>::off_rope() const {
-    for (int c = 0; c < model_.coordinate_count(); ++c) {
-        if (model_.coordinates.instances[c].kind != Kind::rope) continue;
+    for (const int c : ropes_) {
         const Coordinate<D> rope(model_.coordinates, c, pose_);
         if (const RopeTrouble found = on_rope::trouble<D>(rope.p, rope.x, model_.thresholds))
             return std::make_pair(c, found);
@@ -163,13 +168,11 @@ template <class D> std::optional<std::pair<int, RopeTrouble>> EquationsOfMotion<
 }
 
 template <class D> std::optional<std::pair<int, int>> EquationsOfMotion<D>::overlap() const {
-    for (const PrimitiveSet<D>* set : {&model_.constraints, &model_.coordinates})
-        for (int k = 0; k < static_cast<int>(set->instances.size()); ++k) {
-            if (set->instances[k].kind != Kind::two_curves) continue;
-            const Coordinate<D> distance(*set, k, pose_);
-            if (overlaps<D>(distance.p, distance.x, model_.thresholds.overlap))
-                return set == &model_.constraints ? std::make_pair(distance.p.row, -1) : std::make_pair(-1, k);
-        }
+    for (const auto& [set, k] : pairs_of_curves_) {
+        const Coordinate<D> distance(*set, k, pose_);
+        if (overlaps<D>(distance.p, distance.x, model_.thresholds.overlap))
+            return set == &model_.constraints ? std::make_pair(distance.p.row, -1) : std::make_pair(-1, k);
+    }
     return std::nullopt;
 }
 

@@ -158,6 +158,8 @@ private:
     std::vector<double> expected_;  // the joints' coordinates, followed to less than half a turn
     Channels<D> channels_;
     StateRates<D> states_;
+    std::vector<int> ropes_;                                               // coordinates
+    std::vector<std::pair<const PrimitiveSet<D>*, int>> pairs_of_curves_;  // their sets, and places there
     bool factored_ = false, held_ = false;
     bool known_ = false;  // whether C belongs to the pose in place
     Metric metric_ = Metric::mass;

@@ -62,17 +62,6 @@ template <class D> double KktSolver<D>::even_pivot(const Pose<D>& pose) {
     return loops_.even_pivot(pose);
 }
 
-template <class D> void KktSolver<D>::set_force(int body, const Point<D>& force, const Turn<D>& torque) {
-    force_[body].template head<D::axes>() = force;
-    // The centre of mass is at -reference from the reference point.
-    force_[body].template tail<S::turns>() = torque - moment(reference_[body], force);
-}
-
-template <class D> void KktSolver<D>::add_force(int body, const Point<D>& force, const Turn<D>& torque) {
-    force_[body].template head<D::axes>() += force;
-    force_[body].template tail<S::turns>() += torque - moment(reference_[body], force);
-}
-
 template <class D> bool KktSolver<D>::solve(const Scalar<D>* c, Scalar<D>* lambda) {
     leaves_.solve_up(c, force_);
     const bool settled = order_.loop_bodies.empty() || loops_.solve(force_, c, delta_, metric_ == Metric::penalised);
@@ -90,10 +79,6 @@ template <class D> bool KktSolver<D>::spread(const Pose<D>& pose, Scalar<D>* lam
 
 template <class D> bool KktSolver<D>::spread_over_all(const Pose<D>& pose, Scalar<D>* lambda) {
     return spread_over_all(pose, lambda, thresholds_.no_digits);
-}
-
-template <class D> Point<D> KktSolver<D>::shift(int body) const {
-    return delta_[body].template head<D::axes>() - turned_by(turn(body), reference_[body]);
 }
 
 template <class D> bool KktSolver<D>::spread_over_all(const Pose<D>& pose, Scalar<D>* lambda, double shift) {

@@ -66,9 +66,16 @@ public:
     void stiffen(const std::vector<Scalar<D>>& moments) { stiff_ = moments; }
 
     // Sets the forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
-    void set_force(int body, const Point<D>& force, const Turn<D>& torque);
+    [[gnu::always_inline]] void set_force(int body, const Point<D>& force, const Turn<D>& torque) {
+        force_[body].template head<D::axes>() = force;
+        // The centre of mass is at -reference from the reference point.
+        force_[body].template tail<S::turns>() = torque - moment(reference_[body], force);
+    }
     // Adds to the force on a body.
-    void add_force(int body, const Point<D>& force, const Turn<D>& torque);
+    [[gnu::always_inline]] void add_force(int body, const Point<D>& force, const Turn<D>& torque) {
+        force_[body].template head<D::axes>() += force;
+        force_[body].template tail<S::turns>() += torque - moment(reference_[body], force);
+    }
     void clear_forces() { std::fill(force_.begin(), force_.end(), Wrench::Zero()); }
 
     // Solves with the forces set before, which are used up, and G δ = c; multipliers on request, one for each row.
@@ -85,8 +92,10 @@ public:
     bool spread_over_all(const Pose<D>& pose, Scalar<D>* lambda);
 
     // (δr, δθ) or accelerations of a body, for its centre of mass, global axes.
-    Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
-    Point<D> shift(int body) const;
+    [[gnu::always_inline]] Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
+    [[gnu::always_inline]] Point<D> shift(int body) const {
+        return delta_[body].template head<D::axes>() - turned_by(turn(body), reference_[body]);
+    }
 
     // The compliant rows of the metric `stiff`.
     Compliance<D>& compliance() { return compliance_; }

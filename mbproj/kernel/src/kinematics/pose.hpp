@@ -52,7 +52,7 @@ public:
             const Attachment<D>& attachment = model_.constraints.attachments[a];
             spokes_[a] = bodies_[attachment.body].rotation * attachment.local;
         }
-        update_curves();
+        if (!curves_.empty()) update_curves();
     }
     // The argument of a curve that belongs to a row.
     Scalar<D> curved(std::size_t number) const {
