@@ -5,8 +5,7 @@ has projections of some of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -132,16 +131,16 @@ class _InPlane(_InSpace):
         return super().bearings(bearings) | {"point": none, "axis": none, "axial": axial, "length": length}
 
 
-def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[], Any]:
-    """A function that makes the kernel's model of a system with six coordinates a body. The model has the joints with
+def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
+    """The kernel's model of a system with six coordinates a body. The model has the joints with
     rows, in their order, and then each motion as a joint of one row."""
-    return partial(core.SpaceModel, **_record(core, _InSpace(system), layout))
+    return core.SpaceModel(**_record(core, _InSpace(system), layout))
 
 
-def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Callable[[], Any]:
-    """A function that makes the kernel's model of a planar system, where `obstacle_in_plane` finds none. Its joints are
+def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Any:
+    """The kernel's model of a planar system, where `obstacle_in_plane` finds none. Its joints are
     those with rows in the plane, by `joints_with_rows`."""
-    return partial(core.PlaneModel, **_record(core, _InPlane(system, plane), layout))
+    return core.PlaneModel(**_record(core, _InPlane(system, plane), layout))
 
 
 def _record(core: ModuleType, seen: _InSpace, layout: Layout) -> dict[str, Any]:
