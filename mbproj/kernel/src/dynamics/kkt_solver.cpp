@@ -129,6 +129,17 @@ template <class D> bool KktSolver<D>::set_halves(const Pose<D>& pose, Metric met
     return true;
 }
 
+template <class D> std::optional<std::vector<int>> KktSolver<D>::rows_to_leave_out(const Pose<D>& pose) {
+    ++close_looks_;
+    return loops_.rows_to_leave_out(pose, model_.rows.redundant);
+}
+
+template <class D> double KktSolver<D>::of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
+
+template <class D> double KktSolver<D>::contradiction(const double* violation) {
+    return loops_.contradiction(violation);
+}
+
 template <class D> KktSolver<D>::~KktSolver() = default;
 
 template class KktSolver<Plane<double>>;

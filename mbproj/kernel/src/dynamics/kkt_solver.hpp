@@ -49,10 +49,7 @@ public:
     int count_dependent(const Pose<D>& pose, double smallest);
     // The rows without which those of a pose are best-conditioned, exactly as many as are redundant; nothing where more rows are
     // dependent.
-    auto rows_to_leave_out(const Pose<D>& pose) {
-        ++close_looks_;
-        return loops_.rows_to_leave_out(pose, model_.rows.redundant);
-    }
+    std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose);
     // The smallest pivot of the rows held where all bodies have the same mass; and in parts of its usual value. The
     // current factor does not change.
     double even_pivot(const Pose<D>& pose);
@@ -83,9 +80,9 @@ public:
     bool solve(const double* c, double* lambda = nullptr);
 
     // Σ I s'² of the flywheels, of the last `solve` for velocities.
-    double of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
+    double of_flywheels() const;
     // The largest distance of a violation, in rows left out of the last factor, from the value implied by the others.
-    double contradiction(const double* violation) { return loops_.contradiction(violation); }
+    double contradiction(const double* violation);
     // λ of the last `solve`, distributed over redundant rows so that its norm is smallest. False where that has no solution.
     bool spread(const Pose<D>& pose, double* lambda);
     // Distributes any λ that balance the forces, with any factor.
