@@ -59,6 +59,15 @@ def test_the_papers_test_stops_when_the_correction_is_small_in_energy(name, open
     assert np.abs(constraint_at(system, result.q)).max() <= 1e-11
 
 
+def test_the_papers_test_sees_the_lengths_of_euler_parameters(open_state):
+    """A change of |Λ| has no energy, ΔqᵀMΔq = 0: only CᵀC tells that the first pass leaves |Λ| off."""
+    system, q, v = open_state
+    q = q.copy()
+    q.reshape(-1, 7)[:, 3:] *= 1.1
+    result = projected((system, q, v), test="paper")
+    assert np.abs(constraint_at(system, result.q)).max() <= 1e-11
+
+
 def test_looser_tolerances_take_fewer_iterations(open_state):
     tight, loose = (projected(open_state, tolerance=tolerance) for tolerance in (1e-13, 1e-6))
     assert loose.position_iterations < tight.position_iterations
