@@ -2,15 +2,16 @@
 
     python scripts/mutations.py [--only NAME ...] [--full] [--first] [-n PROCESSES] [--folder FOLDER]
 
-`mutations.yaml` beside this file has the mutations: name, file, old text, new text, and the tests that are tried first. They
-are applied one at a time in a copy of the checkout. The kernel is compiled again where the file is one of its sources. Where the
-tests tried first pass, the whole run follows: the usual one, or `-m full` with `--full`; none with `--first`.
+`mutations.yaml` beside this file has the mutations: name, file, old text, new text, and the tests that are tried first.
+They are applied one at a time in a copy of the checkout. The kernel is compiled again where the file is one of its
+sources. Where the tests tried first pass, the whole run follows: the usual one, or `-m full` with `--full`; none with
+`--first`.
 
-The table has each mutation, its file, the processor time of all tests up to the one that fails, this test and its seconds. A test
-that fails without the mutation, too, catches nothing. Ends with 1 where a mutation survives.
+The table has each mutation, its file, the processor time of all tests up to the one that fails, this test and its
+seconds. A test that fails without the mutation, too, catches nothing. Ends with 1 where a mutation survives.
 
-Needs what `pip install '.[test]'` installs, cmake, nanobind and cmeel-eigen. Without `--folder` the kernel is compiled in a
-temporary folder, some minutes; a folder that is kept is compiled in once.
+Needs what `pip install '.[test]'` installs, cmake, nanobind and cmeel-eigen. Without `--folder` the kernel is compiled
+in a temporary folder, some minutes; a folder that is kept is compiled in once.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ LONGEST = 1800.0
 
 @dataclass(frozen=True)
 class Mutation:
-    """A change of one place in the sources: `old` occurs once in the file, and becomes `new`. `tests` are tried first."""
+    """A change of one place in the sources: `old` occurs once in `file`, and becomes `new`. `tests` are tried first."""
 
     name: str
     file: str
@@ -59,7 +60,7 @@ class Mutation:
 
 @dataclass(frozen=True)
 class Tried:
-    """What a run of tests says: the test that failed, "" for none, its own seconds, and the processor time of all, s."""
+    """The test that failed in a run, "" for none, its own seconds, and the processor time of the run in s."""
 
     caught_by: str
     seconds: float
