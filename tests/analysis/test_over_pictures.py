@@ -94,6 +94,16 @@ def test_tables_begin_with_the_coordinate_and_ratios_have_one(folder):
         assert next(csv.reader(file)) == ["main.angle (rad)", "time (s)", "angle between pin and across (rad)"]
 
 
+@pytest.mark.parametrize(("options", "turn"), [((), np.inf), (("--per-turn",), 2.0 * np.pi)])
+def test_a_table_begins_with_the_angle_modulo_a_turn_where_asked(folder, results, options, turn):
+    whole = ("export", "crank.h5", "--over", "main.angle", "--table", "marker-wrist", "--force")
+    assert mbproj(*whole, *options, folder=folder).returncode == 0
+    with (folder / "crank-marker-wrist.csv").open() as file:
+        angle = np.array([row[0] for row in list(csv.reader(file))[1:]], dtype=float)
+    exact = SPEED * results.time
+    np.testing.assert_allclose(angle, exact if np.isinf(turn) else exact % turn, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -147,6 +147,14 @@ def test_fixed_steps_end_at_edges_too_and_return_to_their_grid(formulation):
     assert report.passed == ""
 
 
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_an_edge_that_a_step_passes_there_and_back_is_met(formulation):
+    """A mass thrown up at 2 m/s would pass a spring 0.15 m above it and be back within the one step of 0.4 s."""
+    text = bounce("-5000*max(0, l - 10.15)").replace("axis: [0, 0, 1]", "axis: [0, 0, 1], speed: 2")
+    log, _ = run(text, formulation=formulation, integrator="rk4", step="0.4", duration="0.4", output_step="0.4")
+    assert log.met[0].time == pytest.approx((2.0 - np.sqrt(4.0 - 2.0 * 9.81 * 0.15)) / 9.81, abs=1e-12)
+
+
 @pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_fixed_steps_pass_over_an_edge_that_pushes_back_and_say_so(formulation):
     """ω = 0 at t = 1.2, where the brake of 2 N m would hold the load of -1 N m. Other edges are located still."""

@@ -128,6 +128,25 @@ def test_recording_does_not_change_the_steps_near_singular_poses(scene):
         assert np.array_equal(fine[0][name][-1], coarse[0][name][-1]), name
 
 
+@pytest.mark.parametrize("formulation", ["reduced", "planar"])
+def test_no_step_grows_after_one_that_was_made_again(formulation):
+    """Every step has its sample here; some would grow: their ratio is 1 to the bit."""
+    recorder, report = run(
+        mechanism("five_bar"),
+        duration=5.0,
+        tolerance=1e-3,
+        integrator="dopri5",
+        output_step=0.002,
+        formulation=formulation,
+    )
+    _, first = np.unique(recorder["diagnostics/steps"], return_index=True)
+    assert len(first) == report.counters["steps"] + 1
+    size, rejected = (recorder[f"diagnostics/{name}"][first] for name in ("step_size", "rejected_steps"))
+    again = np.flatnonzero(np.diff(rejected[:-1]) > 0) + 1
+    growth = size[again + 1] / size[again]
+    assert np.count_nonzero(growth == 1.0) >= 3 and growth.max() <= 1.0
+
+
 def joined(recorder):
     return {path: recorder[path] for path in recorder.blocks[0]}
 

@@ -85,6 +85,15 @@ def test_a_free_body_keeps_its_momenta_to_round_off(formulation: str) -> None:
     assert change(momentum_row="true") < 1e-12
 
 
+def test_a_top_keeps_its_energy_and_its_momentum_at_once() -> None:
+    """The correction of the momentum changes the energy, which the other row takes into account."""
+    options = {**FIXED, "step": 0.001, "duration": 0.2, "output_step": 0.02}
+    alone, _ = run("heavy_top", **options, momentum_row="true")
+    both, _ = run("heavy_top", **options, momentum_row="true", energy_row="true")
+    assert alone.energy_drift_relative > 1e-10
+    assert both.rows.steps == both.counters["steps"] and both.energy_drift_relative < 1e-14
+
+
 @crossed("how, formulation", HOW, ["full", "planar"], dear=["full"])
 def test_a_continued_run_has_the_same_bits(formulation: str, how: dict[str, Any]) -> None:
     options = {**how, "formulation": formulation, "energy_row": "true", "output_step": 0.05}
