@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.cases import Cases, cases_in, per_case
+from mbproj.cases import Cases, cases_in
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.intp]
@@ -67,26 +67,9 @@ def together(parts: Sequence[Numbers]) -> Numbers:
 def distinct_rows(rows: Numbers) -> tuple[Numbers, Integers]:
     """The distinct rows of `rows` (k, w), in the order in which they first stand, and the index among them of each of
     the k rows."""
-    place: Integers | None = _places_of_all(rows) if isinstance(rows, Cases) else None
-    place = _places(rows) if place is None else place
-    return rows[np.diff(np.maximum.accumulate(place), prepend=-1) > 0], place
-
-
-@per_case
-def _places(rows: Numbers) -> Integers:
     number: dict[tuple[float, ...], int] = {}
-    return np.array([number.setdefault(tuple(row), len(number)) for row in rows.tolist()], dtype=np.intp)
-
-
-def _places_of_all(rows: Any) -> Integers | None:
-    """Return the result of `distinct_rows` for several cases. None unless all cases have the indices of the first, and
-    different sums show that rows distinct there are distinct in all cases."""
-    every = rows.values
-    place: Integers = _places(every[0])
-    first = np.unique(place, return_index=True)[1]
-    sums = np.sort(every[:, first] @ np.sqrt(1.0 + np.arange(every.shape[2])), axis=1)
-    are_alike = (every[:, first[place]] == every).all() and (np.diff(sums, axis=1) > 0.0).all()
-    return place if are_alike else None
+    place = np.array([number.setdefault(tuple(row), len(number)) for row in rows.tolist()], dtype=np.intp)
+    return rows[np.diff(np.maximum.accumulate(place), prepend=-1) > 0], place
 
 
 def may_overflow() -> np.errstate:

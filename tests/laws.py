@@ -13,10 +13,6 @@ from mbproj.registry import IMPACT_LAWS
 from mbproj.thresholds import THRESHOLDS, of_the_kernel
 
 
-def _numbers(values):
-    return np.ascontiguousarray(values, dtype=float)
-
-
 def _thresholds():
     return core().Thresholds(**of_the_kernel())
 
@@ -33,17 +29,17 @@ class Cone(NamedTuple):
 
 def contact_problem(B, b, cones):
     """The forces y along all rows with which no row that is held accelerates; None where none are within the cones."""
-    return core().contact_problem(_thresholds(), _numbers(B), _numbers(b), list(cones))
+    return core().contact_problem(thresholds=_thresholds(), B=B, b=b, cones=list(cones))
 
 
 def coulomb_problem(B, b, cones):
     """The forces y along all rows by Coulomb's law: stops may open, frictions may slip. None where none are found."""
-    return core().coulomb_problem(_thresholds(), _numbers(B), _numbers(b), list(cones))
+    return core().coulomb_problem(thresholds=_thresholds(), B=B, b=b, cones=list(cones))
 
 
 def one_sided(N, b):
     """Pushes z >= 0 with N Nᵀz + b >= 0; None where there are none."""
-    return core().one_sided(_thresholds(), _numbers(N @ N.T), _numbers(b))
+    return core().one_sided(thresholds=_thresholds(), B=N @ N.T, b=b)
 
 
 @dataclass
@@ -72,11 +68,18 @@ class FrictionBalance:
 
     def _kernel(self):
         size = np.linalg.norm(self.A, axis=1)
-        each = (self.static, self.sliding, self.direction, np.full(len(self.static), self.still))
-        places = self.stop.tolist(), self.partner.tolist(), (size > THRESHOLDS.no_push * size.max()).tolist()
-        values = [_numbers(array) for array in each]
         return core().FrictionBalance(
-            _numbers(self.A @ self.A.T), _numbers(self.b), values, *places, lambda y: _numbers(self.loads(y))
+            thresholds=_thresholds(),
+            B=self.A @ self.A.T,
+            b=self.b,
+            static=self.static,
+            sliding=self.sliding,
+            direction=self.direction,
+            still=np.full(len(self.static), self.still),
+            stop=self.stop,
+            partner=self.partner,
+            able=size > THRESHOLDS.no_push * size.max(),
+            loads=self.loads,
         )
 
     def accelerations(self, y):
@@ -85,12 +88,12 @@ class FrictionBalance:
 
     def balanced(self):
         """The balance in which as many frictions stick as can; None where there is none."""
-        y, direction, *more = self._kernel().decide(_thresholds())
+        y, direction, *more = self._kernel().decide()
         return None if y is None else Balanced(y, np.array(more[0]), direction, more[1])
 
     def forces(self):
         """The forces that hold all frictions at rest, or are at most their static forces; None where there are none."""
-        return self._kernel().forces(_thresholds())
+        return self._kernel().forces()
 
 
 @dataclass
@@ -108,8 +111,16 @@ def strike(law, A, speeds, restitution, coefficient=(), rubbing=(), off=0.0):
     """The impact of stops, of which the first rows of A are, then their tangents; None where the law has no answer.
     `rubbing`: of each tangent its partner, or -1, and its stop; `off`: the error of the rows' rates."""
     A, speeds = np.asarray(A), np.asarray(speeds)
-    own = _numbers(A @ A.T), _numbers(A @ speeds + off), _numbers(restitution), _numbers(coefficient)
-    found = core().strike(_thresholds(), IMPACT_LAWS.index(law), *own, list(rubbing))
+    found = core().strike(
+        thresholds=_thresholds(),
+        law=IMPACT_LAWS.index(law),
+        B=A @ A.T,
+        b=A @ speeds + off,
+        restitution=np.asarray(restitution),
+        coefficient=np.asarray(coefficient),
+        partner=[partner for partner, _ in rubbing],
+        by=[by for _, by in rubbing],
+    )
     if found is None:
         return None
     v = speeds + A.T @ found[0]

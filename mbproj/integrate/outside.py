@@ -17,7 +17,7 @@ from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.loop.one_method import march_by_one_method
 from mbproj.integrate.reporting.marks import Marks
 from mbproj.integrate.reporting.tally import Tally
-from mbproj.kernel.loads import programs
+from mbproj.kernel.models import programs
 from mbproj.model.system import System
 from mbproj.registry import AUTOMATIC
 from mbproj.scene.records import Settings
@@ -33,7 +33,7 @@ class Exchange:
     def __init__(self, compiled: Compiled, system: System, run: Any, leg: Leg) -> None:
         self._run, self._signals = run, system.names.signals
         self._numbers = {name: at for at, name in enumerate(system.names.states)}
-        self._programs = programs(compiled.core, system.signals, CHANNELS + system.channels.size)
+        self._programs = compiled.core.Programs(functions=programs(system.signals, CHANNELS + system.channels.size))
         self._instants: Iterator[float] = iter([each.time for each in leg.breaks if each.asks])
 
     def next(self) -> float:

@@ -1,4 +1,4 @@
-"""Primitives of a set, in space or in a plane, as the flat arrays that the kernel takes."""
+"""Primitives of a set, in space or in a plane, as the kernel takes them."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, contiguous, distinct_rows, numbers
+from mbproj.arrays import Array, Integers, numbers
 from mbproj.constraints import Primitive, name_of
 from mbproj.kernel import core
 from mbproj.model.planar import PlanarSet
@@ -18,67 +17,59 @@ from mbproj.model.system import System
 from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
-    from mbproj.constraints.rope import Rope
     from mbproj.functions.curves.plane_curve import PlaneCurve
     from mbproj.functions.curves.space_curve import SpaceCurve
 
 
+def by_name(record: Any, **projected: Any) -> dict[str, Any]:
+    """The fields of a frozen record by name, some of them replaced by their projections."""
+    return {name: getattr(record, name) for name in record.__dataclass_fields__} | projected
+
+
 class Bound(NamedTuple):
-    """k instances in the order of their rows: kinds (k,), slots (k, s) and parameters (k, p) with zeros behind those of
-    smaller ones, offsets, weights and owners (k,). Whether one `joins` the row of the instance before, (k,), and the
-    `line` that it follows, (k,), or None; the `other` of two curves that touch, the `wire` of a curve in space, and the
-    `path` of a rope, likewise. What the slots number: S attachments' bodies (S,), `is_point` (S,), local vectors
-    (S, 3 or 2)."""
+    """k instances in the order of their rows: kinds (k,), parameters (k, p) with zeros behind those of smaller ones,
+    offsets, weights and owners (k,). Whether one `joins` the row of the instance before, (k,). What each `follows`: a
+    curve, two of them, a rope, or None.
+
+    The slots of an instance are consecutive from its `first_slot` (k,). They number S attachments: bodies (S,),
+    `is_point` (S,), local vectors (S, 3 or 2)."""
 
     kind: Integers
-    slots: Integers
+    first_slot: Integers
     parameters: Array
     offset: Array
     weight: Array
     joins: Integers
-    line: npt.NDArray[np.object_]
-    other: npt.NDArray[np.object_]
-    wire: npt.NDArray[np.object_]
-    path: npt.NDArray[np.object_]
+    follows: list[Any]
     owner: Integers
     body: Integers
     is_point: Array
     local: Array
 
     def only(self, members: Integers) -> Bound:
-        """Some of the instances, with the attachments that they use and no others."""
-        own = {name: getattr(self, name)[members] for name in _OF_INSTANCES}
-        used, place = np.unique(own["slots"], return_inverse=True)
-        own["slots"] = place.reshape(own["slots"].shape)
-        return self._replace(**own, **{name: getattr(self, name)[used] for name in ("body", "is_point", "local")})
+        """Some of the instances, with the attachments of all."""
+        chosen = {name: getattr(self, name)[members] for name in _OF_INSTANCES}
+        return self._replace(**chosen, follows=[self.follows[member] for member in members.tolist()])
 
 
-#: What `Bound` has of each instance.
-_OF_INSTANCES = ("kind", "slots", "parameters", "offset", "weight", "joins", "line", "other", "wire", "path", "owner")
-
-
-class _Kernel(NamedTuple):
-    """The kernel's primitives by name: number, count of slots, count of parameters. `slots` and `parameters` are the
-    largest counts."""
-
-    forms: Mapping[str, tuple[int, int, int]]
-    slots: int
-    parameters: int
+#: The arrays of `Bound` with an entry for each instance.
+_OF_INSTANCES = ("kind", "first_slot", "parameters", "offset", "weight", "joins", "owner")
 
 
 @cache
-def _kernel() -> _Kernel:
-    """The primitives of the kernel. A coupling has none: it is the instances of its coordinates."""
+def _forms() -> Mapping[str, tuple[int, int, int]]:
+    """The kernel's primitives by name: number, count of slots, count of parameters. A coupling has none: it is the
+    instances of its coordinates."""
     kernel = core()
     forms = [] if kernel is None else kernel.primitives()
-    most = np.array([form[1:] for form in forms] or [(0, 0)]).max(axis=0, initial=1)
-    return _Kernel({name: (at, *form) for at, (name, *form) in enumerate(forms)}, int(most[0]), int(most[1]))
+    return {name: (at, *form) for at, (name, *form) in enumerate(forms)}
 
 
+@cache
 def _number(kind: type[Primitive]) -> int:
     """The kernel's number of a primitive. Raises ValueError where the kernel takes other slots or parameters."""
     name = name_of(kind)
-    number, slots, parameters = _kernel().forms[name]
+    number, slots, parameters = _forms()[name]
     own = slots if kind.follows == "rope" else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
     if (own, len(kind.parameters)) != (slots, parameters):
         raise ValueError(f"the primitive '{name}' of the kernel takes {slots} slots and {parameters} parameters")
@@ -87,7 +78,7 @@ def _number(kind: type[Primitive]) -> int:
 
 def without_form(system: System) -> str | None:
     """The class of a primitive that the kernel does not have; None where it has all of the system."""
-    known = _kernel().forms
+    known = _forms()
     sets = [system.joints, system.coordinates]
     sets += [each.coordinates for each in (system.forces.laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
@@ -98,173 +89,79 @@ def without_form(system: System) -> str | None:
 
 
 def joined(parts: Sequence[Bound]) -> Bound:
-    """Several sets as one. The numbers of slots and owners of each continue those of the set before."""
-    slots, owners, attachments, owned = [], [], 0, 0
-    for part in parts:
-        slots.append(part.slots + attachments)
-        owners.append(part.owner + owned)
-        attachments += len(part.body)
-        owned += int(part.owner.max(initial=-1)) + 1
-    alike = [name for name in Bound._fields if name not in ("slots", "owner")]
+    """Several sets as one. The numbers of slots of each continue those of the set before."""
+    before = np.cumsum([0, *(len(part.body) for part in parts)])
+    shifted = [part.first_slot + first for part, first in zip(parts, before.tolist(), strict=False)]
+    alike = [name for name in Bound._fields if name not in ("first_slot", "follows")]
     rest = {name: np.concatenate([getattr(part, name) for part in parts]) for name in alike}
-    return Bound(slots=np.concatenate(slots), owner=np.concatenate(owners), **rest)
+    return Bound(first_slot=np.concatenate(shifted), follows=[each for part in parts for each in part.follows], **rest)
 
 
-def bound_in_space(bound: PrimitiveSet) -> Bound:
-    members = bound.layout.members
-    first = np.array([member.rows[0] for member in members], dtype=np.intp)
-    own = _instances([member.primitive for member in members], [member.slots[0] for member in members])
-    return Bound(
-        **own.columns,
-        offset=np.where(own.columns["joins"], 0.0, bound.offset[first[own.member]]),
-        owner=bound.owner[first[own.member]],
-        body=bound.body,
-        is_point=bound.is_point,
-        local=bound.local,
-    )
-
-
-def bound_in_plane(bound: PlanarSet) -> Bound:
-    own = _instances(bound.primitives, bound.first_slot.tolist())
-    return Bound(
-        **own.columns,
-        offset=np.where(own.columns["joins"], 0.0, bound.offset[bound.row[own.member]]),
-        owner=bound.owner[own.member],
-        body=bound.body,
-        is_point=bound.is_point,
-        local=bound.local,
-    )
-
-
-class _Instances(NamedTuple):
-    """The primitive of each instance, (k,), and the columns of `Bound` that come from the primitive."""
-
-    member: Integers
-    columns: dict[str, Any]
-
-
-def _instances(primitives: Sequence[Primitive], first_slots: Sequence[int]) -> _Instances:
-    """The instances of primitives: one each, and for a coupling one for each coordinate. Slots are consecutive."""
-    code, slots, parameters, weight, joins, line, other, wire, path, member = [], [], [], [], [], [], [], [], [], []
-    kernel = _kernel()
-    for number, (primitive, first) in enumerate(zip(primitives, first_slots, strict=True)):
-        for part, (own, factor, taken) in enumerate(_terms(primitive)):
-            code.append(_number(type(own)))
-            slots.append(_filled([*range(first + taken.start, first + taken.stop)], kernel.slots))
-            parameters.append(_filled([getattr(own, name) for name in own.parameters], kernel.parameters))
+def bound(own: PrimitiveSet | PlanarSet) -> Bound:
+    """A set as the kernel takes it: an instance for each primitive, and for a coupling one for each coordinate."""
+    primitives: Sequence[Primitive]
+    if isinstance(own, PlanarSet):
+        primitives, first, row, owner = own.primitives, own.first_slot.tolist(), own.row, own.owner
+    else:
+        members = own.layout.members
+        primitives, first = [member.primitive for member in members], [member.slots[0] for member in members]
+        row = np.array([member.rows[0] for member in members], dtype=np.intp)
+        owner = own.owner[row]
+    width = max(parameters for *_, parameters in _forms().values())
+    kind, slot, parameters, weight, joins, follows, member = [], [], [], [], [], [], []
+    for number, (primitive, start) in enumerate(zip(primitives, first, strict=True)):
+        for part, (each, factor, taken) in enumerate(_terms(primitive)):
+            names = each.parameters
+            kind.append(_number(each.__class__))
+            slot.append(start + taken)
+            parameters.append([*(getattr(each, name) for name in names), *[0.0] * (width - len(names))])
             weight.append(factor)
             joins.append(part > 0)
-            line.append(own.curve if own.follows in ("curve", "two curves") else None)
-            other.append(own.other if own.follows == "two curves" else None)
-            wire.append(own.curve if own.follows == "space curve" else None)
-            path.append(own if own.follows == "rope" else None)
+            follows.append(_followed(each) if each.follows else None)
             member.append(number)
-    columns = {
-        "kind": np.array(code, dtype=np.int64),
-        "slots": np.array(slots, dtype=np.int64).reshape(-1, kernel.slots),
-        "parameters": numbers(parameters).reshape(-1, kernel.parameters),
-        "weight": numbers(weight),
-        "joins": np.array(joins, dtype=np.int64),
-        "line": np.array([*line, None], dtype=object)[:-1],
-        "other": np.array([*other, None], dtype=object)[:-1],
-        "wire": np.array([*wire, None], dtype=object)[:-1],
-        "path": np.array([*path, None], dtype=object)[:-1],
-    }
-    return _Instances(np.array(member, dtype=np.intp), columns)
-
-
-def _filled(own: list[Any], length: int) -> list[Any]:
-    """A list, filled with zeros up to this length."""
-    return [*own, *[0] * (length - len(own))]
-
-
-def _terms(primitive: Any) -> Iterable[tuple[Any, float, slice]]:
-    """Each coordinate of a coupling, with its weight and its slots; another primitive as it is."""
-    coupled: Iterable[tuple[Any, float, slice]] = [(primitive, 1.0, slice(0, len(primitive.slots)))]
-    return primitive.terms() if primitive.follows == "coordinates" else coupled
-
-
-def primitives(kind: Any, bodies: int, bound: Bound) -> Any:
-    """The kernel's set of primitives. Points and vectors that several primitives use are stored once."""
-    unique, place = distinct_rows(np.column_stack([bound.body, bound.is_point, bound.local]))
-    slots = place[bound.slots] if len(place) else bound.slots
-    return kind(
-        bodies=bodies,
-        body=unique[:, 0].astype(np.int64),
-        is_point=unique[:, 1].astype(np.int64),
-        local=contiguous(unique[:, 2:], dtype=float),
-        kind=bound.kind.astype(np.int64),
-        slots=np.ascontiguousarray(slots, dtype=np.int64),
-        parameters=contiguous(bound.parameters, dtype=float),
-        offset=contiguous(bound.offset, dtype=float),
-        weight=contiguous(bound.weight, dtype=float),
-        joins=bound.joins.astype(np.int64),
-        **_lines(bound),
-        **_paths(bound),
+    of, are_joined = np.array(member, dtype=np.intp), np.array(joins, dtype=bool)
+    return Bound(
+        kind=np.array(kind, dtype=np.intp),
+        first_slot=np.array(slot, dtype=np.intp),
+        parameters=numbers(parameters).reshape(-1, width),
+        offset=np.where(are_joined, 0.0, own.offset[row[of]]),
+        weight=numbers(weight),
+        joins=are_joined,
+        follows=follows,
+        owner=owner[of],
+        body=own.body,
+        is_point=own.is_point,
+        local=own.local,
     )
 
 
-def _lines(bound: Bound) -> dict[str, Any]:
-    """The curves that instances follow, each once, and the number of each instance's, -1 for none."""
-    number: dict[Any, int] = {}
-    own = {
-        name: np.array(
-            [-1 if line is None else number.setdefault(line, len(number)) for line in column.tolist()], dtype=np.int64
-        )
-        for name, column in (("line", bound.line), ("other", bound.other))
-    }
-    wires: dict[Any, int] = {}
-    wire = [-1 if each is None else wires.setdefault(each, len(wires)) for each in bound.wire.tolist()]
-    own["wire"] = np.array(wire, dtype=np.int64)
-    return {**own, "lines": [_line(each) for each in number], "wires": [_wire(each) for each in wires]}
+def _terms(primitive: Any) -> Iterable[tuple[Any, float, int]]:
+    """Each coordinate of a coupling, with its weight and its first slot; another primitive as it is."""
+    if primitive.follows != "coordinates":
+        return ((primitive, 1.0, 0),)
+    return [(each, weight, slots.start) for each, weight, slots in primitive.terms()]
 
 
-def _path(rope: Rope) -> list[float]:
-    """The path of a rope as numbers: radii, directions, weights of spans, lifts, and the length to subtract."""
-    lifts = [float(k in rope.lifts) for k in range(len(rope.radii))]
-    return [*rope.radii, *rope.directions, *rope.by_length, *rope.by_angle, *lifts, rope.wound]
-
-
-def _paths(bound: Bound) -> dict[str, Any]:
-    """The paths of ropes, and the number of each instance's, -1 for none."""
-    own = [None if rope is None else _path(rope) for rope in bound.path.tolist()]
-    number = np.where([each is not None for each in own], np.cumsum([each is not None for each in own]) - 1, -1)
-    return {"path": np.asarray(number, dtype=np.int64), "paths": [each for each in own if each is not None]}
+def _followed(primitive: Any) -> Any:
+    """What a primitive follows, as the kernel takes it."""
+    if primitive.follows == "rope":
+        return by_name(primitive)
+    if primitive.follows == "two curves":
+        return _line(primitive.curve), _line(primitive.other)
+    return (_line if primitive.follows == "curve" else _wire)(primitive.curve)
 
 
 @lru_cache(maxsize=64)
 def _wire(curve: SpaceCurve) -> Any:
     """The kernel's copy of a curve in space."""
-    places, kernel = curve.places, core()
+    kernel = core()
     assert kernel is not None
-    rows = curve.coefficients.reshape(len(curve.pieces), -1)
-    return kernel.SpaceCurve(
-        pieces=np.column_stack([curve.starts, curve.origins, rows, curve.axes]),
-        places=np.column_stack([places.s, places.piece, places.point, places.length]),
-        end=curve.end,
-        closed=curve.closed,
-        passes=THRESHOLDS.most_passes,
-        settled=curve.settled,
-        reach=curve.reach,
-    )
+    return kernel.SpaceCurve(curve=curve, thresholds=THRESHOLDS)
 
 
 @lru_cache(maxsize=64)
 def _line(curve: PlaneCurve) -> Any:
-    """The kernel's copy of a curve."""
-    arrays, places = curve.arrays, curve.places
+    """The kernel's copy of a curve in a plane."""
     kernel = core()
     assert kernel is not None
-    return kernel.PlaneCurve(
-        pieces=np.column_stack(
-            [arrays.start, arrays.origin, arrays.form, arrays.numbers.reshape(len(arrays.start), -1)]
-        ),
-        places=np.column_stack([places.s, places.piece, places.point, places.length, places.angle]),
-        end=curve.end,
-        closed=curve.closed,
-        passes=THRESHOLDS.most_passes,
-        settled=curve.settled,
-        straight=THRESHOLDS.rounding,
-        beyond=THRESHOLDS.place_turn,
-        reach=curve.reach,
-    )
+    return kernel.PlaneCurve(curve=curve, thresholds=THRESHOLDS)

@@ -1,32 +1,35 @@
-"""The kernel's models of a System, in space or in a plane."""
+"""The kernel's models of a System, in space or in a plane.
+
+The kernel reads the fields of the system's own records by their names (`src/bindings/models.cpp`). A model in a plane
+has projections of some of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, contiguous
+from mbproj.arrays import Array, Integers
 from mbproj.functions.program import CHANNELS
-from mbproj.kernel.bound import Bound, bound_in_plane, bound_in_space, joined, primitives
-from mbproj.kernel.loads import (
-    along_in_plane,
-    functions,
-    plane_loads,
-    programs,
-    space_loads,
-)
+from mbproj.functions.program_set import ProgramSet
+from mbproj.kernel.bound import Bound, bound, by_name, joined
 from mbproj.model.couplings import FollowedKind
+from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.layout import Layout
-from mbproj.model.planar import Plane, channels_in_plane, coordinates_in_plane
+from mbproj.model.planar import (
+    Plane,
+    bushings_in_plane,
+    coordinates_in_plane,
+    locals_in_plane,
+)
+from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
 from mbproj.thresholds import Thresholds, of_the_kernel
 
 if TYPE_CHECKING:
-    from mbproj.model.bearings import Parts
+    from mbproj.model.bearings import Bearings
 
 
 @cache
@@ -35,227 +38,202 @@ def _thresholds(core: ModuleType, thresholds: Thresholds) -> Any:
     return core.Thresholds(**of_the_kernel(thresholds))
 
 
-def space_model(core: ModuleType, system: System, layout: Layout) -> Callable[[], Any]:
-    """A function that makes the kernel's model of a system with six coordinates a body. The model has the joints with
+def programs(functions: ProgramSet, variables: int = CHANNELS) -> dict[str, Any]:
+    """A set of functions of so many variables."""
+    return by_name(functions, kinked=functions.kinked, variables=variables)
+
+
+class _InSpace:
+    """The quantities of a model in space, which are the system's own."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.mass, self.inertia, self.gravity = system.mass, system.inertia, system.gravity
+        self.constraints, self.coordinates = bound(system.rows), bound(system.coordinates)
+        self.row_scale = system.row_scale[system.bodies :]
+
+    def number(self, coordinate: Integers) -> Integers:
+        """The numbers of joint coordinates; -1 for one that is constant, and for -1."""
+        return coordinate
+
+    def row(self, row: Integers) -> Integers:
+        """The numbers of the joints' rows."""
+        return row
+
+    def along(self, own: PrimitiveSet, joint_coordinate: Integers) -> Bound:
+        """The coordinates `own` along which forces or stops act, some of which are joint coordinates."""
+        return bound(own)
+
+    def in_bodies(self, body: Integers, vectors: Array) -> Array:
+        """Vectors in the axes of these bodies (k, 3) as the model has them."""
+        return vectors
+
+    def axes(self) -> Array:
+        """The rotations (W, 3, 3) of the components of given forces."""
+        given = self.system.forces.on_bodies
+        return np.where(given.in_body[:, None, None], given.turn, np.eye(3))
+
+    def bushings(self) -> dict[str, Array]:
+        """What bushings have in place of the system's: rotations for Euler parameters."""
+        return {"turn": rotation_matrix(self.system.forces.bushings.turn)}
+
+    def bearings(self, bearings: Bearings) -> dict[str, Any]:
+        """What bearings have beside or in place of the system's: body 2 and their points there."""
+        joint = bearings.joint
+        return {"body": self.system.reaction_body[joint], "point": self.system.reaction_local[joint]}
+
+
+class _InPlane(_InSpace):
+    """The projections of quantities in a plane."""
+
+    def __init__(self, system: System, plane: Plane) -> None:
+        self.system, self.plane = system, plane
+        self.mass, self.inertia, self.gravity = plane.mass, plane.inertia, plane.gravity
+        self.coordinates = bound(plane.coordinates)
+        driven = self.coordinates.only(self.number(system.motions.joint_coordinate))
+        last = len(system.names.joints)
+        motions = driven._replace(owner=np.arange(last, last + system.driven))
+        self.constraints = joined([bound(plane.joints), motions])
+        self.row_scale = plane_row_scale(system, plane)
+
+    def number(self, coordinate: Integers) -> Integers:
+        return coordinates_in_plane(self.plane, coordinate)
+
+    def row(self, row: Integers) -> Integers:
+        rows = plane_rows(self.plane).tolist()
+        return np.array([rows.index(at) for at in row.tolist()], dtype=np.intp)
+
+    def along(self, own: PrimitiveSet, joint_coordinate: Integers) -> Bound:
+        flat = bound(own)._replace(local=locals_in_plane(self.plane, own))
+        number, count = self.number(joint_coordinate), len(self.coordinates.kind)
+        return joined([self.coordinates, flat]).only(np.where(number >= 0, number, count + np.arange(own.size)))
+
+    def _reference(self, body: Integers) -> Array:
+        """The rotations from the axes of bodies (k,) to those of the plane, at angle zero, (k, 3, 3)."""
+        frames = np.concatenate([rotation_matrix(self.plane.reference), np.eye(3)[None]])
+        turned: Array = self.plane.axes.T @ frames[body]
+        return turned
+
+    def in_bodies(self, body: Integers, vectors: Array) -> Array:
+        return (self._reference(body) @ vectors[..., None])[:, :2, 0]
+
+    def axes(self) -> Array:
+        given = self.system.forces.on_bodies
+        return np.where(given.in_body[:, None, None], self._reference(given.body) @ given.turn, self.plane.axes.T)
+
+    def bushings(self) -> dict[str, Array]:
+        return bushings_in_plane(self.plane, self.system.forces.bushings)
+
+    def bearings(self, bearings: Bearings) -> dict[str, Any]:
+        """In the plane axial forces and moments are 0."""
+        none = np.zeros((bearings.size, 2))
+        axial, length = bearings.axial * bearings.is_of_rows, np.full(bearings.size, np.inf)
+        return super().bearings(bearings) | {"point": none, "axis": none, "axial": axial, "length": length}
+
+
+def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
+    """The kernel's model of a system with six coordinates a body. The model has the joints with
     rows, in their order, and then each motion as a joint of one row."""
-    n, rows = system.bodies, bound_in_space(system.rows)
-    coordinates = bound_in_space(system.coordinates)
-    return partial(
-        core.SpaceModel,
-        thresholds=_thresholds(core, system.thresholds),
-        mass=system.mass,
-        inertia=contiguous(system.inertia, dtype=float),
-        gravity=system.gravity,
-        constraints=primitives(core.SpacePrimitives, n, rows),
-        joint_begin=_runs(rows.owner),
-        row_scale=contiguous(system.row_scale[n:], dtype=float),
-        coordinates=primitives(core.SpacePrimitives, n, coordinates),
-        length=system.length,
-        layout=_blocks(layout),
-        loads=space_loads(core, system),
-        **functions(core, system, system.channels.index),
-        motion_start=system.motions.start.tolist(),
-        motion_coordinate=system.motions.joint_coordinate.tolist(),
-        couplings=_couplings(system, system.couplings.row, system.couplings.coordinate),
-        followers=[(int(kind), at, program, second) for program, (kind, at, second) in system.following.items()],
-        **_space_flywheels(core, system),
-        **_space_stops(core, system),
-        **_space_bearings(system),
-        **_actions(core, system),
-    )
+    return core.SpaceModel(**_record(core, _InSpace(system), layout))
 
 
-def _actions(core: ModuleType, system: System) -> dict[str, Any]:
-    """The actions of controllers on states; {} without controllers."""
-    actions = system.actions
-    if not actions.size:
-        return {}
-    pairs = list(zip(actions.state.tolist(), range(actions.programs.size), strict=True))
+def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Any:
+    """The kernel's model of a planar system, where `obstacle_in_plane` finds none. Its joints are
+    those with rows in the plane, by `joints_with_rows`."""
+    return core.PlaneModel(**_record(core, _InPlane(system, plane), layout))
+
+
+def _record(core: ModuleType, seen: _InSpace, layout: Layout) -> dict[str, Any]:
+    """The record of a model, which the kernel reads."""
+    system, number = seen.system, seen.number
+    couplings, motions, bearings, actions = system.couplings, system.motions, system.bearings, system.actions
+    channels, is_state, variables = system.channels, system.channels.is_state, CHANNELS + system.channels.size
     return {
-        "actions": [[pairs[k] for k in actions.sets(action)] for action in range(actions.size)],
-        "action_programs": programs(core, actions.programs, CHANNELS + system.channels.size),
+        "thresholds": _thresholds(core, system.thresholds),
+        "mass": seen.mass,
+        "inertia": seen.inertia,
+        "gravity": seen.gravity,
+        "constraints": seen.constraints,
+        "row_scale": seen.row_scale,
+        "coordinates": seen.coordinates,
+        "length": system.length,
+        "layout": [by_name(block) for block in layout.blocks],
+        "loads": None if system.forces.is_empty else _loads(seen),
+        "programs": programs(system.programs, variables),
+        "first_rate": system.first_rate,
+        "channels": by_name(
+            channels, index=np.where(is_state, channels.index, number(np.where(is_state, -1, channels.index)))
+        ),
+        "switches": _switches(system.programs),
+        "motions": by_name(motions, joint_coordinate=number(motions.joint_coordinate)),
+        "couplings": by_name(
+            couplings,
+            row=seen.row(couplings.row),
+            coordinate=number(couplings.coordinate),
+            program=np.where(couplings.program >= 0, system.first_coupled + couplings.program, -1),
+        ),
+        "followers": _followers(seen),
+        "flywheels": _flywheels(seen) if system.reflected.size else None,
+        "contacts": _contacts(seen),
+        "bearings": bearings and by_name(bearings, **seen.bearings(bearings)),
+        "actions": by_name(actions, programs=programs(actions.programs, variables)) if actions.size else None,
     }
 
 
-def _blocks(layout: Layout) -> list[tuple[Any, ...]]:
-    """The blocks of y: their names, scales and initial values."""
-    return [
-        (each.name, each.scale.tolist(), [] if each.start is None else each.start.tolist()) for each in layout.blocks
-    ]
-
-
-def _space_flywheels(core: ModuleType, system: System) -> dict[str, Any]:
-    """The reflected inertias, as flywheels that coordinates turn; {} without any."""
-    if not system.reflected.size:
-        return {}
-    coordinates = bound_in_space(system.reflected.rows)
+def _loads(seen: _InSpace) -> dict[str, Any]:
+    """All forces but gravity."""
+    forces = seen.system.forces
+    laws, given, joint_coordinate = forces.laws, forces.on_bodies, forces.laws.joint_coordinate
+    along, number = seen.along(laws.coordinates, joint_coordinate), seen.number(joint_coordinate)
     return {
-        "flywheel_coordinates": primitives(core.SpacePrimitives, system.bodies, coordinates),
-        "flywheels": system.reflected.inertia.tolist(),
+        "laws": by_name(laws, coordinates=along, joint_coordinate=number),
+        "on_bodies": by_name(given, point=seen.in_bodies(given.body, given.point), axes=seen.axes()),
+        "bushings": by_name(forces.bushings, turns_freely=forces.bushings.turns_freely, **seen.bushings()),
     }
 
 
-def _plane_flywheels(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
-    """The flywheels of the coordinates that change in the plane. The rates of all others are 0."""
-    if not system.reflected.size:
-        return {}
-    own = coordinates_in_plane(plane, system.reflected.joint_coordinate)
-    turned = np.flatnonzero(own >= 0)
-    return {
-        "flywheel_coordinates": primitives(core.PlanePrimitives, system.bodies, coordinates.only(own[turned])),
-        "flywheels": system.reflected.inertia[turned].tolist(),
-    }
+def _flywheels(seen: _InSpace) -> dict[str, Any]:
+    """The reflected inertias, as flywheels that coordinates turn. The rates of coordinates that are constant are 0."""
+    reflected = seen.system.reflected
+    turned = np.flatnonzero(seen.number(reflected.joint_coordinate) >= 0)
+    coordinates = seen.along(reflected.rows, reflected.joint_coordinate)
+    return {"coordinates": coordinates.only(turned), "inertia": reflected.inertia[turned]}
 
 
-def _space_stops(core: ModuleType, system: System) -> dict[str, Any]:
-    """The coordinates of stops, and then those of dry friction; {} without either."""
-    parts = [bound_in_space(own.coordinates) for own in (system.stops, system.frictions) if own is not None]
-    return _stops(core.SpacePrimitives, joined(parts), system, *_counted_turns(system)) if parts else {}
-
-
-def _plane_stops(core: ModuleType, system: System, plane: Plane, coordinates: Bound) -> dict[str, Any]:
-    """The coordinates of stops and dry friction in a plane, constant ones included."""
-    parts = [
-        along_in_plane(own.coordinates, own.joint_coordinate, plane, coordinates)
-        for own in (system.stops, system.frictions)
-        if own is not None
-    ]
+def _contacts(seen: _InSpace) -> dict[str, Any] | None:
+    """The coordinates of stops, and then those of dry friction, in m or rad, and the joint coordinates whose turns they
+    count; None without either."""
+    stops, frictions = seen.system.stops, seen.system.frictions
+    parts = [each for each in (stops, frictions) if each is not None]
     if not parts:
-        return {}
-    turns, bounds = _counted_turns(system)
-    return _stops(core.PlanePrimitives, joined(parts), system, coordinates_in_plane(plane, turns), bounds)
-
-
-def _counted_turns(system: System) -> tuple[Integers, Array]:
-    """For each stop and dry friction the joint coordinate whose turns it counts, and its bound in m or rad."""
-    turns, bounds = [np.zeros(0, dtype=np.intp)], [np.zeros(0)]
-    if system.stops is not None:
-        turns, bounds = [system.stops.joint_coordinate], [system.stops.bound]
-    if system.frictions is not None:
-        turns, bounds = [*turns, system.frictions.joint_coordinate], [*bounds, np.zeros(system.frictions.size)]
-    return np.concatenate(turns), np.concatenate(bounds)
-
-
-def _stops(kind: Any, along: Bound, system: System, turns: Integers, bounds: Array) -> dict[str, Any]:
+        return None
+    bounds = [] if stops is None else [stops.bound]
+    bounds += [] if frictions is None else [np.zeros(frictions.size)]
     return {
-        "stop_coordinates": primitives(kind, system.bodies, along),
-        "stop_turns": turns.tolist(),
-        "stop_bounds": bounds.tolist(),
+        "coordinates": joined([seen.along(each.coordinates, each.joint_coordinate) for each in parts]),
+        "joint_coordinate": seen.number(np.concatenate([each.joint_coordinate for each in parts])),
+        "bound": np.concatenate(bounds),
     }
 
 
-def _space_bearings(system: System) -> dict[str, Any]:
-    """The bearings whose loads friction depends on, in space."""
-    bearings = system.bearings
-    if bearings is None:
-        return _bearings([], [], (), np.zeros((0, 3)), np.zeros((0, 3)))
-    body, point = system.reaction_body[bearings.joint], system.reaction_local[bearings.joint]
-    numbers = zip(bearings.radial, bearings.axial, bearings.length, bearings.preload, strict=True)
-    own = joints_with_rows(system.rows.owner)
-    whose = [(own.index(joint), each) for joint, each in zip(bearings.joint.tolist(), body.tolist(), strict=True)]
-    return _bearings(whose, list(numbers), _numbered(bearings.parts, own), point, bearings.axis)
+def _followers(seen: _InSpace) -> Integers:
+    """The followers of curves: kind, number in its list, 1 on the second of two curves, and program, (k, 4). A
+    coordinate that is constant in the plane has no sign to change."""
+    following = seen.system.following
+    found = np.array([(*each, program) for program, each in following.items()], dtype=np.intp).reshape(-1, 4)
+    for kind, number_in in ((FollowedKind.ROW, seen.row), (FollowedKind.COORDINATE, seen.number)):
+        here = found[:, 0] == kind
+        found[here, 1] = number_in(found[here, 1])
+    return found[found[:, 1] >= 0]
 
 
-def _plane_bearings(system: System, plane: Plane) -> dict[str, Any]:
-    """The bearings in a plane, where axial forces and moments are 0."""
-    bearings, own = system.bearings, joints_with_rows(plane.joints.owner)
-    if bearings is None:
-        return _bearings([], [], (), np.zeros((0, 2)), np.zeros((0, 2)))
-    joints = [own.index(joint) for joint in bearings.joint.tolist()]
-    body, none = system.reaction_body[bearings.joint].tolist(), np.zeros((bearings.size, 2))
-    numbers = [
-        (radial, axial, np.inf, preload)
-        for radial, axial, preload in zip(
-            bearings.radial, bearings.axial * bearings.is_of_rows, bearings.preload, strict=True
-        )
-    ]
-    return _bearings(list(zip(joints, body, strict=True)), numbers, _numbered(bearings.parts, own), none, none)
+def _switches(functions: ProgramSet) -> Integers:
+    """The switches of functions: their programs and instructions, (k, 2)."""
+    if not functions.size:  # most scenes, which need not load what follows
+        return np.zeros((0, 2), dtype=np.intp)
+    from mbproj.functions.switches import all_switches
 
-
-def _numbered(parts: tuple[Parts, ...], own: list[int]) -> tuple[Parts, ...]:
-    """The parts of bearings, by the numbers of the kernel's joints."""
-    return tuple(tuple((own.index(joint), row, part) for joint, row, part in each) for each in parts)
-
-
-def _bearings(
-    whose: list[tuple[int, int]],
-    numbers: list[Any],
-    parts: tuple[Parts, ...],
-    points: Array,
-    axes: Array,
-) -> dict[str, Any]:
-    each = zip(whose, numbers, parts, strict=True)
-    return {
-        "bearings": [(*who, *map(float, own), list(pushed)) for who, own, pushed in each],
-        "bearing_points": np.ascontiguousarray(points),
-        "bearing_axes": np.ascontiguousarray(axes),
-    }
-
-
-def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Callable[[], Any]:
-    """A function that makes the kernel's model of a planar system. Its joints are those with rows in the plane, by
-    `joints_with_rows`."""
-    coordinates = bound_in_plane(plane.coordinates)
-    joints = bound_in_plane(plane.joints)
-    rows = joint_and_motion_rows(system, plane, joints, coordinates)
-    return partial(
-        core.PlaneModel,
-        thresholds=_thresholds(core, system.thresholds),
-        mass=plane.mass,
-        inertia=plane.inertia.reshape(-1, 1, 1),
-        gravity=plane.gravity,
-        constraints=primitives(core.PlanePrimitives, system.bodies, rows),
-        joint_begin=_runs(rows.owner),
-        row_scale=plane_row_scale(system, plane),
-        coordinates=primitives(core.PlanePrimitives, system.bodies, coordinates),
-        length=system.length,
-        layout=_blocks(layout),
-        loads=plane_loads(core, system, plane, coordinates),
-        **functions(core, system, channels_in_plane(plane, system.channels)),
-        motion_start=system.motions.start.tolist(),
-        motion_coordinate=coordinates_in_plane(plane, system.motions.joint_coordinate).tolist(),
-        couplings=_couplings_in_plane(system, plane),
-        followers=_followers_in_plane(system, plane),
-        **_plane_flywheels(core, system, plane, coordinates),
-        **_plane_stops(core, system, plane, coordinates),
-        **_plane_bearings(system, plane),
-        **_actions(core, system),
-    )
-
-
-def _couplings(system: System, row: Integers, coordinate: Integers) -> list[tuple[Any, ...]]:
-    """The rows that couple coordinates, each as (row, period, coordinates, weights, program, growth)."""
-    couplings = system.couplings
-    parts = [np.split(each, couplings.first[1:]) for each in (coordinate, couplings.weight)]
-    program = np.where(couplings.program >= 0, system.first_coupled + couplings.program, -1)
-    own = [[each.tolist() for each in split] for split in parts]
-    growth = couplings.growth.tolist()
-    return list(zip(row.tolist(), couplings.period.tolist(), *own, program.tolist(), growth, strict=False))
-
-
-def _couplings_in_plane(system: System, plane: Plane) -> list[tuple[Any, ...]]:
-    """The rows that couple coordinates in a plane."""
-    couplings, rows = system.couplings, plane_rows(plane).tolist()
-    row = np.array([rows.index(at) for at in couplings.row.tolist()], dtype=np.intp)
-    return _couplings(system, row, coordinates_in_plane(plane, couplings.coordinate))
-
-
-def _followers_in_plane(system: System, plane: Plane) -> list[tuple[int, int, int, int]]:
-    """The followers of curves in a plane: kind, number in its list, program, and 1 on the second of two curves."""
-    rows, followers = plane_rows(plane).tolist(), []
-    for program, (kind, at, second) in system.following.items():
-        if kind is FollowedKind.COORDINATE:
-            own = int(coordinates_in_plane(plane, np.array([at]))[0])
-        else:
-            own = rows.index(at) if kind is FollowedKind.ROW else at
-        followers.append((int(kind), own, program, second))
-    return [each for each in followers if each[1] >= 0]  # what is constant in the plane has no sign to change
-
-
-def joint_and_motion_rows(system: System, plane: Plane, joints: Bound, coordinates: Bound) -> Bound:
-    """The joints' rows in the plane, and after them the coordinates that motions drive."""
-    driven = coordinates.only(coordinates_in_plane(plane, system.motions.joint_coordinate))
-    return joined([joints, driven._replace(owner=np.arange(len(driven.kind)))])
+    return np.array(all_switches(functions), dtype=np.intp).reshape(-1, 2)
 
 
 def joints_with_rows(owner: Integers) -> list[int]:
@@ -273,9 +251,3 @@ def plane_row_scale(system: System, plane: Plane) -> Array:
     """The scale of each row in the plane, (m,): of joints, then of motions."""
     scale = system.row_scale[system.bodies :]
     return np.concatenate([scale[plane_rows(plane)], scale[system.joints.size :]])
-
-
-def _runs(owner: Integers) -> Integers:
-    """The index of the first primitive of each owner, and their number last. The owners are sorted."""
-    starts = np.flatnonzero(np.diff(owner, prepend=-1))
-    return np.append(starts, len(owner)).astype(np.int64)

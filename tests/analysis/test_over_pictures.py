@@ -11,6 +11,7 @@ from mbproj.figures import KINDS, draw, why_not
 from mbproj.results import open_results
 from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 from tests.cli.commands import mbproj
+from tests.crossed import full
 
 OVER = [kind for kind, entry in KINDS.items() if entry.over and entry.needs in (None, "markers", "joints", "motions")]
 
@@ -30,7 +31,7 @@ def results(folder):
         yield opened
 
 
-@pytest.mark.parametrize("kind", OVER)
+@pytest.mark.parametrize("kind", [kind if kind in ("joints", "violation") else full(kind) for kind in OVER])
 def test_every_panel_over_time_is_over_the_angle_with_a_gap_at_each_turn(results, kind):
     corners = [("pin", "wrist", "across")] if kind == "transmission" else []
     figure = draw(kind, [results.over("main.angle", modulo=True)], ["run"], corners=corners)
@@ -91,6 +92,16 @@ def test_tables_begin_with_the_coordinate_and_ratios_have_one(folder):
     np.testing.assert_allclose(values[:, column], slopes, atol=1e-12)
     with (folder / "crank-transmission-wrist.csv").open() as file:
         assert next(csv.reader(file)) == ["main.angle (rad)", "time (s)", "angle between pin and across (rad)"]
+
+
+@pytest.mark.parametrize(("options", "turn"), [((), np.inf), (("--per-turn",), 2.0 * np.pi)])
+def test_a_table_begins_with_the_angle_modulo_a_turn_where_asked(folder, results, options, turn):
+    whole = ("export", "crank.h5", "--over", "main.angle", "--table", "marker-wrist", "--force")
+    assert mbproj(*whole, *options, folder=folder).returncode == 0
+    with (folder / "crank-marker-wrist.csv").open() as file:
+        angle = np.array([row[0] for row in list(csv.reader(file))[1:]], dtype=float)
+    exact = SPEED * results.time
+    np.testing.assert_allclose(angle, exact if np.isinf(turn) else exact % turn, atol=1e-9)
 
 
 @pytest.mark.parametrize(

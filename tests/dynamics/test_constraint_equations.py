@@ -27,12 +27,12 @@ from tests.support import ROOT, random_chain
 STEP = 1e-30
 
 
-@pytest.fixture(params=sorted(JOINTS))
+@pytest.fixture(params=sorted(JOINTS), scope="module")
 def kind(request):
     return request.param
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def mechanism(kind):
     """A system of three bodies on joints of one type, and a random state of it."""
     system = compile_system(random_chain(3, [kind] * 3))

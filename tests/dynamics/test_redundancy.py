@@ -16,6 +16,7 @@ from mbproj.dynamics.rank.row_space import scaled_jacobian
 from mbproj.dynamics.rank.row_words import rows_in_words
 from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene
+from tests.crossed import crossed
 from tests.dynamics import linkages
 from tests.dynamics.linkages import assembled, scaled
 
@@ -122,9 +123,7 @@ def test_overconstrained_examples_are_so_for_good(name, permanent, freedom):
     assert len(found.sets) == permanent or permanent is None
 
 
-@pytest.mark.parametrize("length", [1e-6, 1e6])
-@pytest.mark.parametrize("mass", [1e-6, 1e6])
-@pytest.mark.parametrize("name", KNOWN)
+@crossed("name, mass, length", KNOWN, [1e-6, 1e6], [1e-6, 1e6], together=1)
 def test_nothing_depends_on_size_or_mass(name, length, mass):
     scene = KNOWN[name][0]
     system, state = assembled(scene)

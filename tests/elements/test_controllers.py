@@ -18,8 +18,9 @@ from mbproj import (
     simulate,
 )
 from mbproj.errors import InputError, SimulationError
+from tests.crossed import crossed, full
 from tests.elements.pid import ran
-from tests.elements.wheel_and_slide import FORMULATIONS
+from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL
 from tests.support import Recorder
 
 CART = """
@@ -57,13 +58,14 @@ def end(found):
 
 
 RUNS = [
-    *({"formulation": formulation} for formulation in FORMULATIONS),
+    {"formulation": "full", "duration": 0.3},
+    *({"formulation": formulation} for formulation in FORMULATIONS[1:]),
     {"integrator": "radau5"},
     {"integrator": "auto"},
     {"integrator": "esdirk4", "formulation": "full", "duration": 0.2},  # in NumPy: seconds
     {"integrator": "rk4", "tolerance": None, "step": 0.01},
     {"integrator": "rk4", "tolerance": None, "step": 0.025, "output_step": 0.1},  # the period does not divide it
-    {"integrator": "rk4", "tolerance": None, "step": 0.025, "output_step": 0.1, "formulation": "full"},
+    full({"integrator": "rk4", "tolerance": None, "step": 0.025, "output_step": 0.1, "formulation": "full"}),
 ]
 
 
@@ -77,7 +79,7 @@ def test_a_held_force_moves_a_cart_as_the_matrix_exponential_says(options):
     assert np.abs(end(found) - x[:2]).max() < 1e-13
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_a_delay_and_a_state_of_its_own(formulation):
     x, total, computed = np.array([0.1, 0.5, 1.0]), 0.2, 0.0
     periods = 20 if formulation == "full" else 50
@@ -133,12 +135,15 @@ forces:
 )
 
 
-@pytest.mark.parametrize(
-    ("text", "formulation"),
-    [*((SLOW_COMPUTER, each) for each in FORMULATIONS), (BLOCKS, "planar"), (BLOCKS, "reduced")],
-)
-@pytest.mark.parametrize(
-    "options", [{}, {"tolerance": None, "step": 0.003, "output_step": 0.03}], ids=["error", "fixed"]
+@crossed(
+    "options, formulation, text",
+    [pytest.param({}, id="error"), pytest.param({"tolerance": None, "step": 0.003, "output_step": 0.03}, id="fixed")],
+    [
+        *(pytest.param(each, SLOW_COMPUTER, id=f"computer-{each}") for each in FORMULATIONS),
+        pytest.param("planar", BLOCKS, id="blocks-planar"),
+        pytest.param("reduced", BLOCKS, id="blocks-reduced"),
+    ],
+    dear=["full"],
 )
 def test_a_run_goes_on_to_the_bit(text, formulation, options):
     scene = read_scene_text(text, "<text>", {}, {"formulation": formulation, **options})

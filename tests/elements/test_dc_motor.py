@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from mbproj import compile_system, read_scene_text
 from mbproj.studies import rescaled
 from tests.elements.pid import PID, ran, reference
-from tests.elements.wheel_and_slide import FORMULATIONS
+from tests.elements.wheel_and_slide import SELDOM_FULL
 
 DRIVE = """
 mbproj: 1
@@ -32,7 +32,7 @@ forces:
 """
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_it_turns_and_heats_as_its_equations_say(formulation):
     system, found, _ = ran(DRIVE, formulation=formulation)
     A = np.array([[-0.02 / 0.1, 1.5 / 0.1, 0], [-1.5 / 0.02, -0.8 / 0.02, 24 / 0.02], [0, 0, 0]])

@@ -19,8 +19,9 @@ from mbproj.functions.program import apply, number
 from mbproj.model import compile_system, initial_guess, with_elements
 from mbproj.studies import CHECKS, Case
 from mbproj.studies.verify.checks import _check
+from tests.crossed import full
 from tests.elements.kinds import cam, pi_controller, rack
-from tests.elements.wheel_and_slide import FORMULATIONS, at, brief, run, scene_of
+from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL, at, brief, run, scene_of
 from tests.kernel.scenes import needs_kernel
 
 
@@ -48,7 +49,7 @@ def test_a_controller_drives_a_coordinate_as_its_linear_equations_say(formulatio
     assert np.abs(found["diagnostics/energy_balance"]).max() < 1e-9
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_a_rack_moves_under_a_force_as_one_mass_does(formulation):
     """F on the slide moves m + I/r²; the wheel makes turns, and the tooth force turns it."""
     r, F = 0.05, 60.0
@@ -144,7 +145,7 @@ def when(angles, speed):
     return np.array([sum(took(low, high) for low, high in pairwise(each)) for each in ends])
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_steps_end_at_the_knots_of_a_cam(formulation):
     """f'' jumps there, and the run is still as near as its tolerance asks for. Steps of one size are split there."""
     own = {"axis": "z", "speed": "speed: 14", "formulation": formulation, "duration": "0.6"}
@@ -162,7 +163,7 @@ def test_steps_end_at_the_knots_of_a_cam(formulation):
     assert errors[2] < 1e-12
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_a_function_with_a_smooth_switch_is_located(formulation):
     """φ = 40 max(s - 0.2, 0)³ of a slide that comes with 1 m/s: t = ∫ √(1 + I φ'(s)²/m) ds by the energy. The third
     derivative jumps where the switch is, and a step ends there."""
@@ -180,7 +181,7 @@ def test_a_function_with_a_smooth_switch_is_located(formulation):
     assert report.events == 1
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_a_cam_knows_its_own_knots_beside_tables_of_forces(formulation):
     """A force by a table that is 0 where the follower is changes nothing, and has pieces of its own."""
     pieces = *((0.0, 0.0, 0.0, 0.0),) * 3, (0.0, 1.0, 0.0, 0.0)
@@ -225,8 +226,8 @@ APPLYING = ("popm-gpopm", "idempotent", "eliminated", "power", "momentum", "reac
     ("element", "also"),
     [
         (CAM, ("kernel-correction", "reduced", "planar", "linear", "order", "turns")),
-        (rack("gear", "pin.angle", "rail.displacement", 0.05), ("kernel-correction", "reduced", "planar", "turns")),
-        (
+        full(rack("gear", "pin.angle", "rail.displacement", 0.05), ("kernel-correction", "reduced", "planar", "turns")),
+        full(
             pi_controller("drive", "rail.displacement", Program(number(0.2)), (40, 30, 12), 0.02),
             ("reduced", "planar", "linear"),
         ),

@@ -11,6 +11,7 @@ from mbproj.errors import InputError
 from mbproj.linear import NoEquilibrium
 from mbproj.linear.equilibrium import balance
 from mbproj.studies import RigidMotion, rescaled, with_damping, with_stiffness
+from tests.crossed import crossed
 from tests.elements.wheel_and_slide import FORMULATIONS
 from tests.support import Recorder
 
@@ -65,8 +66,7 @@ def exact(t, inertia: float, stiffness: float, damping: float, speed: float):
     return np.real(np.exp(np.outer(t, values)) * np.linalg.solve(vectors, [0.0, speed, 0.0]) @ vectors.T).T
 
 
-@pytest.mark.parametrize("place", PLACES)
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@crossed("formulation, place", FORMULATIONS, PLACES, dear=["full"])
 def test_it_moves_and_loses_as_its_equations_say(place, formulation):
     system, found, report = ran(scene(place, formulation))
     t, names = found["time"], system.names

@@ -16,7 +16,7 @@ from mbproj.model import compile_system, initial_guess, with_elements
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.studies import CHECKS, Case
 from mbproj.studies.verify.checks import _check
-from tests.elements.wheel_and_slide import FORMULATIONS, TWO_SLIDES
+from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL, TWO_SLIDES
 from tests.support import Recorder
 
 POST = (0.2, 0.0, 0.9)
@@ -49,7 +49,7 @@ def run(text, elements, forces="", gravity=-9.81, **options):
     return system, recorder
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_a_weight_along_a_markers_height_is_gravity(formulation):
     weight = Element("weight", reads=("centre.z", "centre.z_dot"), forces=(Force("centre.z", f"-{2 * 9.81}"),))
     system, pushed = run(PENDULUM, [weight], gravity=0, formulation=formulation)
@@ -60,7 +60,7 @@ def test_a_weight_along_a_markers_height_is_gravity(formulation):
     assert system.names.coordinate_units[-1] == "m"
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_a_spring_on_a_length_is_a_spring_between_points(formulation):
     push = "-40*(s - 0.5) - 0.7*s_dot"
     own = Element("own", lengths={"length": (POST, "tip")}, forces=(Force("own.length", push),))
@@ -83,6 +83,7 @@ def test_a_rope_over_two_points_is_atwoods_machine(formulation):
 
 
 @pytest.mark.skipif(core() is None, reason="needs the compiled kernel")
+@pytest.mark.full
 def test_the_checks_of_verify_pass_where_an_element_pulls_on_a_length_by_a_height():
     """With a winch, whose pull goes by the height of another marker."""
     push = "-60*(s - 0.5) - 0.7*s_dot - 8*centre_z"

@@ -9,14 +9,14 @@ from scipy.integrate import solve_ivp
 from mbproj import Scene, assemble, compile_system, equilibrium, initial_guess, linearize, read_scene_text
 from mbproj.dynamics import of_signals
 from tests.elements.pid import PID, columns, ran, reference
-from tests.elements.wheel_and_slide import FORMULATIONS
+from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL
 
 SATURATED = PID.replace(
     "U: 20*error + 30*integral - 2*filtered", "U: clip(20*error + 30*integral - 2*filtered, -12 V, 12 V)"
 )
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", SELDOM_FULL)
 def test_it_moves_as_the_equations_of_the_motor_and_the_controller_say(formulation):
     system, found, _ = ran(PID, formulation=formulation)
     assert np.abs(columns(system, found) - reference()[:, 1:]).max() < 2e-9  # current of 20 A, 12 digits

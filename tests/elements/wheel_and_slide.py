@@ -7,9 +7,12 @@ from mbproj.integrate import simulate
 from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess, with_elements
 from mbproj.scene import read_scene_text, settings_to_run
+from tests.crossed import full
 from tests.support import Recorder
 
 FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]
+#: Where the full one, in NumPy, takes a second or more and another test has it with such elements.
+SELDOM_FULL = [full("full"), *FORMULATIONS[1:]]
 SCENE = """
 mbproj: 1
 gravity: [0, 0, -9.81]

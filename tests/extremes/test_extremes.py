@@ -10,6 +10,7 @@ import pytest
 from mbproj.registry import PROJECTIONS
 from scripts.extremes.extremes import EXTREMES
 from scripts.extremes.trial import Extreme, attempt, combinations, run
+from tests.crossed import FULL, cover
 from tests.kernel.scenes import needs_kernel
 
 #: The full formulation takes milliseconds a step.
@@ -53,11 +54,19 @@ def kernel_of(formulation: str) -> list[pytest.MarkDecorator]:
 
 
 def cases():
-    for extreme in EXTREMES.values():
-        for value in extreme.brief:
-            for method, formulation in combinations(extreme):
-                name = f"{extreme.name} {value:g} {method} {formulation}"
-                yield pytest.param(extreme, value, method, formulation, marks=kernel_of(formulation), id=name)
+    """All are `full`. The default has each extreme by each method and in each formulation, and each of its values."""
+    every = [
+        (extreme.name, method, formulation, (extreme.name, value))
+        for extreme in EXTREMES.values()
+        for value in extreme.brief
+        for method, formulation in combinations(extreme)
+    ]
+    keep = cover(every, rare=[(3, case[3]) for case in every])
+    for case in every:
+        name, method, formulation, (_, value) = case
+        marks = kernel_of(formulation) + ([] if case in keep else [FULL])
+        own = f"{name} {value:g} {method} {formulation}"
+        yield pytest.param(EXTREMES[name], value, method, formulation, marks=marks, id=own)
 
 
 @pytest.mark.parametrize(("extreme", "value", "method", "formulation"), list(cases()))
@@ -84,7 +93,8 @@ def stepping():
         for method, entry in PROJECTIONS.items():
             if entry.corrects and method != "popm" and (method, formulation) in combinations(extreme):
                 name = f"{method} {formulation}"
-                yield pytest.param(extreme, method, formulation, marks=kernel_of(formulation), id=name)
+                marks = kernel_of(formulation) if formulation != "full" or method == "gpopm" else [FULL]
+                yield pytest.param(extreme, method, formulation, marks=marks, id=name)
 
 
 @pytest.mark.parametrize(("extreme", "method", "formulation"), list(stepping()))

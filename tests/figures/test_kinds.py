@@ -61,6 +61,17 @@ def test_forces_and_motions(results, kind, name, value):
     assert times_agree(figure, results)
 
 
+def test_forces_share_a_panel_only_along_one_coordinate(tmp_path):
+    """A slide that happens to move by as many m as a hinge by rad has a panel of its own."""
+    names = {**NAMES, "forces": ["hinge", "brake", "slide"], "force_units": ["rad", "rad", "m"]}
+    values = block(times(), names)
+    values["forces/coordinate"][:] = values["forces/coordinate"][:, :1]
+    with open_results(record(tmp_path / "run.h5", values, names=names)) as results:
+        figure = draw("forces", [results], ["run"])
+    assert [label.split("(")[-1] for label in ylabels(figure)] == ["°)", "N m)", "m)", "N)"]
+    assert [len(axis.lines) for axis in figure.axes] == [1, 2, 1, 1]
+
+
 def test_coordinates(results):
     figure = draw("coordinates", [results], ["run"])
     assert ylabels(figure) == ["A.angle (°)", "speed (°/s)"]

@@ -89,6 +89,33 @@ def test_loops_close_to_the_last_digit():
     assert cam.of == {"slide.displacement": 0.0, "follow.displacement": 1.0}
 
 
+SPRINGS = """
+<mujoco>
+  <compiler angle="radian"/>
+  <option gravity="1 2 -9"/>
+  <worldbody>
+    <body name="arm" pos="0 0 1">
+      <joint name="hinge" type="hinge" axis="0 1 0" stiffness="7" springref="0.3" damping="0.2"/>
+      <geom size="0.03 0.2" type="capsule" pos="0.1 0 -0.2" density="5000"/>
+      <body name="block" pos="0 0 -0.4">
+        <joint name="slide" type="slide" axis="1 0 0" stiffness="40" springref="-0.1"/>
+        <geom size="0.03 0.05 0.1" type="box" density="5000"/>
+      </body>
+    </body>
+  </worldbody>
+  <keyframe><key name="bent" qpos="0.8 0.25"/></keyframe>
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize("key", [None, "bent"])
+def test_springs_of_hinges_and_slides_rest_where_mujocos_do(tmp_path, key):
+    """Coordinates count from the pose of the start, which a keyframe moves; the springs rest at 0.3 rad and -0.1 m."""
+    path = tmp_path / "springs.xml"
+    path.write_text(SPRINGS)
+    assert max(agreement(path, options=ImportOptions(key=key))) < 1e-10
+
+
 def test_a_weld_holds_frames_that_the_pose_does_not():
     """MuJoCo's own relpose: the pose of the cap in the axes of the wheel."""
     scene = read_scene_text(scene_text(read_model(DATA / "loops.xml"), "1"))

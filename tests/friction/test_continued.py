@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from tests.crossed import full
 from tests.friction.belt import AGAIN, SCENE, SLIPS, STICKS
 from tests.stops.runs import simulated
 
@@ -21,7 +22,7 @@ def text(duration, steps, formulation):
     return re.sub("simulation: .*", own, SCENE.partition("expect:")[0])
 
 
-@pytest.mark.parametrize(("steps", "formulation"), [(DOPRI5, "planar"), (FIXED, "planar"), (COARSE, "full")])
+@pytest.mark.parametrize(("steps", "formulation"), [(DOPRI5, "planar"), (FIXED, "planar"), full(COARSE, "full")])
 def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps, formulation):
     whole, _ = simulated(text(3.5, steps, formulation))
     assert [event.kind for event in whole.happened] == ["stick", "slip", "stick"]

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
@@ -19,6 +18,7 @@ from mbproj.functions.table import polygon, spline
 from mbproj.scene import ExpressionError, Unavailable, Value, evaluate
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
+from tests.crossed import campaign
 from tests.functions.texts import SMOOTH, T, expression
 
 
@@ -85,8 +85,7 @@ def operations(inner):
     )
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
-@given(st.recursive(LEAVES, operations, max_leaves=8), st.floats(-2, 2).map(lambda x: round(x, 2)))
+@campaign(st.recursive(LEAVES, operations, max_leaves=8), st.floats(-2, 2).map(lambda x: round(x, 2)), few=75, many=300)
 def test_values_are_those_of_the_expression(text, t):
     names = {"a": Value(1.25, None)}
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj.functions.program import COORDINATE, Instruction, Op, Program, apply, number, variable
@@ -47,6 +47,7 @@ def held(programs: ProgramSet, at: int, branch: float) -> np.ndarray:
     return branches
 
 
+@settings(derandomize=True, deadline=None)
 @given(name=st.sampled_from(sorted(LAWS)), s=st.floats(-3.0, 3.0))
 def test_a_branch_is_the_function_where_it_holds(name, s):
     programs, switch = only_switch(LAWS[name])

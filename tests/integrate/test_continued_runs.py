@@ -18,6 +18,7 @@ from mbproj.integrate.reporting.marks import Marks
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
+from tests.crossed import crossed
 from tests.integrate.state_scenes import bounce
 from tests.integrate.time_scenes import TROLLEY, rotor
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
@@ -26,6 +27,7 @@ from tests.support import REDUNDANT, ROOT, Recorder
 FORMULATIONS = ("full", "reduced", "planar")
 FIXED = {"integrator": "rk4", "step": "0.01", "output_step": "0.02"}
 BY_ERROR = {"integrator": "dopri5", "tolerance": "1e-7", "output_step": "0.03"}
+OPTIONS = [pytest.param(FIXED, id="fixed"), pytest.param(BY_ERROR, id="by_error")]
 JUMPS = rotor("sin(3*t) + 2*sign(t - 0.313) + 1000*exp(-((t - 0.7)/1e-3)**2)")
 TURNING = rotor("3 - 0.2*angle")
 
@@ -47,13 +49,13 @@ def scene_of(what, options):
 
 
 def run(what, until, options, resumed=None):
-    """(recorder, marks) of a run; what a run goes on from comes with it."""
+    """(recorder, marks) of a run; what a run goes on from comes with it, and the recorder has its report."""
     scene = scene_of(what, options)
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     recorder, kept = Recorder(), Kept()
     settings = replace(settings_to_run(scene), duration=until)
-    simulate(system, state, settings, recorder, keep=kept, resumed=resumed or {})
+    recorder.report = simulate(system, state, settings, recorder, keep=kept, resumed=resumed or {})
     return recorder, kept.marks
 
 
@@ -66,11 +68,17 @@ def assert_goes_on(what, short, long, options):
     assert 0 < first < len(whole["time"])
     for path in whole.blocks[0]:
         np.testing.assert_array_equal(rest[path], whole[path][first:], err_msg=path)
+    for level in ("position_violation", "velocity_violation"):  # the largest of the first part counts, too
+        assert getattr(rest.report, level) == getattr(whole.report, level)
 
 
-@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-@pytest.mark.parametrize("what", [JUMPS, TURNING, TROLLEY], ids=["jumps", "turning", "trolley"])
+@crossed(
+    "what, formulation, options",
+    [pytest.param(TURNING, id="turning"), pytest.param(JUMPS, id="jumps"), pytest.param(TROLLEY, id="trolley")],
+    FORMULATIONS,
+    OPTIONS[::-1],
+    dear=["full"],
+)
 def test_the_bits_of_one_long_run(what, formulation, options):
     """The short run ends between two steps of its grid, and once in the middle of a pulse."""
     options = options | {"formulation": formulation}
@@ -92,14 +100,12 @@ def test_implicit_steps_go_on(what, integrator, options):
     assert_goes_on(what, 0.42, 0.5, options | {"integrator": integrator, "output_step": "0.04"})
 
 
-@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
-@pytest.mark.parametrize("name", ["five_bar", *REDUNDANT, "inline_four", "spatial_slider_crank"])
+@crossed("name, options", ["five_bar", *REDUNDANT, "inline_four", "spatial_slider_crank"], OPTIONS, together=1)
 def test_shipped_mechanisms_in_their_own_formulation(name, options):
     assert_goes_on(name, 0.205, 0.5, options)
 
 
-@pytest.mark.parametrize("options", [FIXED, BY_ERROR], ids=["fixed", "by_error"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@crossed("options, formulation", OPTIONS[::-1], FORMULATIONS, dear=["full"])
 def test_past_a_singular_pose(formulation, options):
     """Rows that a singular pose has left out are part of the state."""
     text = PARALLELOGRAM.replace("CLOSURE", "point_on_line")

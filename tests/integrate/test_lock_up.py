@@ -13,6 +13,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene_text
+from tests.crossed import crossed, full
 from tests.support import Recorder
 
 #: A crank of 0.2 m at 30 degrees turns up at 2 rad/s, and the rod of 0.15 m reaches the slider's line no more.
@@ -68,12 +69,17 @@ motions:
 """
 #: By name: the scene, the driven coordinate, its unit, its value where no pose is left, and how fast it gets there.
 LOCKS = {
+    "cords taut": (CORDS, "D.displacement", "m", 0.2, 1.0),
     "rod too short": (SHORT_ROD, "A.angle", "rad", float(np.arcsin(0.75) - np.pi / 6), 2.0),
     "bars stretched": (STRETCHED, "D.displacement", "m", 0.2, 1.0),
-    "cords taut": (CORDS, "D.displacement", "m", 0.2, 1.0),
 }
 BY_ERROR = {"integrator": "dop853", "step": None, "tolerance": "1e-6", "output_step": "0.1"}
-RUNS = [{"formulation": "full"}, {"formulation": "auto"}, {"formulation": "auto", **BY_ERROR}]
+IN_NUMPY = {"formulation": "full"}
+RUNS = [
+    pytest.param(IN_NUMPY, id="full"),
+    pytest.param({"formulation": "auto"}, id="kernel"),
+    pytest.param({"formulation": "auto", **BY_ERROR}, id="by error"),
+]
 
 
 def stopped(text: str, **simulation: str | None) -> SimulationError:
@@ -84,8 +90,7 @@ def stopped(text: str, **simulation: str | None) -> SimulationError:
     return caught.value
 
 
-@pytest.mark.parametrize("simulation", RUNS, ids=["full", "kernel", "by error"])
-@pytest.mark.parametrize("name", LOCKS)
+@crossed("name, simulation", LOCKS, RUNS, dear=[IN_NUMPY])
 def test_a_lock_up_is_called_one(name, simulation):
     """It stops, and says how far the motion gets, to 3 %."""
     text, coordinate, unit, limit, speed = LOCKS[name]
@@ -163,7 +168,7 @@ joints:
 
 @pytest.mark.parametrize(
     ("formulation", "step"),
-    [*product(["planar", "reduced"], ["0.1 ms", "1 ms", "10 ms"]), ("full", "1 ms"), ("full", "10 ms")],
+    [*product(["planar", "reduced"], ["0.1 ms", "1 ms", "10 ms"]), full("full", "1 ms"), ("full", "10 ms")],
 )
 def test_no_step_passes_over_where_mass_is_lost(formulation, step):
     """The slider arrives with its whole speed where it can go no further: any pose and speed beyond is as good."""
@@ -176,7 +181,7 @@ def test_no_step_passes_over_where_mass_is_lost(formulation, step):
     assert "near here a motion moves no mass" in error.cause
 
 
-@pytest.mark.parametrize("formulation", ["reduced", "full"])
+@pytest.mark.parametrize("formulation", ["reduced", full("full")])
 def test_a_nut_that_loses_its_mass_is_named(formulation):
     error = stopped(NUT, formulation=formulation)
     assert error.time == pytest.approx(0.2, abs=2e-3)
@@ -184,7 +189,7 @@ def test_a_nut_that_loses_its_mass_is_named(formulation):
     assert "'nut' shifts along x" in error.cause
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 def test_what_loses_its_mass_on_the_way_is_said(formulation):
     """At its dead centre the slider stands, and a crank and a rod without mass turn as fast as they like."""
     error = stopped(DEAD_CENTRE, formulation=formulation, step="5 ms" if formulation == "full" else "1 ms")

@@ -14,12 +14,18 @@ from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.loop.march import march
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.scene import read_scene_text
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT
 
 #: Chains of loops that pass singular poses, rows that follow from others, and a scene with neither.
-SCENES = (1e-6, 1e-3, "inline_four", "n_four_bar", "bennett", "locomotive", "planar_four_bar", "spatial_slider_crank")
+SCENES = (
+    1e-6,
+    1e-3,
+    full("inline_four"),
+    *["n_four_bar", "bennett", "locomotive", "planar_four_bar", "spatial_slider_crank"],
+)
 #: Shipped mechanisms whose rows are independent at every pose of their first steps.
 REGULAR = ("five_bar", "spatial_slider_crank", "double_pendulum", "heavy_top", "stewart_platform", "delta_robot")
 
@@ -115,7 +121,7 @@ def test_what_is_saved_is_plain_data_and_restored_goes_on_the_same():
     assert lived.save() == restored.save()
 
 
-@pytest.mark.parametrize("name", [-0.3, "n_four_bar"])
+@pytest.mark.parametrize("name", [-0.3, full("n_four_bar")])
 def test_recording_has_no_say_in_the_steps(name):
     """The same bits at the end, with samples inside the steps and without, also past a singular pose."""
     ends = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.integrate.loop.step_size import error_norm
 from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import explicit_integrators, integrators
@@ -97,3 +98,10 @@ def test_registry_knows_which_methods_estimate_their_error():
     for name in NAMES:
         assert load_tableau(name).embedded == integrators()[name].embedded
     assert EMBEDDED == ["bs32", "dopri5", "dop853"]
+
+
+def test_two_estimates_are_combined_as_in_dop853():
+    """|e5|² / √(|e5|² + 0.01 |e3|²), in units of the tolerance times 1 + |y|: 9 / √(9 + 16) of 3 and 40, at y = 1."""
+    y, estimates = np.ones(4), np.array([[3.0], [40.0]]) * np.full(4, 2e-6)
+    assert error_norm(estimates, y, np.zeros(4), 1e-6, np.ones(4)) == pytest.approx(9.0 / 5.0, rel=1e-14)
+    assert error_norm(estimates[:1], y, np.zeros(4), 1e-6, np.ones(4)) == pytest.approx(3.0, rel=1e-14)

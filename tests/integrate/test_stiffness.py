@@ -12,6 +12,7 @@ from mbproj.integrate import simulate
 from mbproj.integrate.steppers.stability_region import reach
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.scene import ProjectionSettings, Settings, read_scene, settings_to_run
+from tests.crossed import crossed, full
 from tests.integrate.stiff_scenes import WHEEL, held_by, rod
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import DATA, MECHANISMS, ROOT, Recorder
@@ -39,8 +40,7 @@ def stopped(scene, **keys):
     return caught.value
 
 
-@pytest.mark.parametrize("formulation", EACH)
-@pytest.mark.parametrize("method", ["gpopm", "none"])
+@crossed("method, formulation", ["none", "gpopm"], [full("full"), *EACH[1:]])
 def test_a_spring_beyond_the_stability_of_rk4_is_named(formulation, method):
     """√(1e7 / 1) 1e-3 = 3.162 where |R(i ω h)| = 2.11; √8 is the limit, 0.8 ms well within it."""
     error = stopped(
@@ -55,22 +55,24 @@ def test_a_spring_beyond_the_stability_of_rk4_is_named(formulation, method):
         "take steps of 0.0008 s or less, dop853, which is stable up to 5.97, or a softer force; "
     )
     assert "gpopm" not in str(error)
+    until = 0.016 if formulation == "full" else 0.08
     _, report = run(
-        held_by(SPRING, COIL), duration=0.08, step=8e-4, formulation=formulation, projection={"method": method}
+        held_by(SPRING, COIL), duration=until, step=8e-4, formulation=formulation, projection={"method": method}
     )
     assert report.stiffness == ""
 
 
-@pytest.mark.parametrize("formulation", EACH)
-@pytest.mark.parametrize(
-    ("law", "what"),
+@crossed(
+    "law, what, formulation",
     [
-        ("damping: 2000", "c h / m = 4"),
-        ("torque: -100*tanh(angle_dot/0.05)", "c h / m = 3.84"),
-        ("torque: -8.0e6*angle**3 - 2000*angle_dot", "c h / m = 4"),
-        ("stiffness: 8.0e6", "ω h = 4"),
-        ("table: {rows: [[-1, 8.0e6], [1, -8.0e6]], between: linear}", "ω h = 4"),
+        pytest.param("damping: 2000", "c h / m = 4"),
+        pytest.param("torque: -100*tanh(angle_dot/0.05)", "c h / m = 3.84"),
+        pytest.param("torque: -8.0e6*angle**3 - 2000*angle_dot", "c h / m = 4"),
+        pytest.param("stiffness: 8.0e6", "ω h = 4"),
+        pytest.param("table: {rows: [[-1, 8.0e6], [1, -8.0e6]], between: linear}", "ω h = 4"),
     ],
+    EACH,
+    dear=["full"],
 )
 def test_every_law_that_is_too_stiff_is_named(law, what, formulation):
     """On 0.5 kg m², at steps of 1 ms."""
@@ -135,7 +137,7 @@ def test_the_governor_says_what_holds_its_step():
 
 def test_the_governor_runs_in_the_full_formulation_too():
     """What it tries and rejects overflows there; NumPy warns of nothing (pytest makes errors of warnings)."""
-    settings = {"formulation": "full", "duration": "0.005", "output_step": "0.001"}
+    settings = {"formulation": "full", "duration": "0.003", "output_step": "0.001"}
     scene = read_scene(DATA / "stiff_governor.yaml", {}, settings)
     report = simulate(*assembled(scene), settings_to_run(scene))
     assert report.counters["steps"] > 10
@@ -160,8 +162,15 @@ FORCED = [
 
 
 @needs_kernel
-@pytest.mark.parametrize("path", FORCED, ids=lambda path: path.stem)
-@pytest.mark.parametrize("simulation", [{}, {"integrator": "dop853", "tolerance": 1e-3, "duration": 0.03}])
+@crossed(
+    "path, simulation",
+    [pytest.param(path, id=path.stem) for path in FORCED],
+    [
+        pytest.param({}, id="own"),
+        pytest.param({"integrator": "dop853", "tolerance": 1e-3, "duration": 0.03}, id="loose"),
+    ],
+    together=1,
+)
 def test_no_mechanism_that_is_shipped_is_stiff_but_for_rubber(path, simulation):
     scene = read_scene(path, {}, simulation)
     said = simulate(*assembled(scene), settings_to_run(scene)).stiffness
@@ -206,8 +215,7 @@ def test_an_error_in_a_run_without_stiffness_keeps_its_own_reason(formulation):
     assert "'sqrt(0.05 - t)' fails" in error.cause
 
 
-@pytest.mark.parametrize("formulation", EACH)
-@pytest.mark.parametrize("integrator", ["bs32", "dop853"])
+@crossed("integrator, formulation", ["dop853", "bs32"], EACH, dear=["full"])
 def test_a_step_into_where_a_force_has_no_value_is_shortened(formulation, integrator):
     """A bob flies at 5 m/s towards a barrier of the potential 1e-3 / √(0.5 - s), which has no value beyond s = 0.5: it
     turns back where ½ m v² is used up, and conserves its energy."""
@@ -233,7 +241,12 @@ def test_a_step_that_overflows_is_shortened_with_error_control_and_stops_with_a_
         COIL.replace("axis: [1, 0, 0]}", "axis: [1, 0, 0], speed: 3}"),
     )
     recorder, report = run(
-        scene, duration=0.01, tolerance=1e-6, integrator="dopri5", output_step=1e-4, formulation=formulation
+        scene,
+        duration=2e-3 if formulation == "full" else 0.01,
+        tolerance=1e-6,
+        integrator="dopri5",
+        output_step=1e-4,
+        formulation=formulation,
     )
     assert report.counters["rejected_steps"] > 0
     energy = recorder["diagnostics/energy_balance"]

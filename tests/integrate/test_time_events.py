@@ -10,6 +10,7 @@ import pytest
 from mbproj.integrate.events.time_events import time_events
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
+from tests.crossed import crossed, full
 from tests.integrate.time_scenes import INERTIA, TROLLEY, rotor, run
 
 FORMULATIONS = ("full", "reduced", "planar")
@@ -33,10 +34,14 @@ def last_angle(torque: str, **options: str) -> float:
     return float(run(rotor(torque), **options)[0]["joints/coordinate"][-1, 0])
 
 
-@pytest.mark.parametrize("torque", PULSES)
-@pytest.mark.parametrize(
-    ("formulation", "integrator"),
-    [("full", "dopri5"), *product(("reduced", "planar"), ("bs32", "dopri5", "dop853"))],
+@crossed(
+    "formulation, integrator, torque",
+    [
+        pytest.param(*each)
+        for each in (("full", "dopri5"), *product(("reduced", "planar"), ("bs32", "dopri5", "dop853")))
+    ],
+    PULSES,
+    dear=["full"],
 )
 def test_a_short_pulse_is_not_lost(formulation, integrator, torque):
     """I ω = ∫τ dt after it, at a tolerance of 1e-8 with steps that would pass over it."""
@@ -44,10 +49,12 @@ def test_a_short_pulse_is_not_lost(formulation, integrator, torque):
     assert recorder["joints/speed"][-1, 0] == pytest.approx(PULSES[torque] / INERTIA, rel=3e-5)
 
 
-@pytest.mark.parametrize(
-    ("integrator", "order", "steps"), [("rk4", 4, ("0.02", "0.01")), ("dop853", 8, ("0.25", "0.125"))]
+@crossed(
+    "formulation, integrator, order, steps",
+    FORMULATIONS,
+    [pytest.param("dop853", 8, ("0.25", "0.125")), pytest.param("rk4", 4, ("0.02", "0.01"))],
+    dear=["full"],
 )
-@pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_fixed_steps_keep_their_order_across_a_jump_and_a_kink(formulation, integrator, order, steps):
     exact = last_angle(TORQUE, integrator="dop853", tolerance="1e-14", output_step="2")
     coarse, fine = (
@@ -160,8 +167,7 @@ markers: {m: {body: b, location: [1, 0, 0]}}
 FIXED = [("full", "rk4"), ("planar", "rk4"), ("reduced", "heun2"), ("planar", "dop853"), ("planar", "radau5")]
 
 
-@pytest.mark.parametrize("torque", SHORT)
-@pytest.mark.parametrize(("formulation", "integrator"), FIXED)
+@crossed("formulation, integrator, torque", [full(*FIXED[0]), *(pytest.param(*each) for each in FIXED[1:])], SHORT)
 def test_fixed_steps_are_split_where_a_pulse_is_shorter(formulation, integrator, torque):
     recorder, report = run(rotor(torque), formulation=formulation, integrator=integrator, step="0.01", output_step="1")
     assert recorder["joints/speed"][-1, 0] == pytest.approx(SHORT[torque] / INERTIA, rel=1e-3)

@@ -10,16 +10,13 @@ from mbproj.functions import Program, flatten
 from mbproj.functions.program import Code
 from mbproj.integrate import kernel_tableau, load_tableau
 from mbproj.kernel import core
-from mbproj.kernel.loads import programs
+from mbproj.kernel.bound import by_name
+from mbproj.kernel.models import programs
+from mbproj.model.channels import NO_CHANNELS, NO_MOTIONS
+from mbproj.model.couplings import compile_couplings
 from mbproj.thresholds import of_the_kernel
 
 INF = float("inf")
-
-
-def slots(*rows: list[int]) -> Any:
-    """Rows of slots, as many as the kernel takes."""
-    most = max(count for _, count, _ in core().primitives())
-    return np.array([[*row, *[0] * (most - len(row))] for row in rows], dtype=int).reshape(-1, most)
 
 
 def numbers(*rows: list[float]) -> Any:
@@ -28,34 +25,27 @@ def numbers(*rows: list[float]) -> Any:
     return np.array([[*row, *[0.0] * (most - len(row))] for row in rows], dtype=float).reshape(-1, most)
 
 
-def primitives(**changes: Any) -> Any:
+def primitives(**changes: Any) -> dict[str, Any]:
     """Two bodies on a ball, and a vector of the first normal to one of the second: good unless changed."""
     good: dict[str, Any] = {
-        "bodies": 2,
-        "body": np.array([0, 1, 1, 0]),
+        "body": np.array([0, 1, 0, 1]),
         "is_point": np.array([1, 1, 0, 0]),
-        "local": np.array([[1.0, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+        "local": np.array([[1.0, 0, 0], [-1, 0, 0], [0, 0, 1], [0, 1, 0]]),
         "kind": np.array([0, 1]),
-        "slots": slots([0, 1], [3, 2]),
+        "first_slot": np.array([0, 2]),
         "parameters": numbers([], []),
         "offset": np.zeros(2),
         "weight": np.ones(2),
-        "joins": np.zeros(2, int),
-        "line": np.full(2, -1),
-        "other": np.full(2, -1),
-        "lines": [],
-        "wire": np.full(2, -1),
-        "wires": [],
-        "path": np.full(2, -1),
-        "paths": [],
+        "joins": np.zeros(2, bool),
+        "follows": [None, None],
+        "owner": np.zeros(2, int),
     }
-    return core().SpacePrimitives(**good | changes)
+    return good | changes
 
 
-def no_primitives() -> Any:
-    nothing = {name: np.zeros(0, int) for name in ("kind", "joins", "line", "other", "wire", "path")}
-    nothing |= {"slots": slots(), "parameters": numbers()}
-    return primitives(**nothing, offset=np.zeros(0), weight=np.zeros(0))
+def no_primitives() -> dict[str, Any]:
+    nothing = {name: np.zeros(0, int) for name in ("kind", "first_slot", "offset", "weight", "joins", "owner")}
+    return primitives(**nothing, parameters=numbers(), follows=[])
 
 
 def model(**changes: Any) -> Any:
@@ -65,31 +55,34 @@ def model(**changes: Any) -> Any:
         "inertia": np.tile(np.eye(3), (2, 1, 1)),
         "gravity": np.zeros(3),
         "constraints": primitives(),
-        "joint_begin": np.array([0, 2]),
         "row_scale": np.ones(4),
         "coordinates": no_primitives(),
         "length": 1.0,
         "layout": blocks(),
         "programs": functions(),
         "first_rate": 0,
-        "channels": np.zeros((0, 2), int),
+        "channels": by_name(NO_CHANNELS),
         "switches": np.zeros((0, 2), int),
-        "bearings": [],
-        "bearing_points": np.zeros((0, 3)),
-        "bearing_axes": np.zeros((0, 3)),
+        "motions": by_name(NO_MOTIONS),
+        "couplings": by_name(compile_couplings([], [])),
+        "followers": np.zeros((0, 4), int),
     }
     return core().SpaceModel(**good | changes)
 
 
-def functions(*codes: Code, variables: int = 3) -> Any:
-    """The kernel's copy of programs."""
-    return programs(core(), flatten([Program(code) for code in codes]), variables)
+def functions(*codes: Code, variables: int = 3) -> dict[str, Any]:
+    """Programs of so many variables."""
+    return programs(flatten([Program(code) for code in codes]), variables)
 
 
-def blocks(**sizes: int) -> list[tuple[str, list[float], list[float]]]:
+def block(name: str, scale: list[float], start: list[float] | None = None) -> dict[str, Any]:
+    return {"name": name, "scale": scale, "start": start}
+
+
+def blocks(**sizes: int) -> list[dict[str, Any]]:
     """The layout of y, with so many numbers beside the bodies' states."""
-    beside = [(name, [INF] * sizes.get(name, 0), []) for name in ("states", "quadratures", "followed")]
-    return [("bodies", [1.0] * 26, []), *beside]
+    beside = [block(name, [INF] * sizes.get(name, 0)) for name in ("states", "quadratures", "followed")]
+    return [block("bodies", [1.0] * 26), *beside]
 
 
 def state() -> np.ndarray:
@@ -123,7 +116,4 @@ def run(y: np.ndarray | None = None, turns: np.ndarray | None = None, **changes:
 
 def tableau(**changes: np.ndarray) -> Any:
     """RK4, with some parts changed."""
-    whole = load_tableau("rk4")
-    names = ("a", "b", "c", "error", "extra_a", "extra_c", "dense")
-    parts = {name: np.ascontiguousarray(changes.get(name, getattr(whole, name))) for name in names}
-    return core().Tableau(order=4, error_order=0, kinematic=False, **parts)
+    return core().Tableau(tableau=by_name(load_tableau("rk4")) | changes, kinematic=False)

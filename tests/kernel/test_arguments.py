@@ -12,7 +12,7 @@ from mbproj.functions import CHANNELS, variable
 from mbproj.functions.program import number
 from mbproj.kernel import core
 from mbproj.thresholds import of_the_kernel
-from tests.kernel.arguments import blocks, functions, model, numbers, primitives, projection, run, slots, state
+from tests.kernel.arguments import block, blocks, functions, model, numbers, primitives, projection, run, state
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT
 
@@ -34,11 +34,14 @@ WRONG_PRIMITIVES = [
     ({"local": np.ones((4, 2))}, "local has a wrong shape"),
     ({"local": np.full((4, 3), NAN)}, "local holds a number that is not finite"),
     ({"kind": np.array([0, 99])}, "kind holds an index out of range"),
-    ({"slots": np.zeros((2, 6), int)}, "slots has a wrong shape"),
-    ({"slots": slots([0, 4], [0, 4])}, "slots holds an index out of range"),
+    ({"first_slot": np.zeros(3, int)}, "first_slot has a wrong shape"),
+    ({"first_slot": np.array([0, 3])}, "first_slot holds an index out of range"),
+    ({"first_slot": np.array([-1, 2])}, "first_slot holds an index out of range"),
     ({"parameters": np.zeros((2, 4))}, "parameters has a wrong shape"),
-    ({"line": np.array([0, -1])}, "line is given to a kind that follows none, or is missing"),
-    ({"path": np.array([0, -1])}, "path is given to a kind that follows none, or is missing"),
+    ({"follows": [{"radii": [0.0, 0.0]}, None]}, "follows is given to a kind that follows none, or is missing"),
+    ({"follows": [None]}, "follows has a wrong shape"),
+    ({"owner": np.zeros(1, int)}, "owner has a wrong shape"),
+    ({"owner": np.array([1, 0])}, "owner does not increase"),
     ({"parameters": numbers([], [0.7])}, "parameters has more than its kind takes"),
     ({"weight": np.full(2, INF)}, "weight holds a number that is not finite"),
     ({"joins": np.array([1, 0])}, "joins couples what is no coordinate"),
@@ -54,11 +57,6 @@ WRONG_MODELS = [
     ({"gravity": np.full(3, NAN)}, "gravity holds a number that is not finite"),
     ({"row_scale": np.ones(3)}, "row_scale has a wrong shape"),
     ({"row_scale": np.full(4, NAN)}, "row_scale holds a number that is not finite"),
-    ({"joint_begin": np.zeros(0, int)}, "joint_begin does not run from the first instance to the last"),
-    ({"joint_begin": np.array([1, 2])}, "joint_begin does not run from the first instance to the last"),
-    ({"joint_begin": np.array([0, 1])}, "joint_begin does not run from the first instance to the last"),
-    ({"joint_begin": np.array([0, 1, 1, 2])}, "joint_begin does not increase"),
-    ({"joint_begin": np.array([0, -5, 2])}, "joint_begin does not increase"),
     ({"length": NAN}, "length"),
     ({"length": 0.0}, "length"),
     ({"row_scale": np.zeros(4)}, "row_scale"),
@@ -66,19 +64,20 @@ WRONG_MODELS = [
     ({"layout": blocks(quadratures=2)}, "layout has a block of a wrong size"),
     ({"layout": blocks(followed=1)}, "layout has a block of a wrong size"),
     ({"layout": blocks()[1:]}, "layout has a block of a wrong size"),
-    ({"layout": [*blocks(), ("feet", [1.0], [])]}, "layout has a block that is not known"),
+    ({"layout": [*blocks(), block("feet", [1.0])]}, "layout has a block that is not known"),
     ({"layout": [*blocks(), blocks()[0]]}, "layout has a block that is not known"),
-    ({"layout": [("states", [1.0], []), *blocks()[:1], *blocks()[2:]]}, "layout does not begin with the bodies"),
-    ({"layout": [("bodies", [NAN] * 26, []), *blocks()[1:]]}, "layout holds a wrong number"),
-    ({"layout": [("bodies", [1.0] * 26, [0.0] * 25), *blocks()[1:]]}, "layout has a block that begins with others"),
+    ({"layout": [block("states", [1.0]), *blocks()[:1], *blocks()[2:]]}, "layout does not begin with the bodies"),
+    ({"layout": [block("bodies", [NAN] * 26), *blocks()[1:]]}, "layout.scale holds a number that is not finite"),
+    ({"layout": [block("bodies", [0.0] * 26), *blocks()[1:]]}, "layout.scale is not positive"),
+    ({"layout": [block("bodies", [1.0] * 26, [0.0] * 25), *blocks()[1:]]}, "layout.start has a wrong shape"),
 ]
 #: What functions ask for that is not there.
 WRONG_FUNCTIONS = [
     ([number(1.0)], {}, "layout has a block of a wrong size"),
     ([], {"first_rate": 1}, "first_rate holds an index out of range"),
     ([variable(CHANNELS)], {"first_rate": 1}, "programs have variables that are not there"),
-    ([], {"channels": np.array([[0, 0]])}, "channels holds an index out of range"),
-    ([], {"channels": np.array([[3, 0]])}, "channels holds an index out of range"),
+    ([], {"channels": {"kind": [0], "index": [0]}}, "channels.index holds an index out of range"),
+    ([], {"channels": {"kind": [3], "index": [0]}}, "channels.kind holds an index out of range"),
     ([], {"switches": np.array([[0, 0]])}, "switches holds an index out of range"),
 ]
 WRONG_STATES = [
@@ -88,20 +87,24 @@ WRONG_STATES = [
     ({"turns": np.zeros(1, int)}, "turns has a wrong shape"),
 ]
 WRONG_TYPES = [
-    (primitives, {"body": np.array(["a"] * 4)}),
-    (primitives, {"local": 1j * np.ones((4, 3))}),
-    (primitives, {"local": np.ones(12)}),
-    (primitives, {"body": None}),
-    (primitives, {"bodies": -1}),
-    (model, {"constraints": None}),
+    (model, {"constraints": primitives(body=np.array(["a"] * 4))}),
+    (model, {"constraints": primitives(body=np.zeros(4))}),
+    (model, {"constraints": primitives(local=1j * np.ones((4, 3)))}),
+    (model, {"constraints": primitives(local=np.ones(12))}),
+    (model, {"constraints": primitives(body=None)}),
+    (model, {"constraints": primitives(follows=None)}),
+    (model, {"thresholds": None}),
+    (model, {"mass": "12"}),
+    (model, {"mass": b"12"}),
+    (model, {"length": "1"}),
     (run, {"y": [1.0]}),
     (run, {"model": "model"}),
 ]
 #: In a process of their own each, for these have crashed: what they ask for, and the name in the message.
 CRASHES = {
-    "model(joint_begin=np.array([0, 10**9, 2]))": "joint_begin",
-    "model(joint_begin=np.array([0, 99, 2]))": "joint_begin",
-    "model(constraints=primitives(bodies=10**6, body=np.array([0, 999_999, 1, 0])))": "bodies",
+    "model(constraints=primitives(first_slot=np.array([0, 10**9])))": "first_slot",
+    "model(constraints=primitives(owner=np.array([0, -5])))": "owner",
+    "model(constraints=primitives(body=np.array([0, 999_999, 1, 0])))": "body",
     "run(projection=projection(every=0))": "every",
     "run(steps=core().Steps.by_error(0.0, 1.0, 1e-6, (0.0, 1.0, 0, 2)))": "error",
     "run(tableau=tableau(b=np.zeros(0)))": "b has a wrong shape",
@@ -111,8 +114,8 @@ CRASHES = {
 
 @pytest.mark.parametrize(("changes", "message"), WRONG_PRIMITIVES)
 def test_primitives_are_checked(changes, message):
-    with pytest.raises(ValueError, match=f"^{message}"):
-        primitives(**changes)
+    with pytest.raises(ValueError, match=f"^constraints.{message}"):
+        model(constraints=primitives(**changes))
 
 
 @pytest.mark.parametrize(("changes", "message"), WRONG_MODELS)

@@ -13,6 +13,7 @@ from mbproj import Scene
 from mbproj.integrate import choose
 from mbproj.kernel import core
 from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
+from tests.crossed import crossed
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import MECHANISMS
 
@@ -59,9 +60,13 @@ def assert_one_motion(run: Any, parts: Sequence[Any], other: Any) -> None:
     assert run.standing["t"] == other.standing["t"] and run.standing["turns"] == other.standing["turns"]
 
 
-@pytest.mark.parametrize(("most", "seconds"), [(MOST, FOREVER), (1, FOREVER), (3, FOREVER), (MOST, 1e-6), (2, 1e-6)])
-@pytest.mark.parametrize("keys", [DOP853, RK4, RADAU], ids=["dop853", "rk4", "radau5"])
-@pytest.mark.parametrize("name", ["five_bar", "spatial_slider_crank"])
+@crossed(
+    "name, keys, most, seconds",
+    ["five_bar", "spatial_slider_crank"],
+    [pytest.param(DOP853, id="dop853"), pytest.param(RK4, id="rk4"), pytest.param(RADAU, id="radau5")],
+    [pytest.param(*each) for each in ((MOST, FOREVER), (1, FOREVER), (3, FOREVER), (MOST, 1e-6), (2, 1e-6))],
+    together=1,
+)
 def test_runs_of_a_block_have_the_bits_of_single_ones(name, keys, most, seconds):
     scenes = alike(name, 4)
     runs = [run_of(scene, **keys) for scene in scenes]
@@ -85,8 +90,7 @@ forces:
 """
 
 
-@pytest.mark.parametrize(("most", "seconds"), [(MOST, FOREVER), (2, 1e-6)])
-@pytest.mark.parametrize("failing", [0, 2, 4])
+@crossed("failing, most, seconds", [0, 2, 4], [pytest.param(MOST, FOREVER), pytest.param(2, 1e-6)], together=1)
 def test_a_run_that_fails_does_not_touch_the_others(failing, most, seconds):
     """Its force is the root of a negative number from 0.1 s on; it has the samples of before."""
     ends = [1.0 + each / 8.0 for each in range(5)]

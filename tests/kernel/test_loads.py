@@ -13,8 +13,9 @@ from mbproj.functions import Program, constant_series, flatten, time_series
 from mbproj.functions.series import run
 from mbproj.integrate import FullFormulation, Reduced, choose, from_space
 from mbproj.kernel import core
-from mbproj.kernel.loads import programs
+from mbproj.kernel.models import programs
 from mbproj.scene import read_scene_text, settings_to_run
+from tests.crossed import full
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES, reference
 from tests.functions.texts import SMOOTH, T, expression
 from tests.kernel.scenes import needs_kernel
@@ -25,7 +26,7 @@ pytestmark = needs_kernel
 
 def test_every_function_has_the_values_and_derivatives_of_numpy():
     functions = flatten([Program(expression(text)) for text in SMOOTH])
-    kernel = programs(core(), functions)
+    kernel = core().Programs(functions=programs(functions))
     for index, text in enumerate(SMOOTH):
         for t in T:
             expected = run(functions, index, [time_series(t), constant_series(t), constant_series(t)])
@@ -38,7 +39,7 @@ def test_tables_between_and_beyond_their_rows():
         HEAD + "  s: {type: torsion_spring_damper, joint: R, table: [[-1, 4], [0, 0], [0.5, 1], [2, -3]]}\n"
     )
     forces = compile_system(scene).forces
-    kernel = programs(core(), forces.programs)
+    kernel = core().Programs(functions=programs(forces.programs))
     for s in (-3.0, -1.0, -0.4, 0.0, 0.3, 1.9, 2.0, 5.0):
         expected = run(forces.programs, 0, [time_series(0.0), constant_series(s), constant_series(0.0)])[0]
         assert kernel.run(0, 0.0, s, 0.0)[0] == pytest.approx(float(expected), abs=1e-14)
@@ -117,7 +118,7 @@ BUSH = """\
 """
 
 
-@pytest.mark.parametrize("more", ["", BUSH], ids=["laws", "bushing"])
+@pytest.mark.parametrize("more", [full(""), BUSH], ids=["laws", "bushing"])
 def test_a_planar_scene_with_forces_moves_as_the_full_one(more):
     """Forces across the plane load the joints only."""
     runs = {}
@@ -134,7 +135,7 @@ def test_a_planar_scene_with_forces_moves_as_the_full_one(more):
     assert np.abs(runs["planar"]["diagnostics/dissipation"][-1]) > 0.1
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 def test_a_function_that_fails_names_its_force_and_time(formulation):
     text = SLIDER.replace("force: [sin(3*t), 5, 1]", "force: [sqrt(0.05 - t), 0, 0]")
     scene = read_scene_text(text, "s.yaml", {}, {"formulation": formulation})

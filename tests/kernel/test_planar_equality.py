@@ -11,8 +11,6 @@ from mbproj.arrays import Array
 from mbproj.dynamics import constraint, gamma, generalised_force, jacobian, mass_matrix, pose_of, twist_of
 from mbproj.integrate import InPlane
 from mbproj.kernel import core
-from mbproj.kernel.bound import bound_in_plane
-from mbproj.kernel.models import joint_and_motion_rows
 from mbproj.model import Plane, System, matrix_E, planar_reduction
 from mbproj.scene import ProjectionSettings, read_scene
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
@@ -199,10 +197,3 @@ def test_all_multipliers_of_a_sample_balance_the_forces(case):
     left = missing.reshape(-1, 7)
     left[:, 3:] -= np.sum(left[:, 3:] * Λ, axis=1, keepdims=True) * Λ  # along Λ stand the norm rows
     assert np.abs(left).max() <= 1e-10 * max(1.0, np.abs(force).max(), np.abs(sample.multipliers).max(initial=0.0))
-
-
-def test_each_attachment_of_the_rows_is_one_that_they_name(case):
-    """A pose turns all of them."""
-    joints, coordinates = bound_in_plane(case.plane.joints), bound_in_plane(case.plane.coordinates)
-    rows = joint_and_motion_rows(case.system, case.plane, joints, coordinates)
-    assert len(rows.body) == len(rows.is_point) == len(rows.local) == len(np.unique(rows.slots))

@@ -8,7 +8,7 @@ import pytest
 from mbproj.functions import TIME, Op, Program, flatten, variable
 from mbproj.functions.program import apply
 from mbproj.kernel import core
-from mbproj.kernel.loads import programs
+from mbproj.kernel.models import programs
 from tests.kernel.scenes import needs_kernel
 
 pytestmark = needs_kernel
@@ -18,7 +18,7 @@ MOST_OFF, BESIDE = 0.9, 1.1
 
 def values(x: np.ndarray) -> np.ndarray:
     """Sine and cosine of each number as functions of a scene have them, (2, n)."""
-    own = programs(core(), flatten([Program(apply(op, variable(TIME))) for op in (Op.SIN, Op.COS)]))
+    own = core().Programs(functions=programs(flatten([Program(apply(op, variable(TIME))) for op in (Op.SIN, Op.COS)])))
     return np.array([[own.run(number, float(t), 0.0, 0.0)[0] for t in x] for number in (0, 1)])
 
 

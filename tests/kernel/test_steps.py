@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj.integrate import load_tableau
+from tests.crossed import crossed
 from tests.integrate.wheel import spinner
 from tests.kernel.mechanism_runs import bits, mechanism, run
 from tests.kernel.scenes import needs_kernel
@@ -34,8 +35,7 @@ def test_fixed_steps_count_as_in_full(integrator, formulation):
     assert counts["velocity_iterations"] == 4
 
 
-@pytest.mark.parametrize("integrator", ["bs32", "dopri5", "dop853"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@crossed("integrator, formulation", ["dopri5", "bs32", "dop853"], FORMULATIONS, dear=["full"])
 def test_error_control_counts_as_in_full(integrator, formulation):
     """Two evaluations for the start and the first step's size; each trial all stages and the end; each accepted
     step one more after its projection; outputs inside steps the extension's stages and one each."""
@@ -128,6 +128,25 @@ def test_recording_does_not_change_the_steps_near_singular_poses(scene):
         assert np.array_equal(fine[0][name][-1], coarse[0][name][-1]), name
 
 
+@pytest.mark.parametrize("formulation", ["reduced", "planar"])
+def test_no_step_grows_after_one_that_was_made_again(formulation):
+    """Every step has its sample here; some would grow: their ratio is 1 to the bit."""
+    recorder, report = run(
+        mechanism("five_bar"),
+        duration=5.0,
+        tolerance=1e-3,
+        integrator="dopri5",
+        output_step=0.002,
+        formulation=formulation,
+    )
+    _, first = np.unique(recorder["diagnostics/steps"], return_index=True)
+    assert len(first) == report.counters["steps"] + 1
+    size, rejected = (recorder[f"diagnostics/{name}"][first] for name in ("step_size", "rejected_steps"))
+    again = np.flatnonzero(np.diff(rejected[:-1]) > 0) + 1
+    growth = size[again + 1] / size[again]
+    assert np.count_nonzero(growth == 1.0) >= 3 and growth.max() <= 1.0
+
+
 def joined(recorder):
     return {path: recorder[path] for path in recorder.blocks[0]}
 
@@ -168,6 +187,7 @@ def test_a_wheel_that_has_turned_by_1e5_rad_is_closed_to_1e_13(formulation):
     assert report.counters["projection_failures"] == 0
 
 
+@pytest.mark.full
 def test_a_million_steps_keep_closure_and_time():
     """t = t0 + k h to the last bit at every output, joints closed at every step, and the energy kept. A step
     takes four evaluations, and no call of Python: what is called depends on the samples."""

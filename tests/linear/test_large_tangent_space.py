@@ -61,6 +61,7 @@ def test_it_is_the_dense_one_where_rows_depend_on_each_other(four_bars):
     np.testing.assert_allclose(left @ left.T, expected, rtol=1e-10)
 
 
+@pytest.mark.full
 def test_displacements_along_the_tangent_space_of_a_long_chain_leave_its_joints_closed():
     """Rows that give way a little leave 1e-7 of it in chains as long as this one."""
     scene = read_scene_text(chain(500))
@@ -107,6 +108,7 @@ def governor(arms):
     return f"{HEAD}bodies:\n{shaft}{bodies}joints:\n{turns}{joints}"
 
 
+@pytest.mark.full
 def test_a_governor_of_many_arms_opens_and_rings_as_each():
     """cos θ = g / (Ω² l), and λ² = -Ω² sin² θ where it is held at its speed."""
     text = governor(155) + "motions:\n  turn: {joint: A, angle: {constant_speed: 9}}\n"

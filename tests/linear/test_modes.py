@@ -305,3 +305,24 @@ def test_what_a_damper_takes_is_not_kept_by_gravity():
     assert found.eigenvalues.imag.tolist() == [0.0, 0.0]
     assert found.strain_names == ("s", "preload")
     np.testing.assert_allclose(found.strain, [[1.0, 0.0], [1.0, 0.0]], atol=1e-9)
+
+
+def test_what_a_damped_bushing_takes_is_not_kept_by_preload():
+    """Of 2 λ² + c λ + k = 0 with c² > 8 k: both motions along x creep, and the stiffness keeps all of either."""
+    text = """
+mbproj: 1
+gravity: [0, 0, 0]
+bodies: {a: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}}
+joints: {A: {type: prismatic, bodies: [ground, a], location: [0, 0, 0], axis: [1, 0, 0]}}
+forces:
+  b:
+    type: bushing
+    bodies: [ground, a]
+    location: [0, 0, 0]
+    stiffness: {translation: [4, 4, 4]}
+    damping: {translation: [12, 12, 12]}
+"""
+    found = modes_of(text)
+    np.testing.assert_allclose(np.sort(found.eigenvalues.real), np.sort(np.roots([2, 12, 4])), rtol=1e-12)
+    assert found.strain_names[-1] == "preload"
+    np.testing.assert_allclose(found.strain[:, -1], 0.0, atol=1e-9)

@@ -10,6 +10,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate import FullFormulation, simulate
 from mbproj.linear import stored_state
 from mbproj.results import ResultsWriter, open_results
+from tests.crossed import crossed, full
 from tests.integrate.state_scenes import bounce
 from tests.model.element_states import DRIVEN, FORMULATIONS, T1, T2, case, run
 from tests.support import Recorder
@@ -44,8 +45,7 @@ def exact(t):
     return np.stack([first + left * np.exp(-t / T1), second + (0.5 - second[0]) * np.exp(-t / T2)], axis=1)
 
 
-@pytest.mark.parametrize("integrator", ["dopri5", "dop853", "esdirk4", "radau5"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@crossed("integrator, formulation", ["dop853", "dopri5", "esdirk4", "radau5"], FORMULATIONS, dear=["full"])
 def test_lags_are_those_of_the_closed_form(formulation, integrator):
     tolerance = "1e-7" if integrator in ("esdirk4", "radau5") else "1e-9"
     options = {"formulation": formulation, "integrator": integrator, "tolerance": tolerance}
@@ -53,7 +53,7 @@ def test_lags_are_those_of_the_closed_form(formulation, integrator):
     np.testing.assert_allclose(found["states/value"], exact(found["time"]), atol=30 * float(tolerance))
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", [full("full"), *FORMULATIONS[1:]])
 def test_fixed_steps_keep_their_order(formulation):
     errors = []
     for step in ("0.01", "0.005"):
@@ -62,7 +62,7 @@ def test_fixed_steps_keep_their_order(formulation):
     assert 3.7 < np.log2(errors[0] / errors[1]) < 4.3
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@pytest.mark.parametrize("formulation", [full("full"), *FORMULATIONS[1:]])
 def test_errors_of_states_are_controlled_by_their_scale(formulation):
     """A quick state holds the steps; one whose scale is large does not, nor do quadratures and followed angles."""
     steps = []
@@ -76,8 +76,12 @@ def test_errors_of_states_are_controlled_by_their_scale(formulation):
     assert steps[0] > 5 * steps[1]
 
 
-@pytest.mark.parametrize("options", [FIXED, BY_ERROR, BY_ERROR | {"integrator": "radau5", "tolerance": "1e-5"}])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@crossed(
+    "options, formulation",
+    [FIXED, BY_ERROR, BY_ERROR | {"integrator": "radau5", "tolerance": "1e-5"}],
+    FORMULATIONS,
+    dear=["full"],
+)
 def test_they_go_on_with_the_bits_of_one_long_run(formulation, options):
     assert_goes_on(options | {"formulation": formulation}, brief(formulation))
 
@@ -113,8 +117,7 @@ def test_a_results_file_has_them(tmp_path):
         np.testing.assert_array_equal(again.x, results["states/value"][10])
 
 
-@pytest.mark.parametrize("options", [FIXED, BY_ERROR])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+@crossed("options, formulation", [FIXED, BY_ERROR], FORMULATIONS, dear=["full"])
 def test_a_rate_without_a_value_names_its_state(formulation, options):
     with pytest.raises(SimulationError, match=r"state 'lag\.z'.*sqrt"):
         run(options | {"formulation": formulation}, texts=("-x", "sqrt(0.5 - t)"))

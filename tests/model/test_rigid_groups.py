@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
+from tests.crossed import crossed
 from tests.kernel.scenes import needs_kernel
 from tests.support import Recorder
 
@@ -36,8 +36,7 @@ def run(formulation: str, ball: str) -> tuple[Recorder, int, int]:
 
 
 @needs_kernel
-@pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
-@pytest.mark.parametrize("end", ["a", "c"])
+@crossed("end, formulation", ["a", "c"], ["full", "reduced", "planar"], dear=["full"])
 def test_a_joint_across_a_weld_changes_nothing(formulation, end):
     """Its rows would hold one body to itself: the welded bodies stay apart, and the rows are redundant for good."""
     one, bodies, freedom = run(formulation, "")

@@ -14,12 +14,14 @@ from mbproj.dynamics import assemble
 from mbproj.integrate import Mark, momenta_of, simulate
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
+from tests.crossed import crossed
 from tests.projection.long_runs import CONTROLLED, FIXED, IMPLICIT, SCENES, WORKED, run
 from tests.support import Recorder
 
+HOW = [pytest.param(IMPLICIT, id="esdirk4"), pytest.param(FIXED, id="rk4"), pytest.param(CONTROLLED, id="dop853")]
 
-@pytest.mark.parametrize("formulation", ["full", "planar", "reduced"])
-@pytest.mark.parametrize("how", [FIXED, CONTROLLED, IMPLICIT], ids=["rk4", "dop853", "esdirk4"])
+
+@crossed("how, formulation", HOW, ["full", "planar", "reduced"], dear=["full"])
 def test_the_balance_of_driven_and_damped_mechanisms_holds_to_round_off(formulation: str, how: dict[str, Any]) -> None:
     short = {"duration": 0.2 if formulation == "full" else 1.0, "output_step": 0.05}
     options = {**how, **short, "formulation": formulation}
@@ -83,8 +85,16 @@ def test_a_free_body_keeps_its_momenta_to_round_off(formulation: str) -> None:
     assert change(momentum_row="true") < 1e-12
 
 
-@pytest.mark.parametrize("how", [FIXED, CONTROLLED, IMPLICIT], ids=["rk4", "dop853", "esdirk4"])
-@pytest.mark.parametrize("formulation", ["full", "planar"])
+def test_a_top_keeps_its_energy_and_its_momentum_at_once() -> None:
+    """The correction of the momentum changes the energy, which the other row takes into account."""
+    options = {**FIXED, "step": 0.001, "duration": 0.2, "output_step": 0.02}
+    alone, _ = run("heavy_top", **options, momentum_row="true")
+    both, _ = run("heavy_top", **options, momentum_row="true", energy_row="true")
+    assert alone.energy_drift_relative > 1e-10
+    assert both.rows.steps == both.counters["steps"] and both.energy_drift_relative < 1e-14
+
+
+@crossed("how, formulation", HOW, ["full", "planar"], dear=["full"])
 def test_a_continued_run_has_the_same_bits(formulation: str, how: dict[str, Any]) -> None:
     options = {**how, "formulation": formulation, "energy_row": "true", "output_step": 0.05}
     what = read_scene_text(WORKED)

@@ -12,6 +12,7 @@ from mbproj.dynamics import assemble
 from mbproj.integrate import Mark, simulate
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
+from tests.crossed import crossed, full
 from tests.integrate.state_scenes import bounce, height_at
 from tests.integrate.stiff_scenes import CLAMP
 from tests.projection.long_runs import CONTROLLED, SCENES, run
@@ -21,8 +22,7 @@ from tests.support import Recorder
 CONTACTS = ("bouncing_ball", "newtons_cradle", "door_closer", "drum_brake", "stick_slip", "quarter_car", "bump_stop")
 
 
-@pytest.mark.parametrize("how", ["dop853", "radau5", "auto"])
-@pytest.mark.parametrize("scene", CONTACTS)
+@crossed("scene, how", CONTACTS, ["dop853", "radau5", "auto"], together=1)
 def test_contacts_begin_a_new_balance_and_each_step_is_counted_once(scene: str, how: str) -> None:
     options = {"integrator": how, "tolerance": 1e-7}
     _, free = run(scene, **options)
@@ -65,7 +65,7 @@ forces:
 """
 
 
-@pytest.mark.parametrize("formulation", ["full", "planar", "reduced"])
+@pytest.mark.parametrize("formulation", [full("full"), "planar", "reduced"])
 def test_a_damped_driven_motion_keeps_its_closed_form_at_the_order_of_the_integrator(formulation: str) -> None:
     span = {"duration": 2 if formulation == "full" else 20, "output_step": 0.1, "formulation": formulation}
     off = []

@@ -15,6 +15,7 @@ from mbproj.integrate import holds_up_to, tableau_of
 from mbproj.integrate.steppers.order_conditions import density, trees
 from mbproj.registry import integrators
 from mbproj.scene import ELEMENTS
+from tests.crossed import full
 from tests.support import ROOT
 
 FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")
@@ -87,7 +88,7 @@ def test_there_are_as_many_trees_as_the_theory_has():
     assert sorted(map(density, trees(4))) == [4, 8, 12, 24]
 
 
-@pytest.mark.parametrize("formulation", ["full", "auto"])
+@pytest.mark.parametrize("formulation", [full("full"), "auto"])
 def test_a_tableau_steps_as_the_same_one_of_mbproj(formulation):
     mbproj.register_integrator("pair", **BS32)
     run = partial(mbproj.run, FIVE_BAR, tolerance=1e-6, duration=0.1, formulation=formulation)

@@ -11,7 +11,7 @@ from mbproj.projection import make_method, project_after
 from mbproj.projection.solve.position import row_tolerances
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import ProjectionSettings
-from tests.support import random_chain
+from tests.support import random_body, random_chain, scene_of
 
 METHODS = [name for name, entry in PROJECTIONS.items() if entry.corrects and name != "popm"]
 
@@ -57,6 +57,17 @@ def test_the_papers_test_stops_when_the_correction_is_small_in_energy(name, open
     result = projected(open_state, method=name, test="paper")
     assert result.position_iterations >= 1
     assert np.abs(constraint_at(system, result.q)).max() <= 1e-11
+
+
+def test_the_papers_test_sees_the_lengths_of_euler_parameters():
+    """A change of |Λ| of a free body has no energy, ΔqᵀMΔq = 0: only CᵀC tells that the first pass leaves |Λ| off."""
+    scene = scene_of([random_body(np.random.default_rng(2), "a")], [])
+    system = compile_system(scene)
+    q = initial_guess(scene, system).q.copy()
+    q[3:] *= 1.1
+    result = projected((system, q, np.zeros(7)), test="paper")
+    assert np.abs(constraint_at(system, result.q)).max() <= 1e-11
+    assert result.position_iterations > 1
 
 
 def test_looser_tolerances_take_fewer_iterations(open_state):

@@ -44,6 +44,16 @@ def test_no_polynomial_crosses_a_jump():
     found = peaks(time, values[:, None, None], pieces(time, np.array([1.0])))
     assert found.value[0] == pytest.approx(1.0, abs=1e-12)
     assert found.time[0] == 1.0
+    assert found.uncertainty[0] < 1e-12
+
+
+def test_a_sample_at_a_jump_is_the_last_before_it():
+    """∫ t dt up to the sample at 1 s, and -0.5 from there on."""
+    time = np.linspace(0.0, 2.0, 201)
+    values = np.where(time <= 1.0, time, -0.5)[:, None]
+    areas = integrals(time, values, pieces(time, np.array([1.0])))
+    assert areas[:100].sum() == pytest.approx(0.5, abs=1e-12)
+    assert areas[100:].sum() == pytest.approx(-0.5, abs=1e-12)
 
 
 @pytest.mark.parametrize("samples", [11, 14, 30, 80, 300])

@@ -216,3 +216,28 @@ def test_counters_must_be_integers(tmp_path):
     recorder = ResultsWriter(tmp_path / "out.h5", scene(), NAMES)
     with pytest.raises(TypeError, match="Cannot cast"), recorder:
         recorder.write(wrong)
+
+
+def test_time_comes_after_all_other_data(tmp_path, monkeypatch):
+    """A write that fails between two datasets, the k-th of the second flush, leaves no time without its samples."""
+    from mbproj.results import writer
+
+    append, whole = writer.append, block(times(20))
+    first, second = part_of(whole, slice(10)), part_of(whole, slice(10, 20))
+    for most in range(0, len(PATHS), 7):
+        path, done = tmp_path / f"{most}.h5", []
+
+        def failing(target, values, at, most=most, done=done):
+            done.append(at)
+            if done.count(10) > most:
+                raise OSError("no more")
+            append(target, values, at)
+
+        monkeypatch.setattr(writer, "append", failing)
+        monkeypatch.setattr(writer, "FLUSH_SECONDS", 0.0)
+        with pytest.raises(OutputError), ResultsWriter(path, scene(), NAMES) as recorder:
+            recorder.write(first)
+            recorder.write(second)
+        with h5py.File(path.with_name(f"{path.name}.part")) as file:
+            assert len(file["time"]) == 10
+            assert min(len(file[name]) for name in PATHS) == 10

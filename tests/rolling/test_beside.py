@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mbproj
+from tests.crossed import crossed
 from tests.rolling import scenes
 from tests.rolling.rattleback import of_rattleback, rattleback
 
@@ -100,8 +101,12 @@ def end_of_celt(**settings):
     return r["bodies/angular_velocity"][-1, 0] - of_rattleback(np.array([0.0, r.time[-1]]), -3.0, 0.1)[1][-1]
 
 
-@pytest.mark.parametrize("end", [end_of_table, end_of_sleigh, end_of_celt])
-@pytest.mark.parametrize(("integrator", "count", "order"), [("rk4", 50, 3.8), ("dop853", 16, 7.5)])
+@crossed(
+    "integrator, count, order, end",
+    [pytest.param("rk4", 50, 3.8), pytest.param("dop853", 16, 7.5)],
+    [end_of_table, end_of_sleigh, end_of_celt],
+    together=1,
+)
 def test_orders_of_what_rolls(end, integrator, count, order):
     """Errors of so many steps and of twice as many; the celt rattles fast."""
     duration = 0.4 if end is end_of_celt else 2.0

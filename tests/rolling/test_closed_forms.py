@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import mbproj
+from tests.crossed import crossed, full
 from tests.rolling import scenes
 from tests.support import ROOT
 
@@ -32,6 +33,7 @@ def test_a_coin_rolls_on_its_circle(formulation):
     np.testing.assert_allclose(np.hypot(*force[:, :2].T), scenes.FRICTION, rtol=1e-8)
 
 
+@pytest.mark.parametrize("formulation", [full("full"), "reduced"])
 def test_a_ball_on_a_turntable_moves_on_a_circle(formulation):
     r = run(scenes.turntable(), formulation=formulation)
     np.testing.assert_allclose(r["bodies/position"][:, 1, :2], scenes.on_turntable(r.time), atol=2e-9)
@@ -74,7 +76,7 @@ def test_a_wheel_in_a_plane_moves_as_in_space():
         np.testing.assert_allclose(each["joints/reaction_force"], ends[0]["joints/reaction_force"], atol=1e-6)
 
 
-@pytest.mark.parametrize("formulation", [*FORMULATIONS, "planar"])
+@pytest.mark.parametrize("formulation", [full("full"), "reduced", "planar"])
 def test_a_wheel_on_a_line_counts_how_far_it_has_rolled(formulation):
     """At position level: it is where its turns say, and F = (m + J/R²) x''."""
     body = "  wheel: {mass: 2, inertia: [0.05, 0.09, 0.05], position: [1, 0, 0.3]}"
@@ -87,7 +89,12 @@ def test_a_wheel_on_a_line_counts_how_far_it_has_rolled(formulation):
     np.testing.assert_allclose(r["joints/reaction_force"][:, 0], [[-1.0, 0.0, 2 * 9.81]] * len(s), atol=1e-7)
 
 
-@pytest.mark.parametrize(("integrator", "steps", "least"), [("rk4", (60, 120), 3.8), ("dop853", (15, 30), 7.5)])
+@crossed(
+    "formulation, integrator, steps, least",
+    FORMULATIONS,
+    [pytest.param("dop853", (15, 30), 7.5), pytest.param("rk4", (60, 120), 3.8)],
+    dear=["full"],
+)
 def test_orders_on_a_wobbling_coin(formulation, integrator, steps, least):
     reference = np.loadtxt(ROOT / "tests" / "data" / "coin_wobbling.csv", delimiter=",", skiprows=1)
     errors = []

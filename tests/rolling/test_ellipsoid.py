@@ -9,6 +9,7 @@ from scipy.special import ellipeinc
 import mbproj
 from mbproj.errors import InputError
 from mbproj.pages import PoseHistory, look_of
+from tests.crossed import full
 from tests.rolling import scenes
 from tests.rolling.rattleback import ellipsoid, of_rattleback, rattleback
 
@@ -17,7 +18,7 @@ def run(text, **settings):
     return mbproj.run(mbproj.read_scene_text(text), **settings)
 
 
-@pytest.mark.parametrize(("spin", "skew", "turns"), [(-3.0, 0.1, True), (3.0, 0.1, False), (3.0, -0.1, True)])
+@pytest.mark.parametrize(("spin", "skew", "turns"), [(-3.0, 0.1, True), (3.0, 0.1, False), full(3.0, -0.1, True)])
 def test_a_rattleback_turns_back_where_it_is_spun_against_its_sense(spin, skew, turns):
     r = run(rattleback(spin, skew, duration="0.8 s", tolerance=1e-12), formulation="reduced")
     position, ω = of_rattleback(r.time, spin, skew)

@@ -12,6 +12,7 @@ import mbproj
 from mbproj import Mechanism
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
+from tests.crossed import crossed
 from tests.rolling import scenes
 
 FORMULATIONS = ["full", "reduced", "planar"]
@@ -55,8 +56,7 @@ def test_a_disk_in_a_bowl_is_a_pendulum_and_turns_as_it_rolls(formulation):
     np.testing.assert_allclose(np.hypot(x, z), arm, atol=1e-13)
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-@pytest.mark.parametrize("rim", [0.1, 0.1 * np.sqrt(7.0)])
+@crossed("rim, formulation", [0.1, 0.1 * np.sqrt(7.0)], FORMULATIONS, dear=["full"])
 def test_a_disk_goes_round_a_circle_again_and_again(formulation, rim):
     """It turns (R + r) / r times a lap, whatever the ratio; one of the same radius writes a cardioid."""
     arm, rounds = rim + 0.1, 0.63 if formulation == "full" else 2.66
@@ -127,8 +127,7 @@ def test_mistakes_are_told(old, new, message):
         mbproj.read_scene_text(text.replace(old, new), "f.yaml")
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-@pytest.mark.parametrize("radius", [0.1, 0.05])
+@crossed("radius, formulation", [0.05, 0.1], FORMULATIONS, dear=["full"])
 def test_a_run_from_any_state_knows_how_far_the_roller_has_come(formulation, radius):
     """After half a turn the pose alone has another angle: once the row was off by a turn of the roller, 2 π r."""
     start, few = (0.7 + radius, 0.0), {"duration": "0.7 s", "output_step": "0.1 s", "tolerance": 1e-9}

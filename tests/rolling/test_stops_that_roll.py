@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import mbproj
+from tests.crossed import crossed, full
 
 BALL = """
 mbproj: 1
@@ -86,7 +87,7 @@ def started_as(scene: str, results: mbproj.Results) -> str:
         ("ball", "reduced"),
         ("wheel", "reduced"),
         ("wheel", "planar"),
-        ("coin", "full"),
+        full("coin", "full"),
         ("coin", "reduced"),
     ],
 )
@@ -165,8 +166,17 @@ PINS = "".join(
 )
 
 
-@pytest.mark.parametrize("integrator", ["radau5", "esdirk4"])
-@pytest.mark.parametrize(("name", "more"), [("ball", False), ("ball", True), ("wheel", False), ("coin", False)])
+@crossed(
+    "name, more, integrator",
+    [
+        pytest.param("ball", False),
+        pytest.param("ball", True),
+        pytest.param("wheel", False),
+        pytest.param("coin", False),
+    ],
+    ["radau5", "esdirk4"],
+    together=1,
+)
 def test_implicit_steps_take_the_slip_at_a_stop_as_a_force(name, more, integrator):
     """Its row comes after those of the joints: it once counted among them, and memory was written past its end."""
     scene, _, given = ROLLS[name]

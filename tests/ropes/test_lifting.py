@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mbproj import InputError, read_scene_text
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.ropes.scenes import G, scene
 from tests.stops.runs import run
@@ -78,7 +79,7 @@ def strand_of(place, on):
     return strand(place)[0] if on else (ANCHOR - place) / np.hypot(*(ANCHOR - place))
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 def test_a_load_that_is_thrown_up_and_falls(formulation):
     _, found = run(scene(THROWN, formulation, 0.1 if formulation == "full" else 0.6))
     first = found["bodies/velocity"][0, 0, [0, 2]]  # across the strand, which is taut

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import string
 
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj.errors import InputError
 from mbproj.scene import Scene, read_scene_text
+from tests.crossed import campaign
 from tests.scene.good_scene import GOOD
 from tests.scene.wrong_scenes import ROWS
 
-BOUNDED = settings(derandomize=True, deadline=None, max_examples=300)
+COUNTS = {"few": 75, "many": 300}
 SIGNS = "[]{}:,&*!|>'\"#%@`\t\n -?~"
 PIECES = st.sampled_from([new for _, new, _ in ROWS]) | st.sampled_from(SIGNS)
 YAML_LIKE = st.text(alphabet=string.ascii_letters + string.digits + SIGNS + ".+/()é\u2028\x85", max_size=80)
@@ -30,20 +30,17 @@ def scene_or_problems(text: str) -> None:
             assert line >= 1
 
 
-@BOUNDED
-@given(st.text(max_size=200) | YAML_LIKE)
+@campaign(st.text(max_size=200) | YAML_LIKE, **COUNTS)
 def test_any_text(text: str) -> None:
     scene_or_problems(text)
 
 
-@BOUNDED
-@given(st.integers(0, len(GOOD)), st.integers(0, 40), PIECES | YAML_LIKE)
+@campaign(st.integers(0, len(GOOD)), st.integers(0, 40), PIECES | YAML_LIKE, **COUNTS)
 def test_the_good_scene_with_a_piece_replaced(at: int, length: int, piece: str) -> None:
     scene_or_problems(GOOD[:at] + piece + GOOD[at + length :])
 
 
-@BOUNDED
-@given(st.lists(st.floats(-1e50, 1e50), min_size=3, max_size=3))
+@campaign(st.lists(st.floats(-1e50, 1e50), min_size=3, max_size=3), **COUNTS)
 def test_numbers_are_read_as_they_were_written(numbers: list[float]) -> None:
     written = ", ".join(map(repr, numbers))
     scene = read_scene_text(GOOD.replace("position: [0, 0.1, 0.12]", f"position: [{written}]"))

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given, settings
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
@@ -21,6 +20,7 @@ from mbproj.scene.fields.containers import OneOf
 from mbproj.scene.schema import scene_schema
 from mbproj.scene.solids.shapes import SHAPES
 from tests.cli.commands import mbproj
+from tests.crossed import campaign
 from tests.scene.good_scene import GOOD, changed, read
 from tests.scene.wrong_scenes import BLIND, IDS, ROWS
 from tests.stops.scenes import SCENE as STOPS
@@ -199,8 +199,13 @@ def test_odd_but_legal_scenes_are_valid(old: str, new: str, load: Any) -> None:
     assert_valid(load(text))
 
 
-@settings(derandomize=True, deadline=None, max_examples=500)
-@given(st.integers(0, len(GOOD)), st.integers(0, 12), st.text("0123456789.eE+-*/() _abmsxyz[],{}:'\"\n", max_size=6))
+@campaign(
+    st.integers(0, len(GOOD)),
+    st.integers(0, 12),
+    st.text("0123456789.eE+-*/() _abmsxyz[],{}:'\"\n", max_size=6),
+    few=125,
+    many=500,
+)
 def test_what_the_reader_accepts_is_valid(at: int, length: int, piece: str) -> None:
     text = GOOD[:at] + piece + GOOD[at + length :]
     try:

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 
+from tests.crossed import crossed
 from tests.integrate.stiff_scenes import CLAMP
 from tests.stops.runs import run, simulated
 from tests.support import ROOT
@@ -128,8 +129,7 @@ def test_a_bump_stop_is_met_by_either_method():
     assert np.abs(auto["bodies/position"] - alone["bodies/position"]).max() < 1e-8
 
 
-@pytest.mark.parametrize("name", STIFF)
-@pytest.mark.parametrize("until", [0.1, 0.17, 0.62, 1.3])
+@crossed("until, name", [0.1, 0.17, 0.62, 1.3], STIFF, together=1)
 def test_a_run_goes_on_with_the_bits_of_a_longer_one(name, until):
     """Before and after a change of the method, before and after events, and where the end cuts a trial short."""
     whole, _ = simulated(by(name))

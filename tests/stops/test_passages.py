@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.crossed import crossed, full
 from tests.stops.inside.scenes import THREE_BALLS
 from tests.stops.runs import DOP853, run
 
@@ -25,8 +26,7 @@ SPHERE = (
 STEPS = [DOP853, "integrator: dop853, tolerance: 1.0e-6, output_step: 5", "integrator: rk4, step: 0.5, output_step: 5"]
 
 
-@pytest.mark.parametrize("formulation", ["reduced", "full"])
-@pytest.mark.parametrize("steps", STEPS)
+@crossed("steps, formulation", STEPS, ["reduced", "full"], dear=["full"])
 def test_what_rises_and_falls_through_within_a_step_is_stopped(steps, formulation):
     """It passes the whole sphere within the step, so that the gap is open at both ends of it."""
     _, recorded = run(THROWN.format(duration=5, steps=steps, formulation=formulation, stop=SPHERE))
@@ -37,7 +37,7 @@ def test_what_rises_and_falls_through_within_a_step_is_stopped(steps, formulatio
     assert recorded["stops/gap"].min() > -1e-11
 
 
-@pytest.mark.parametrize(("formulation", "e"), [("reduced", 0.5), ("reduced", 0.8), ("full", 0.5)])
+@pytest.mark.parametrize(("formulation", "e"), [("reduced", 0.5), ("reduced", 0.8), full("full", 0.5)])
 def test_balls_that_bounce_on_each_other_come_to_rest_on_each_other(formulation, e):
     """A ball falls towards another one that the floor holds, though both fall alike without it. With e = 0.8 two of
     them meet within a step that the third has begun with a bounce."""
@@ -75,8 +75,12 @@ joints:
 CONTROLLED = [f"integrator: {name}, tolerance: 1.0e-9" for name in ("dop853", "dopri5", "radau5")]
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
-@pytest.mark.parametrize(("steps", "e"), [(steps, 0.0) for steps in CONTROLLED] + [(CONTROLLED[0], 0.4)])
+@crossed(
+    "steps, e, formulation",
+    [*(pytest.param(steps, 0.0) for steps in CONTROLLED), pytest.param(CONTROLLED[0], 0.4)],
+    ["planar", "reduced", "full"],
+    dear=["full"],
+)
 def test_an_angle_at_rest_behind_an_impact_gains_no_turns(steps, e, formulation):
     """Steps at rest are so long that the rate before the impact would turn by whole turns in one."""
     for high in np.linspace(0.9, 1.3, 5):
@@ -88,7 +92,7 @@ def test_an_angle_at_rest_behind_an_impact_gains_no_turns(steps, e, formulation)
         np.testing.assert_allclose(recorded["stops/gap"][rests], [[0.5 + high, 0.0]] * rests.sum(), rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+@pytest.mark.parametrize("formulation", ["planar", "reduced", full("full")])
 def test_a_wheel_between_stops_is_followed_through_its_turns(formulation):
     """Its angle is piecewise linear: each impact keeps 0.7 of the speed, and turns it."""
     steps = "integrator: dop853, tolerance: 1.0e-9"

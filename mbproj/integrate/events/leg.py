@@ -6,8 +6,6 @@ from dataclasses import replace
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from mbproj.dataclass import dataclass
 from mbproj.integrate.events.breaks import Break, breaks_of
 from mbproj.integrate.steppers.tableau import Tableau
@@ -60,12 +58,7 @@ class Leg:
 
 def kernel_tableau(core: ModuleType, tableau: Tableau | ImplicitTableau, *, kinematic: bool) -> Any:
     """Return a tableau as the kernel's class."""
-    is_explicit = isinstance(tableau, Tableau)
-    names = ("a", "b", "c", "dense", *(("extra_a", "extra_c") if is_explicit else ("splitting",)))
-    coefficients = {name: np.ascontiguousarray(getattr(tableau, name)) for name in names}
-    error = np.ascontiguousarray(np.atleast_2d(tableau.error))
-    own = {"kinematic": kinematic} if isinstance(tableau, Tableau) else {"gamma": tableau.gamma}
-    return core.Tableau(order=tableau.order, error_order=tableau.error_order, error=error, **coefficients, **own)
+    return core.Tableau(tableau=tableau, kinematic=kinematic)
 
 
 def kernel_breaks(leg: Leg) -> list[tuple[Any, ...]]:

@@ -33,7 +33,7 @@ class InPlane(Compiled):
         layout = layout_in_bodies(system, of_a_body, plane.coordinates.size)
         assert core is not None
         joints = joints_with_rows(plane.joints.owner)
-        super().__init__(core, system, layout, joints, plane_model(core, system, plane, layout)())
+        super().__init__(core, system, layout, joints, plane_model(core, system, plane, layout))
         self.plane = plane
         self._rows = plane_rows(plane)
         self._space: Any = None

@@ -26,7 +26,7 @@ class Reduced(Compiled):
         layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
         assert core is not None
         joints = joints_with_rows(system.joints.owner)
-        super().__init__(core, system, layout, joints, space_model(core, system, layout)())
+        super().__init__(core, system, layout, joints, space_model(core, system, layout))
 
     def with_system(self, system: System, whole: System | None = None) -> Reduced:
         copy = Reduced(self.core, system)

@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array, Integers, like_of
-from mbproj.dataclass import dataclass
 from mbproj.model.channels import Channels
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.forces import Bushings
@@ -124,27 +123,16 @@ def _in_axes(plane: Plane, bound: PrimitiveSet) -> Array:
     return (plane.axes.T @ reference[bound.body] @ bound.local[..., None])[..., 0]
 
 
-@dataclass(frozen=True, eq=False)
-class PlanarBushings:
-    """B bushings: `origin` (B, 2, 2), and `turn` (B, 2, 2, 2) from the frames to the bodies' planar axes; `stiffness`,
-    `damping` (B, 3, 3) and `preload` (B, 3) of two components and an angle; `map` (B, 6, 3) from these to all six."""
-
-    origin: Array
-    turn: Array
-    stiffness: Array
-    damping: Array
-    preload: Array
-    map: Array
-
-
 def tilted_bushings(plane: Plane, bushings: Bushings) -> Integers:
     """Return the numbers of the bushings whose frames are not turned against each other about the normal alone."""
     turned = _relative(plane, bushings)
     return np.flatnonzero(np.abs(turned[:, 2, :2]).max(axis=-1, initial=0.0) > THRESHOLDS.rounding)
 
 
-def bushings_in_plane(plane: Plane, bushings: Bushings) -> PlanarBushings:
-    """Return all bushings in the plane; none may be tilted."""
+def bushings_in_plane(plane: Plane, bushings: Bushings) -> dict[str, Array]:
+    """Return all bushings in the plane, of which none may be tilted, by name: `origin` (B, 2, 2), and `turn` (B, 2, 2,
+    2) from the frames to the bodies' planar axes; `stiffness`, `damping` (B, 3, 3) and `preload` (B, 3) of two
+    components and an angle; `map` (B, 6, 3) from these to all six."""
     origin = _reference(plane, bushings) @ bushings.origin[..., None]
     ends = (plane.axes.T @ origin)[..., 0]
     depth = ends[..., 2] + np.append(plane.depth, 0.0)[bushings.body]
@@ -157,14 +145,14 @@ def bushings_in_plane(plane: Plane, bushings: Bushings) -> PlanarBushings:
     left = bushings.preload[..., None] - bushings.stiffness @ apart[..., None]
     relative = _relative(plane, bushings)[:, :2, :2]
     turn = np.stack([np.broadcast_to(np.eye(2), relative.shape), relative], axis=1)
-    return PlanarBushings(
-        origin=ends[..., :2],
-        turn=turn,
-        stiffness=transposed @ bushings.stiffness @ B,
-        damping=transposed @ bushings.damping @ B,
-        preload=(transposed @ left)[..., 0],
-        map=B,
-    )
+    return {
+        "origin": ends[..., :2],
+        "turn": turn,
+        "stiffness": transposed @ bushings.stiffness @ B,
+        "damping": transposed @ bushings.damping @ B,
+        "preload": (transposed @ left)[..., 0],
+        "map": B,
+    }
 
 
 def _reference(plane: Plane, bushings: Bushings) -> Array:

@@ -70,6 +70,7 @@ def test_a_planar_platform_on_three_legs_has_six():
     assert not result.is_unsure
 
 
+@pytest.mark.full
 @pytest.mark.long
 def test_dietmaiers_platform_has_all_forty():
     _, result = found(platform(BASE, PLATFORM, LEGS, (0.0, 0.1, 0.2)))

@@ -13,6 +13,7 @@ import pytest
 
 import mbproj
 from mbproj import InputError, SimulationError, read_scene_text
+from tests.crossed import full
 from tests.elements.pid import ran
 
 ROOT = """
@@ -37,7 +38,7 @@ forces:
 
 
 @pytest.mark.parametrize(
-    "how", ["tolerance: 1e-9", "integrator: rk4, step: 1 ms", "formulation: full, tolerance: 1e-5"]
+    "how", ["tolerance: 1e-9", "integrator: rk4, step: 1 ms", full("formulation: full, tolerance: 1e-5")]
 )
 def test_the_first_signal_that_is_not_finite_is_named_with_its_inputs(how):
     with pytest.raises(SimulationError) as stopped:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.crossed import crossed
 from tests.elements.pid import ran
 
 G = 9.81
@@ -28,8 +29,7 @@ def scene(speed, mu, friction, push):
     return SCENE.replace("SPEED", speed).replace("MU", mu).replace("FRICTION", friction).replace("PUSH", push)
 
 
-@pytest.mark.parametrize("formulation", ["full", "auto"])
-@pytest.mark.parametrize("friction", ["coefficient: mu", "force: mu * 19.62 N"])
+@crossed("friction, formulation", ["coefficient: mu", "force: mu * 19.62 N"], ["auto", "full"], dear=["full"])
 def test_it_slides_stops_sticks_and_breaks_away_as_the_signal_says(friction, formulation):
     """v' = -μ g with μ = 0.4 - 0.2 t from 2 m/s; it rests, and slides again when 2 μ g falls below 1 N: t = 1.7452."""
     text = scene("2", "0.4 - 0.2*t", friction, "-1 N").replace("push:", "push: ")

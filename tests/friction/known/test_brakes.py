@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.crossed import crossed
 from tests.friction.known import closed_forms as exact
 from tests.friction.known.mechanisms import FORMULATIONS, STEPS, rotor
 from tests.stops.runs import run
@@ -17,8 +18,7 @@ def ends(recorded):
     return recorded["joints/coordinate"][-1, 0], recorded["joints/speed"][-1, 0]
 
 
-@pytest.mark.parametrize("steps", STEPS)
-@pytest.mark.parametrize("formulation", ["planar", "reduced"])
+@crossed("steps, formulation", STEPS, ["planar", "reduced"], together=1)
 def test_a_constant_torque_stops_it(formulation, steps):
     """In space, rotation by 22.5 rad has its own error, of the method."""
     time, angle = exact.brake_stops(J, SPEED, 10.0)
@@ -144,8 +144,7 @@ def test_brakes_on_both_shafts_of_a_gear(formulation):
     assert recorded["joints/speed"][-1, 1] == pytest.approx(-0.5 * recorded["joints/speed"][-1, 0], rel=1e-12)
 
 
-@pytest.mark.parametrize("steps", ["radau5", "esdirk4"])
-@pytest.mark.parametrize("formulation", ["planar", "reduced"])
+@crossed("steps, formulation", ["radau5", "esdirk4"], ["planar", "reduced"], together=1)
 def test_a_regularised_brake_creeps_by_its_width(formulation, steps):
     """Of order 1 in the width when the exact one has stopped it, of order 2 in the angle to rest."""
     time, angle = exact.brake_stops(J, 10.0, 10.0)

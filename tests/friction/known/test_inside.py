@@ -9,6 +9,7 @@ import pytest
 
 import mbproj
 from mbproj.registry import PROJECTIONS
+from tests.crossed import FULL, cover, crossed
 from tests.friction.known import closed_forms as exact
 from tests.friction.known.mechanisms import incline, on_a_belt, rotor, screw
 from tests.friction.known.pendulum import pendulum
@@ -88,7 +89,10 @@ def scenes(steps, formulation):
     return found
 
 
-CASES = [(name, formulation) for formulation in PLANES for name in scenes("dop853", formulation)]
+CASES = [
+    (name, formulation, steps) for formulation in PLANES for name in scenes("dop853", formulation) for steps in STEPS
+]
+NEEDED = cover(CASES)
 RECORDED = (
     "bodies/position",
     "bodies/velocity",
@@ -100,8 +104,10 @@ RECORDED = (
 )
 
 
-@pytest.mark.parametrize("steps", STEPS)
-@pytest.mark.parametrize(("name", "formulation"), CASES)
+@pytest.mark.parametrize(
+    ("name", "formulation", "steps"),
+    [pytest.param(*case, marks=() if case in NEEDED else FULL) for case in CASES],
+)
 def test_friction_changes_its_state_and_no_energy_is_lost_elsewhere(name, formulation, steps):
     """What it takes is never negative, and grows while it slides alone."""
     report, recorded = run(scenes(steps, formulation)[name])
@@ -118,8 +124,7 @@ def test_friction_changes_its_state_and_no_energy_is_lost_elsewhere(name, formul
     assert report.position_violation.value < 2e-13
 
 
-@pytest.mark.parametrize("steps", STEPS)
-@pytest.mark.parametrize("name", scenes("dop853", "planar"))
+@crossed("name, steps", scenes("dop853", "planar"), STEPS, together=1)
 def test_it_is_the_same_in_the_plane_and_in_space(name, steps):
     same(run(scenes(steps, "planar")[name])[1], run(scenes(steps, "reduced")[name])[1], RECORDED, 1e-7)
 
@@ -143,8 +148,7 @@ def test_events_do_not_ask_for_steps_that_end_on_the_constraints(projection):
     assert len(usual.happened) > 2
 
 
-@pytest.mark.parametrize("steps", STEPS)
-@pytest.mark.parametrize("until", [0.45, 2.6, 3.2, 5.1])
+@crossed("until, steps", [0.45, 2.6, 3.2, 5.1], STEPS, together=1)
 def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps, until):
     """With some blocks that stick and others that slide."""
     text = TRAIN.format(steps=STEPS[steps], formulation="reduced")

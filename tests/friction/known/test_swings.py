@@ -6,6 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.crossed import crossed
 from tests.friction.known import pendulum as exact
 from tests.friction.known.mechanisms import STEPS
 from tests.stops.runs import run
@@ -37,8 +38,7 @@ def test_it_swings_lower_each_time_and_stays_where_it_is_held(formulation):
     assert recorded.unbalanced < 1e-7
 
 
-@pytest.mark.parametrize("steps", STEPS)
-@pytest.mark.parametrize("formulation", ["planar", "reduced"])
+@crossed("formulation, steps", ["planar", "reduced"], STEPS, together=1)
 def test_the_force_in_the_pivot_makes_the_friction(formulation, steps):
     """Friction arm |F|, where F has the acceleration in it that friction changes: through two turns."""
     state, turns = exact.swing(exact.by_the_force(ARM), START, 0.0, 2.2)
@@ -50,8 +50,12 @@ def test_the_force_in_the_pivot_makes_the_friction(formulation, steps):
     assert ends(recorded) == pytest.approx(state, abs=1e-8 if steps != "rk4" else 1e-7)
 
 
-@pytest.mark.parametrize("law", ["constant", "by the force"])
-@pytest.mark.parametrize(("integrator", "order", "step"), [("rk4", 4, 0.04), ("dopri5", 5, 0.055), ("dop853", 8, 0.11)])
+@crossed(
+    "integrator, order, step, law",
+    [pytest.param("rk4", 4, 0.04), pytest.param("dopri5", 5, 0.055), pytest.param("dop853", 8, 0.11)],
+    ["constant", "by the force"],
+    together=1,
+)
 def test_methods_keep_their_order_from_turn_to_turn(integrator, order, step, law):
     """Fixed steps that end at the turns: half the step, 2^-order of the error."""
     coulomb = f"{{torque: {TORQUE}}}" if law == "constant" else f"{{coefficient: {ARM / 0.2}, radius: 0.2}}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.crossed import crossed, full
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run, same, simulated
 
@@ -49,8 +50,8 @@ def block(steps=DOP853, duration=4.5, output_step=0.01, formulation="planar", re
 #: With the equations in NumPy a run takes many seconds: one explicit method and one implicit.
 RUNS = [
     *((steps, formulation) for formulation in ("planar", "reduced") for steps in STEPS),
-    ("rk4", "full"),
-    ("radau5", "full"),
+    full("rk4", "full"),
+    full("radau5", "full"),
 ]
 
 
@@ -102,8 +103,7 @@ def test_a_run_goes_on_from_where_it_rests(steps):
         assert rest.happened == whole.happened
 
 
-@pytest.mark.parametrize("load", [-2.0, 0.0, 2.0])
-@pytest.mark.parametrize("formulation", ["planar", "full"])
+@crossed("load, formulation", [-2.0, 0.0, 2.0], ["planar", "full"], dear=["full"])
 def test_it_may_begin_at_an_end(formulation, load):
     """At rest, with nothing that pushes it, towards the end or away."""
     text = block(formulation=formulation, duration=0.5).replace("speed: 1", "speed: 0")

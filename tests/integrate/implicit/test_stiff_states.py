@@ -14,10 +14,12 @@ from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps, steps_for_stability
 from mbproj.integrate.stiff.step_limits import step_limit
 from mbproj.scene import Settings, read_scene
+from tests.crossed import full
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.model.element_states import FORMULATIONS, case, run
 from tests.support import ROOT
 
+seldom_full = pytest.mark.parametrize("formulation", [full("full"), *FORMULATIONS[1:]])
 each = pytest.mark.parametrize("formulation", FORMULATIONS)
 #: λ = -5000 1/s, and a pair that vibrates with 400 rad/s and damping 0.1.
 LAG = ("-5000*(x - cos(t))", "x - z")
@@ -28,7 +30,7 @@ def options(formulation, **keys):
     return {"formulation": formulation, "integrator": "rk4"} | keys
 
 
-@each
+@seldom_full
 def test_fixed_steps_beyond_stability_name_the_state_and_its_rate(formulation):
     """|λ| h = 5000 · 1 ms = 5 and R(-5) = 13.7; up to 2.785 rk4 is stable."""
     with pytest.raises(SimulationError) as stopped:
@@ -40,7 +42,7 @@ def test_fixed_steps_beyond_stability_name_the_state_and_its_rate(formulation):
     assert "slower states; esdirk4 or radau5 is not held up by it" in stopped.value.hint
 
 
-@each
+@seldom_full
 def test_steps_held_for_stability_name_the_states(formulation):
     report, _, _ = run(options(formulation, integrator="dopri5", tolerance="1e-5"), texts=VIBRATES)
     assert report.stiffness.startswith("states 'lag.x', 'lag.z' are stiff and hold the step at 0.00")

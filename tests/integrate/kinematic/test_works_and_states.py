@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.integrate.steppers.quadrature import ERROR_ORDER, ORDER, quadrature
+from tests.crossed import crossed
 from tests.integrate.kinematic.scenes import FORMULATIONS, FOUR_BAR, run
 from tests.model.element_states import DRIVEN, T1, with_states
 
@@ -59,15 +60,16 @@ def test_dry_friction_at_a_driven_joint_loses_its_torque_times_the_way():
     assert report.energy_drift_relative < 1e-9
 
 
-@pytest.mark.parametrize("formulation", FORMULATIONS)
-@pytest.mark.parametrize(
-    ("settings", "off"),
+@crossed(
+    "settings, off, formulation",
     [
-        ({"integrator": "dop853", "tolerance": 1e-9}, 1e-8),
-        ({"integrator": "rk4", "step": "2.5 ms"}, 1e-6),
-        ({"integrator": "radau5", "tolerance": 1e-6}, 1e-5),
-        ({"integrator": "auto", "tolerance": 1e-8}, 1e-6),
+        pytest.param({"integrator": "dop853", "tolerance": 1e-9}, 1e-8),
+        pytest.param({"integrator": "rk4", "step": "2.5 ms"}, 1e-6),
+        pytest.param({"integrator": "radau5", "tolerance": 1e-6}, 1e-5),
+        pytest.param({"integrator": "auto", "tolerance": 1e-8}, 1e-6),
     ],
+    FORMULATIONS,
+    dear=["full"],
 )
 def test_states_are_integrated_by_the_scenes_integrator(formulation, settings, off):
     text = FOUR_BAR.replace("tolerance: 1e-3, integrator: dop853, ", "")

@@ -39,8 +39,8 @@ def test_smallest_multipliers_are_the_part_in_the_range_of_the_rows(loops):
     np.testing.assert_allclose(found[1], smallest, atol=1e-9 * largest)
 
 
-def test_smallest_multipliers_along_a_motion_do_not_depend_on_the_block():
-    """To the bit: samples are observed in blocks, whose bounds depend on the clock."""
+def test_smallest_multipliers_along_a_motion_are_the_smallest_in_any_block():
+    """To the bit: samples are observed in blocks, whose bounds depend on the clock. None is out of the range of G."""
     scene = read_scene_text(shared_four_bars(1))
     system = compile_system(scene)
     results = mbproj.run(scene, tolerance=1e-8, duration=0.6, output_step=0.02)
@@ -54,3 +54,10 @@ def test_smallest_multipliers_along_a_motion_do_not_depend_on_the_block():
     for k in range(len(y)):
         (alone,) = equations.smallest_multipliers(y[k : k + 1], t[:1], places[k : k + 1])
         np.testing.assert_array_equal(together[k], alone)
+    lengths = np.tile([system.length] * 3 + [1.0] * 3, system.bodies)
+    scale = reduced.row_scale
+    for own, smallest in zip(y, together, strict=True):
+        G = equations.jacobian(own).reshape(len(scale), -1) * lengths / scale[:, None]
+        U, size, _ = np.linalg.svd(G, full_matrices=False)
+        beyond = smallest * scale - U[:, size > 1e-9] @ (U[:, size > 1e-9].T @ (smallest * scale))
+        assert np.abs(beyond).max() < 1e-9 * np.abs(smallest * scale).max()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj.scene.expressions.evaluate import FUNCTIONS, Unavailable, Value, evaluate
@@ -21,6 +20,7 @@ from mbproj.scene.expressions.syntax_tree import (
     names,
     parse,
 )
+from tests.crossed import campaign
 
 PYTHON = {name: function.compute for name, function in FUNCTIONS.items()} | {"pi": math.pi, "a": 1.25, "b": -3.0}
 KNOWN = {"a": Value(1.25, None), "b": Value(-3.0, None)}
@@ -106,8 +106,7 @@ def operations(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
     )
 
 
-@settings(derandomize=True, deadline=None, max_examples=400)
-@given(st.recursive(LEAVES, operations, max_leaves=8))
+@campaign(st.recursive(LEAVES, operations, max_leaves=8), few=100, many=400)
 def test_random_expressions_as_in_python(text: str) -> None:
     try:
         found = evaluate(parse(text), KNOWN).number
@@ -116,8 +115,9 @@ def test_random_expressions_as_in_python(text: str) -> None:
     assert found == python(text)
 
 
-@settings(derandomize=True, deadline=None, max_examples=300)
-@given(st.text(alphabet="0123456789.eE+-*/()^, abmsindegrp/\n_", max_size=60) | st.text(max_size=30))
+@campaign(
+    st.text(alphabet="0123456789.eE+-*/()^, abmsindegrp/\n_", max_size=60) | st.text(max_size=30), few=75, many=300
+)
 def test_any_text_is_an_expression_or_an_error_within_it(text: str) -> None:
     try:
         found = evaluate(parse(text), KNOWN)
@@ -127,8 +127,7 @@ def test_any_text_is_an_expression_or_an_error_within_it(text: str) -> None:
         assert math.isfinite(found.number)
 
 
-@settings(derandomize=True, deadline=None)
-@given(st.floats(allow_nan=False, allow_infinity=False))
+@campaign(st.floats(allow_nan=False, allow_infinity=False), few=50, many=100)
 def test_numbers_survive(number: float) -> None:
     assert evaluate(parse(repr(number)), {}).number == number
 

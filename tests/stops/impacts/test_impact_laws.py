@@ -13,6 +13,7 @@ from mbproj.kernel import core
 from mbproj.model import compile_system
 from mbproj.registry import IMPACT_LAWS
 from mbproj.scene import read_scene_text
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.laws import strike
 from tests.stops.runs import run
@@ -211,11 +212,12 @@ def test_a_rod_that_lands_flat_on_two_rough_ends_turns_both_rates():
     assert recorded["bodies/velocity"][-1, 0, 0] == pytest.approx(-sliding, rel=1e-9)
 
 
-def test_several_rough_stops_create_no_energy_and_stay_in_their_cones():
+@pytest.mark.parametrize("first", [0, *map(full, (100, 200, 300))])
+def test_several_rough_stops_create_no_energy_and_stay_in_their_cones(first):
     """Any rows, so that stops and tangents depend on each other; stops that are struck, lie still, or part. Of 12,000
     such impacts 32 have no answer."""
     unanswered = 0
-    for seed in range(400):
+    for seed in range(first, first + 100):
         rng = np.random.default_rng(seed)
         stops, freedoms, k, same = int(rng.integers(2, 4)), int(rng.integers(4, 8)), int(rng.integers(1, 3)), seed % 2
         A, speeds = rng.normal(size=(stops * (1 + k), freedoms)), rng.normal(size=freedoms)
@@ -234,7 +236,7 @@ def test_several_rough_stops_create_no_energy_and_stay_in_their_cones():
         along = np.linalg.norm(found.impulse[stops:].reshape(stops, k), axis=1)
         assert np.all(along <= coefficient[::k] * push + 1e-7 * push.max(initial=0.0))
         assert found.taken.sum() == pytest.approx(found.lost, abs=1e-7 * energy)
-    assert unanswered <= 6
+    assert unanswered <= 2
 
 
 @given(st.integers(0, 100_000), st.integers(2, 4), st.floats(0.0, 1.0))
@@ -273,7 +275,7 @@ WALL = "plane: {body: ground, location: [0, 0, 0], normal: [-1, 0, 0]}, point: {
 PRESSED_AGAINST_A_WALL = f"""
 mbproj: 1
 gravity: [0, 0, 0]
-simulation: {{duration: 0.5, integrator: rk4, step: 1.0e-3}}
+simulation: {{duration: 0.5, integrator: rk4, step: 2.0e-2}}
 bodies:
   fast: {{mass: 1, inertia: [1, 1, 1], position: [-0.2, 0, 0], velocity: [1, 0, 0]}}
   slow: {{mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}

@@ -7,6 +7,7 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run
 from mbproj.integrate import choose
+from tests.crossed import FULL, cover, crossed
 from tests.kernel.scenes import needs_kernel
 from tests.stops.inside.scenes import (
     BALL,
@@ -63,6 +64,7 @@ SCENES = {
 CASES = [(name, formulation) for name, (_, formulations, _) in SCENES.items() for formulation in formulations]
 #: All with explicit steps; every other one with either kind of implicit steps.
 PAIRS = [(*case, steps) for number, case in enumerate(CASES) for steps in (*STEPS[:2], STEPS[2 + number % 2])]
+NEEDED = cover(PAIRS)
 RECORDED = (
     "bodies/position",
     "bodies/velocity",
@@ -83,7 +85,10 @@ def text_of(name, formulation, steps):
     return text.format(steps=steps, formulation=formulation, **more)
 
 
-@pytest.mark.parametrize(("name", "formulation", "steps"), PAIRS)
+@pytest.mark.parametrize(
+    ("name", "formulation", "steps"),
+    [pytest.param(*case, marks=() if case in NEEDED else FULL) for case in PAIRS],
+)
 def test_stops_push_what_touches_and_nothing_passes(name, formulation, steps):
     """No stop pulls; what pushes is closed, or pressed in; and all energy is where it went."""
     text = text_of(name, formulation, steps)
@@ -142,8 +147,7 @@ def test_a_motion_pays_for_what_flywheels_take_in_no_time(formulation, inertia):
     assert recorded["diagnostics/dissipation"][-1] == pytest.approx(0.5 * (2.0 + inertia), rel=1e-10)
 
 
-@pytest.mark.parametrize("steps", STEPS)
-@pytest.mark.parametrize("until", [0.35, 1.1, 1.9])
+@crossed("until, steps", [0.35, 1.1, 1.9], STEPS, together=1)
 def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps, until):
     """Before and after impacts, with contacts that hold, on a loop with a spring that becomes slack."""
     text = text_of("pressed through a loop", "planar", steps)

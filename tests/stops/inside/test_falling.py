@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.scene import read_scene_text
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
 
@@ -75,7 +76,7 @@ forces:
 
 
 @needs_kernel
-@pytest.mark.parametrize("formulation", ["reduced", "full"])
+@pytest.mark.parametrize("formulation", ["reduced", full("full")])
 def test_balls_that_touch_pass_on_what_a_soft_stop_brings(formulation):
     """Where the one begins to push, neither rate nor acceleration closes the other's gap: the jerk does. The two that
     touch move off as nearly one body of twice the mass."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from mbproj.arrays import cross, distinct_rows, numbers
+from mbproj.arrays import cross, numbers
 from mbproj.cases import per_case
 from mbproj.model import matrix_L, rotation_matrix
 from mbproj.model.euler_parameters import product
@@ -42,7 +42,6 @@ FUNCTIONS = {
     "columns": lambda x: np.column_stack([x[0], x[1]]) @ np.hstack([x[0], x[1]]).reshape(2, -1),
     "choices": lambda x: np.where([True, False, False, True], x, 0.0) + np.concatenate([x[:2], x[2:]], axis=0),
     "extremes": lambda x: np.maximum(x, 0.1).max(axis=0) - x.min() + np.abs(x).max(axis=-1, initial=0.0),
-    "rows in order": lambda x: distinct_rows(np.sort(x, axis=0))[0],
 }
 
 
@@ -71,15 +70,6 @@ def test_what_is_written_stays_in_its_case():
     assert np.array_equal(total.values[:, 0], x.values[:, 0, 0] + x.values[:, 1, 0])
     np.add.at(total, np.array([1, 0, 1]), x[:, 0])
     assert np.array_equal(total.values[:, 1], x.values[:, 0, 0] + x.values[:, 2, 0])
-
-
-def test_rows_are_distinct_in_all_cases_or_not_at_all():
-    same = np.array([[1.0, 2.0], [3.0, 2.0], [1.0, 2.0]])
-    rows, place = distinct_rows(CaseArray(np.array([same, 2.0 * same])))
-    assert place.tolist() == [0, 1, 0] and rows.values.shape == (2, 2, 2)
-    for other in ([[1.0, 2.0], [1.0, 2.0], [1.0, 2.0]], [[1.0, 2.0], [3.0, 2.0], [1.0, 3.0]]):
-        with pytest.raises(CasesDiffer):
-            distinct_rows(CaseArray(np.array([same, other])))
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from mbproj.scene import ProjectionSettings, read_scene, read_scene_text
 from mbproj.studies.measure.accuracy import attempt
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS
 from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import error, reference
+from mbproj.studies.measure.reference import _checked, _Fine, error, reference
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from mbproj.studies.measure.timing import time_settings
@@ -50,6 +50,13 @@ def test_the_uncertainty_of_the_reference_bounds_its_true_error(pendulum, compar
     assert np.all(np.diff(found.uncertainty[:, 0]) >= 0.0)
     assert found.method.startswith("dop853" if compared == ("dopri5",) else "dopri5")
     assert found.certain_until(1e-11) == 5.0
+
+
+def test_solutions_that_agree_are_uncertain_by_what_the_last_halving_moved(pendulum):
+    times, moved = sample_times(1.0, 10), 1e-6 * np.arange(11.0)[:, None]
+    solution = solve(pendulum, Setting(integrator="rk4", step=0.01), times)
+    found = _checked(lambda *_, **__: _Fine(solution, moved), pendulum, times, "dopri5", "dop853", 1.0)
+    np.testing.assert_array_equal(found.uncertainty, moved)
 
 
 def test_a_reference_is_computed_once(pendulum, monkeypatch):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError, MbprojWarning
+from mbproj.studies.sweep.database import open_whole
 from mbproj.studies.sweep.folder import Store
 from mbproj.studies.sweep.row import CaseRow, Status
 from tests.runs import some
@@ -140,3 +141,9 @@ def test_nothing_is_written_through_a_link(tmp_path, name):
     with pytest.raises(InputError, match=f"'.*{name}' is a link, and a sweep keeps its rows in its own folder"):
         Store(tmp_path / "out" / "store.sqlite", ["a"])
     assert (tmp_path / "mine").read_bytes() == b""
+
+
+def test_a_store_reaches_the_disk_when_it_is_closed(tmp_path):
+    """A crash of the machine loses the last rows at most: SQLite, of which 0 would be OFF, waits for the disk."""
+    with closing(open_whole(tmp_path / "store.sqlite")) as database:
+        assert database.execute("PRAGMA synchronous").fetchone()[0] >= 1

@@ -112,6 +112,12 @@ def test_too_many_failures_end_it(tmp_path):
     assert sum(entry.status == "not run" for entry in entries) == reached.left
 
 
+def test_as_many_failures_as_are_allowed_do_not_end_it(tmp_path):
+    path = write(tmp_path, "  fails: [1, 0]\n  length: 1:2:20\n")
+    reached, _ = swept(path, tmp_path / "out", most_failures=20)
+    assert (reached.computed, reached.failed, reached.left) == (40, 20, 0)
+
+
 @pytest.mark.parametrize("formulation", ["auto", "full"])
 def test_a_case_stops_when_its_time_is_up(tmp_path, formulation):
     """Between two steps, though it records no sample for hours."""

@@ -1,15 +1,16 @@
-// The Python module `_core`: settings here, models and runs in plane.cpp and space.cpp.
+// The Python module `_core`, with the settings of runs.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
-#include "bindings/curves_from_numpy.hpp"
-#include "bindings/laws_from_numpy.hpp"
-#include "bindings/loads_from_numpy.hpp"
+#include "bindings/from_numpy.hpp"
+#include "bindings/record.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {
 
+void bind_functions(nb::module_& m);
+void bind_laws(nb::module_& m);
 void bind_models(nb::module_& m);
 void bind_single_states(nb::module_& m);
 void bind_runs(nb::module_& m);
@@ -43,34 +44,52 @@ bool runs_here() {
 }
 
 Thresholds thresholds(Record& given) {
-    return Thresholds([&given](const char* name) {
-        const auto number = given.take<double>(name);
-        require_positive(number, name);
-        return number;
-    });
+    return Thresholds([&given](const char* name) { return given.positive(name); });
 }
 
-Tableau tableau(Record& given) {
-    const auto coefficients = [&given](const char* name) { return matrix(given.take<Numbers2>(name), name); };
-    Tableau made{};
-    made.order = given.take<int>("order");
-    made.error_order = given.take<int>("error_order");
-    made.a = coefficients("a");
-    made.b = given.numbers("b");
-    made.c = given.numbers("c");
-    made.error = coefficients("error");
-    made.dense = coefficients("dense");
-    if (given.has("gamma")) {
-        made.gamma = given.take<double>("gamma");
-        made.splitting = coefficients("splitting");
-        check_implicit_tableau(made, 32);
-    } else {
-        made.extra_a = coefficients("extra_a");
-        made.extra_c = given.numbers("extra_c");
-        made.kinematic = given.take<bool>("kinematic");
-        check_tableau(made, 32);
+// A method of s stages. An implicit one is stiffly accurate: its first stage is explicit, and each depends on none after it.
+Tableau tableau(Record& values) {
+    Record given = values.part("tableau");
+    const bool kinematic = values.flag("kinematic");
+    constexpr auto any = Record::any;
+    constexpr std::size_t most_stages = 32;
+    Tableau t{};
+    t.b = given.numbers("b");
+    const std::size_t s = t.b.size();
+    if (s < 1) given.refuse("b", "has a wrong shape");
+    t.a = given.matrix("a", s, s);
+    t.c = given.numbers("c", s);
+    t.order = given.index("order", 100, 1);
+    if (!given.has("gamma")) {
+        t.kinematic = kinematic;
+        t.extra_c = given.numbers("extra_c");
+        const std::size_t extra = t.extra_c.size(), stages = s + 1 + extra;
+        if (stages > most_stages) given.refuse("b", "has too many stages");
+        t.extra_a = given.matrix("extra_a", extra, extra ? stages : any);
+        t.error = given.matrix("error", any, any);
+        const bool embedded = t.error.rows() > 0;
+        if (embedded) t.error = given.matrix("error", std::min<std::size_t>(t.error.rows(), 2), s + 1);
+        t.error_order = given.index("error_order", 100, embedded ? 1 : 0);
+        t.dense = given.matrix("dense", embedded ? stages : any, any);
+        if (embedded && t.dense.cols() < 1) given.refuse("dense", "has a wrong shape");
+        return t;
     }
-    return made;
+    t.gamma = given.positive("gamma");
+    if (s < 2 || s > most_stages) given.refuse("b", "has a wrong shape");
+    t.error_order = given.index("error_order", 100, 1);
+    const std::vector<double> error = given.numbers("error", s);
+    t.error = Eigen::Map<const RowMajor>(error.data(), 1, t.stages());
+    t.dense = given.matrix("dense", s, any);
+    if (t.dense.cols() < 1) given.refuse("dense", "has a wrong shape");
+    t.splitting = given.matrix("splitting", s, s);
+    if (!t.a.row(0).isZero(0.0)) given.refuse("a", "does not begin with the start of the step");
+    for (Eigen::Index i = 0; i < t.stages(); ++i) {
+        if (t.splitting(i, i) != (i ? t.gamma : 0.0)) given.refuse("splitting", "does not have gamma on its diagonal");
+        if (t.a(t.stages() - 1, i) != t.b[i]) given.refuse("b", "is not the last stage");
+        for (Eigen::Index j = i + 1; j < t.stages(); ++j)
+            if (t.splitting(i, j) != 0.0) given.refuse("splitting", "is not lower triangular");
+    }
+    return t;
 }
 
 void add_settings(nb::module_& m) {
@@ -94,16 +113,6 @@ void add_settings(nb::module_& m) {
         .def_ro("left_out", &UsualRows::left_out)
         .def_ro("pivots", &UsualRows::pivots)
         .def_ro("even", &UsualRows::even);
-    record_class(m, "Programs", &programs)
-        .def("run", [](const Programs& self, int program, double t, double s, double s_dot) {
-            if (program < 0 || program + 1 >= static_cast<int>(self.start.size())) refuse("program", "is out of range");
-            require_variables(self, law_variables, "program");
-            const Series<double> variables[law_variables] = {{t, 1.0, 0.0}, {s, 0.0, 0.0}, {s_dot, 0.0, 0.0}};
-            const Series<double> found = self.run(program, variables);
-            return std::make_tuple(found.x, found.d, found.dd);
-        });
-    record_class(m, "PlaneCurve", &plane_curve);
-    record_class(m, "SpaceCurve", &space_curve);
     record_class(m, "Tableau", &tableau);
     nb::enum_<Correction>(m, "Correction")
         .value("none", Correction::none)
@@ -208,7 +217,8 @@ NB_MODULE(_core, m) {
         "The primitives that it has by their numbers: name, how many points and vectors, how many parameters.");
     m.def("build_info", &build_info, "How this extension was compiled.");
     add_settings(m);
-    add_laws(m);
+    bind_functions(m);
+    bind_laws(m);
     bind_models(m);
     bind_single_states(m);
     bind_runs(m);

@@ -7,7 +7,6 @@
 
 #include "bindings/formulation_from_python.hpp"
 #include "bindings/from_numpy.hpp"
-#include "bindings/loads_from_numpy.hpp"
 #include "bindings/saved_mark.hpp"
 #include "stepping/time_loop.hpp"
 

@@ -7,7 +7,6 @@
 #include <nanobind/stl/vector.h>
 
 #include "bindings/from_numpy.hpp"
-#include "bindings/loads_from_numpy.hpp"
 #include "stepping/flush_to_zero.hpp"
 #include "stepping/time_loop.hpp"
 

@@ -214,4 +214,7 @@ private:
     ForcesAlong<D> forces_;
 };
 
+extern template class ContactBorder<Plane<double>>;
+extern template class ContactBorder<Space<double>>;
+
 }  // namespace mbproj

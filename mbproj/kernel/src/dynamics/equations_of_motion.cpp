@@ -330,6 +330,8 @@ template <class D> void EquationsOfMotion<D>::stabilise() {
 
 template <class D> EquationsOfMotion<D>::~EquationsOfMotion() = default;
 
+template class ContactBorder<Plane<double>>;
+template class ContactBorder<Space<double>>;
 template class EquationsOfMotion<Plane<double>>;
 template class EquationsOfMotion<Space<double>>;
 

@@ -62,7 +62,7 @@ template <class D> double KktSolver<D>::even_pivot(const Pose<D>& pose) {
     return loops_.even_pivot(pose);
 }
 
-template <class D> bool KktSolver<D>::solve(const Scalar<D>* c, Scalar<D>* lambda) {
+template <class D> bool KktSolver<D>::solve(const double* c, double* lambda) {
     leaves_.solve_up(c, force_);
     const bool settled = order_.loop_bodies.empty() || loops_.solve(force_, c, delta_, metric_ == Metric::penalised);
     delta_.back().setZero();
@@ -71,17 +71,17 @@ template <class D> bool KktSolver<D>::solve(const Scalar<D>* c, Scalar<D>* lambd
     return settled || fails(-1);
 }
 
-template <class D> bool KktSolver<D>::spread(const Pose<D>& pose, Scalar<D>* lambda) {
+template <class D> bool KktSolver<D>::spread(const Pose<D>& pose, double* lambda) {
     loops_.multipliers(lambda);
     if (left_out().empty()) return true;
     return spread_over_all(pose, lambda, near_singular() ? thresholds_.half_digits : thresholds_.no_digits);
 }
 
-template <class D> bool KktSolver<D>::spread_over_all(const Pose<D>& pose, Scalar<D>* lambda) {
+template <class D> bool KktSolver<D>::spread_over_all(const Pose<D>& pose, double* lambda) {
     return spread_over_all(pose, lambda, thresholds_.no_digits);
 }
 
-template <class D> bool KktSolver<D>::spread_over_all(const Pose<D>& pose, Scalar<D>* lambda, double shift) {
+template <class D> bool KktSolver<D>::spread_over_all(const Pose<D>& pose, double* lambda, double shift) {
     if (!smallest_) smallest_ = std::make_unique<MinimumNormMultipliers<D>>(model_, order_);
     return smallest_->spread(pose, shift, lambda);
 }
@@ -121,12 +121,23 @@ template <class D> bool KktSolver<D>::set_halves(const Pose<D>& pose, Metric met
             if (lends_inertia(body, metric)) M.add_lent_inertia(lent_);
             if (!loops_.half(b).articulated(M)) return false;
         } else if (by_coordinates) {
-            loops_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns, Scalar<D>>::Identity());
+            loops_.half(b).bare(1.0, pose[body].rotation, 2.0 * Matrix<S::turns, S::turns, double>::Identity());
         } else {
             loops_.half(b).bare(model_.bodies[body].mass, pose[body].rotation, model_.bodies[body].inverse_root);
         }
     }
     return true;
+}
+
+template <class D> std::optional<std::vector<int>> KktSolver<D>::rows_to_leave_out(const Pose<D>& pose) {
+    ++close_looks_;
+    return loops_.rows_to_leave_out(pose, model_.rows.redundant);
+}
+
+template <class D> double KktSolver<D>::of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
+
+template <class D> double KktSolver<D>::contradiction(const double* violation) {
+    return loops_.contradiction(violation);
 }
 
 template <class D> KktSolver<D>::~KktSolver() = default;

@@ -15,7 +15,7 @@ template <class D> class KktSolver final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
-    using Wrench = Column<F, Scalar<D>>;
+    using Wrench = Column<F, double>;
 
     // With a penalty factor, all joints stay in the loops: (M + α GᵀG)⁻¹ α Gᵀ = M⁻¹Gᵀ (S + 1/α)⁻¹.
     KktSolver(const Model<D>& model, std::optional<double> penalty);
@@ -49,10 +49,7 @@ public:
     int count_dependent(const Pose<D>& pose, double smallest);
     // The rows without which those of a pose are best-conditioned, exactly as many as are redundant; nothing where more rows are
     // dependent.
-    auto rows_to_leave_out(const Pose<D>& pose) {
-        ++close_looks_;
-        return loops_.rows_to_leave_out(pose, model_.rows.redundant);
-    }
+    std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose);
     // The smallest pivot of the rows held where all bodies have the same mass; and in parts of its usual value. The
     // current factor does not change.
     double even_pivot(const Pose<D>& pose);
@@ -63,7 +60,7 @@ public:
     long close_looks() const { return close_looks_; }
 
     // Moments of inertia that the next factors add to the bodies', or none.
-    void stiffen(const std::vector<Scalar<D>>& moments) { stiff_ = moments; }
+    void stiffen(const std::vector<double>& moments) { stiff_ = moments; }
 
     // Sets the forces on a body before `solve`: a force at its centre of mass and a moment, global axes.
     [[gnu::always_inline]] void set_force(int body, const Point<D>& force, const Turn<D>& torque) {
@@ -80,16 +77,16 @@ public:
 
     // Solves with the forces set before, which are used up, and G δ = c; multipliers on request, one for each row.
     // False where a body without mass is free to move.
-    bool solve(const Scalar<D>* c, Scalar<D>* lambda = nullptr);
+    bool solve(const double* c, double* lambda = nullptr);
 
     // Σ I s'² of the flywheels, of the last `solve` for velocities.
-    Scalar<D> of_flywheels() const { return loops_.of_flywheels() + leaves_.of_flywheels(); }
+    double of_flywheels() const;
     // The largest distance of a violation, in rows left out of the last factor, from the value implied by the others.
-    Scalar<D> contradiction(const Scalar<D>* violation) { return loops_.contradiction(violation); }
+    double contradiction(const double* violation);
     // λ of the last `solve`, distributed over redundant rows so that its norm is smallest. False where that has no solution.
-    bool spread(const Pose<D>& pose, Scalar<D>* lambda);
+    bool spread(const Pose<D>& pose, double* lambda);
     // Distributes any λ that balance the forces, with any factor.
-    bool spread_over_all(const Pose<D>& pose, Scalar<D>* lambda);
+    bool spread_over_all(const Pose<D>& pose, double* lambda);
 
     // (δr, δθ) or accelerations of a body, for its centre of mass, global axes.
     [[gnu::always_inline]] Turn<D> turn(int body) const { return delta_[body].template tail<S::turns>(); }
@@ -103,10 +100,10 @@ public:
     int singular_joint() const { return singular_joint_; }
     long factorisations() const { return factorisations_; }
     const EliminationOrder<D>& order() const { return order_; }
-    const BlockCholesky<Scalar<D>>& cholesky() const { return loops_.cholesky(); }
+    const BlockCholesky& cholesky() const { return loops_.cholesky(); }
 
 private:
-    bool spread_over_all(const Pose<D>& pose, Scalar<D>* lambda, double shift);
+    bool spread_over_all(const Pose<D>& pose, double* lambda, double shift);
     bool fails(int joint) { return singular_joint_ = joint, false; }
 
     // Near a singular pose almost dependent rows have finite multipliers, but almost no gradient left. Leaving them out errs by
@@ -123,7 +120,7 @@ private:
     // A body's own inertia at its reference point: the joint that it hangs on, or its centre of mass in the loops.
     [[gnu::always_inline]] void set_inertia(int b, const Rotation<D>& A, Metric metric) {
         if (metric == Metric::coordinates)
-            inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns, Scalar<D>>::Identity(), reference_[b]);
+            inertias_[b].set(1.0, 0.25 * Matrix<S::turns, S::turns, double>::Identity(), reference_[b]);
         else
             inertias_[b].set(model_.bodies[b].mass, inertia_in_global(A, model_.bodies[b].inertia), reference_[b]);
         if (!stiff_.empty()) inertias_[b].C.diagonal() += stiff_[b];
@@ -143,7 +140,7 @@ private:
     std::vector<bool> is_bare_;          // whether a body of the loops has no leaves and no hinge
     std::vector<int> with_inertia_;      // bodies that are not bare, or are lent inertia
     std::vector<Wrench> force_, delta_;  // at the reference points; the ground's last
-    std::vector<Scalar<D>> stiff_;       // moments of inertia that are added
+    std::vector<double> stiff_;          // moments of inertia that are added
     int singular_joint_ = -1;
     double near_ = 0.0;  // rows nearer than this were left out
     Metric metric_ = Metric::mass;

@@ -13,7 +13,7 @@ namespace mbproj {
 // that open joints are treated exactly; otherwise both arms end in p2.
 template <class D> struct Hinge {
     int child, parent;  // the parent may be the ground
-    Scalar<D> sign;     // +1 where p2 is on the child, -1 where it is on the parent
+    double sign;        // +1 where p2 is on the child, -1 where it is on the parent
     int p1, p2;
     bool coincident;
     int translations[D::axes], rotations[Size<D>::turns];  // instances
@@ -120,9 +120,9 @@ template <class S> inline bool complement(const Column<3, S>* rows, int count, M
 template <class D> struct HingeFrame {
     using S = Size<D>;
     Point<D> child_arm, parent_arm;
-    Matrix<D::axes, D::axes, Scalar<D>> N_t,
+    Matrix<D::axes, D::axes> N_t,
         P_t;  // not set for a coincident joint, whose P_t is the identity
-    Matrix<S::turns, S::turns, Scalar<D>> N_r, P_r;
+    Matrix<S::turns, S::turns> N_r, P_r;
 
     [[gnu::always_inline]] bool update(const Model<D>& model, const Hinge<D>& hinge, const Pose<D>& pose) {
         const int child_point = hinge.sign > 0.0 ? hinge.p2 : hinge.p1;

@@ -11,7 +11,7 @@ template <class D> class HingeFlywheels final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
-    using Twist = Column<F, Scalar<D>>;
+    using Twist = Column<F>;
 
     HingeFlywheels(const Hinge<D>& hinge, std::vector<int> joints) : hinge_(hinge), joints_(std::move(joints)) {
         turned_.resize(joints_.size());
@@ -52,7 +52,7 @@ public:
         int angle_count = 0, shift_count = 0;
         for (std::size_t k = 0; k < turned_.size(); ++k) {
             const Joint& joint = model.joints[joints_[k]];
-            Matrix<6, F, Scalar<D>> G;  // room for the most rows of a joint; this one has one
+            Matrix<6, F> G;  // room for the most rows of a joint; this one has one
             jacobian<D>(model, pose, joint, hinge_.child, G);
             Turned& turned = turned_[k];
             turned.row = joint.row;
@@ -74,24 +74,24 @@ public:
     }
 
     // The addition to nᵀ M n of each free motion.
-    const Scalar<D>* added() const { return added_; }
+    const double* added() const { return added_; }
 
     // The addition to nᵀ g of each free motion, from the right-hand sides c and the joint's particular motion p.
-    void push(const Scalar<D>* c, const Twist& p, Scalar<D>* pushed) const {
+    void push(const double* c, const Twist& p, double* pushed) const {
         std::fill(pushed, pushed + F, 0.0);
         for (const Turned& t : turned_) pushed[t.motion] = t.inertia * t.ratio * (c[t.row] - t.rate.dot(p));
     }
 
     // The wrench of the flywheels on the child, Σ -μ rate. It is all of the wrench along the free motions, where joints
     // exert no force. Adds Σ I s'² = Σ μ² / I to `energy`, where δ is a velocity.
-    Twist pull(const HingeFrame<D>& frame, const Twist& wrench, Scalar<D>* lambda, Scalar<D>& energy) const {
+    Twist pull(const HingeFrame<D>& frame, const Twist& wrench, double* lambda, double& energy) const {
         Twist found = Twist::Zero();
         const int shifts = hinge_.free_translations();
         for (const Turned& t : turned_) {
-            const Scalar<D> along = t.motion < shifts
-                                        ? frame.N_t.col(t.motion).dot(wrench.template head<D::axes>())
-                                        : frame.N_r.col(t.motion - shifts).dot(wrench.template tail<S::turns>());
-            const Scalar<D> mu = -along / t.ratio;
+            const double along = t.motion < shifts
+                                     ? frame.N_t.col(t.motion).dot(wrench.template head<D::axes>())
+                                     : frame.N_r.col(t.motion - shifts).dot(wrench.template tail<S::turns>());
+            const double mu = -along / t.ratio;
             if (t.is_flywheel) energy += mu * mu / t.inertia;
             found -= mu * t.rate;
             if (lambda) lambda[t.row] = mu;
@@ -104,7 +104,7 @@ private:
         Twist rate;  // the rate of the coordinate by the relative twist at the joint's point
         int row = 0, motion = 0;
         bool is_flywheel = true;
-        Scalar<D> inertia = 0.0, ratio = 0.0;  // `ratio`: its rate over that of the free motion
+        double inertia = 0.0, ratio = 0.0;  // `ratio`: its rate over that of the free motion
     };
 
     // Changes the basis N: each of `count` coordinates gets a free motion that changes no other coordinate.
@@ -112,10 +112,10 @@ private:
         if (count == 0) return true;
         const auto rate = [&](int k, int n) { return turned[k]->rate.template segment<W>(Begin).dot(N.col(n)); };
         if (free == 2) {
-            const Column<W, Scalar<D>> a = N.col(0), b = N.col(1);
-            const Scalar<D> u = rate(0, 0), v = rate(0, 1);
-            const Scalar<D> x = count == 2 ? rate(1, 0) : -v, y = count == 2 ? rate(1, 1) : u;
-            const Scalar<D> volume = u * y - v * x;
+            const Column<W> a = N.col(0), b = N.col(1);
+            const double u = rate(0, 0), v = rate(0, 1);
+            const double x = count == 2 ? rate(1, 0) : -v, y = count == 2 ? rate(1, 1) : u;
+            const double volume = u * y - v * x;
             if (!(volume != 0.0)) return false;
             N.col(0) = (y * a - x * b) / volume;
             N.col(1) = (u * b - v * a) / volume;
@@ -132,7 +132,7 @@ private:
     Hinge<D> hinge_;
     std::vector<int> joints_;
     std::vector<Turned> turned_;
-    Scalar<D> added_[F] = {};
+    double added_[F] = {};
 };
 
 }  // namespace mbproj

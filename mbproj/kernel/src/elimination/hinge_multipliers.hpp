@@ -6,11 +6,11 @@
 namespace mbproj {
 
 // The smallest motion at the joint's point that meets the rows' right-hand sides.
-template <class D> [[gnu::always_inline]] inline Column<Size<D>::freedoms, Scalar<D>>
-particular(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& frame, const Scalar<D>* c) {
+template <class D> [[gnu::always_inline]] inline Column<Size<D>::freedoms, double>
+particular(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& frame, const double* c) {
     constexpr int F = Size<D>::freedoms, W = Size<D>::turns;
     const auto& instances = model.constraints.instances;
-    Column<F, Scalar<D>> p = Column<F, Scalar<D>>::Zero();
+    Column<F> p = Column<F>::Zero();
     if (hinge.coincident) {
         p.template head<D::axes>() = matrix_at<D::axes>(c + instances[hinge.translations[0]].row);
     } else {
@@ -24,7 +24,7 @@ particular(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& fr
 
 // λ of a hinge's rows from the wrench that the joint exerts on the child, -Gᵀλ.
 template <class D> void hinge_multipliers(const Model<D>& model, const Hinge<D>& hinge, const HingeFrame<D>& frame,
-                                          const Column<Size<D>::freedoms, Scalar<D>>& wrench, Scalar<D>* lambda) {
+                                          const Column<Size<D>::freedoms, double>& wrench, double* lambda) {
     constexpr int W = Size<D>::turns;
     const auto& instances = model.constraints.instances;
     if (hinge.coincident) {

@@ -10,7 +10,7 @@ namespace mbproj {
 template <class D> class InertiaCancellation final {
 public:
     using S = Size<D>;
-    using Turning = Matrix<S::turns, S::turns, Scalar<D>>;
+    using Turning = Matrix<S::turns, S::turns>;
 
     explicit InertiaCancellation(const Model<D>& model) : model_(model), turned_(model.size(), 0.0) {
         for (const Body<D>& body : model.bodies) carried_.push_back(body.mass);
@@ -19,7 +19,7 @@ public:
     // Whether the child's round-off takes more than half of its parent's digits.
     bool cancels_parent_inertia(const Hinge<D>& hinge) const {
         if (hinge.parent == model_.size() || model_.bodies[hinge.parent].is_light) return false;
-        const Scalar<D> most = 1.0 / model_.thresholds.half_digits;
+        const double most = 1.0 / model_.thresholds.half_digits;
         const bool slides = hinge.free_translations() > 0, turns = hinge.free_rotations() > 0;
         return (slides && carried_[hinge.child] > most * carried_[hinge.parent]) ||
                (turns && about_joint(hinge) > most * left_to_parent(hinge));
@@ -33,17 +33,17 @@ public:
 
 private:
     // The moments of inertia at the joint: a body's own, and that of a mass at its centre.
-    Turning moments(int body, Scalar<D> mass, int point) const {
+    Turning moments(int body, double mass, int point) const {
         Inertia<D> M;
         M.set(mass, model_.bodies[body].inertia, model_.constraints.attachments[point].local);
         return M.C;
     }
-    Scalar<D> about_joint(const Hinge<D>& hinge) const {
+    double about_joint(const Hinge<D>& hinge) const {
         const int point = hinge.sign > 0.0 ? hinge.p2 : hinge.p1;
         return turned_[hinge.child] + moments(hinge.child, carried_[hinge.child], point).norm();
     }
     // The smallest inertia of the parent about the axes that can turn, with the mass that it has to move there.
-    Scalar<D> left_to_parent(const Hinge<D>& hinge) const {
+    double left_to_parent(const Hinge<D>& hinge) const {
         const int point = hinge.sign > 0.0 ? hinge.p1 : hinge.p2;
         const Turning M = moments(hinge.parent, carried_[hinge.child], point);
         if constexpr (D::axes == 3)
@@ -66,7 +66,7 @@ private:
     }
 
     const Model<D>& model_;
-    std::vector<Scalar<D>> carried_, turned_;  // masses and moments, with those of the leaves eliminated
+    std::vector<double> carried_, turned_;  // masses and moments, with those of the leaves eliminated
 };
 
 }  // namespace mbproj

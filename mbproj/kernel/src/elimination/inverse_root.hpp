@@ -13,7 +13,7 @@ public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
 
-    void bare(Scalar<D> mass, const Rotation<D>& A, const Matrix<S::turns, S::turns, Scalar<D>>& inverse_root) {
+    void bare(double mass, const Rotation<D>& A, const Matrix<S::turns, S::turns>& inverse_root) {
         kind_ = Kind::bare;
         translation_ = 1.0 / sqrt(mass);
         if constexpr (D::axes == 3)
@@ -23,7 +23,7 @@ public:
     }
     bool articulated(const Inertia<D>& M) {
         kind_ = Kind::articulated;
-        Matrix<F, F, Scalar<D>> full;
+        Matrix<F, F> full;
         full.template block<D::axes, D::axes>(0, 0) = M.A;
         full.template block<D::axes, S::turns>(0, D::axes) = M.B;
         full.template block<S::turns, D::axes>(D::axes, 0) = M.B.transpose();
@@ -35,12 +35,12 @@ public:
         kind_ = Kind::hinged;
         width_ = hinge.freedoms();
         for (int k = 0; k < width_; ++k) {
-            Column<F, Scalar<D>> z = hinge.motion(k);
+            Column<F> z = hinge.motion(k);
             for (int j = 0; j < k; ++j) z.add_multiple(-momenta_[j].dot(z), motions_[j]);
             momenta_[k] = M * z;
-            const Scalar<D> moved = z.dot(momenta_[k]);
+            const double moved = z.dot(momenta_[k]);
             if (!(moved > 0.0)) return false;
-            const Scalar<D> scale = 1.0 / sqrt(moved);
+            const double scale = 1.0 / sqrt(moved);
             motions_[k] = scale * z;
             momenta_[k] *= scale;
         }
@@ -51,15 +51,15 @@ public:
     // The number of entries of Zᵀx that can differ from 0.
     int width() const { return kind_ == Kind::hinged ? width_ : F; }
     // An estimate of |Zᵀx|² for the body without its hinge.
-    Scalar<D> free_square(const Column<F, Scalar<D>>& x) const {
+    double free_square(const Column<F>& x) const {
         return free_.translation * x.template head<D::axes>().squaredNorm() +
                free_.rotation * x.template tail<S::turns>().squaredNorm();
     }
     // Entry k of Zᵀ x; the entries from `width` on are 0.
-    Scalar<D> entry(int k, const Column<F, Scalar<D>>& x) const { return motions_[k].dot(x); }
-    void forward(Column<F, Scalar<D>>& x) const {
+    double entry(int k, const Column<F>& x) const { return motions_[k].dot(x); }
+    void forward(Column<F>& x) const {
         if (kind_ == Kind::hinged) {
-            const Column<F, Scalar<D>> given = x;
+            const Column<F> given = x;
             x.setZero();
             for (int k = 0; k < width_; ++k) x[k] = entry(k, given);
         } else if (kind_ == Kind::bare) {
@@ -71,13 +71,13 @@ public:
     }
     // For a hinged body: removes from a force, given Zᵀ f, and from W what its free motions take; its parent feels the
     // rest.
-    void remove(const Column<F, Scalar<D>>& coordinates, Column<F, Scalar<D>>& force) const {
+    void remove(const Column<F>& coordinates, Column<F>& force) const {
         for (int k = 0; k < width_; ++k) force.add_multiple(-coordinates[k], momenta_[k]);
     }
     void remove(Inertia<D>& W) const {
         for (int k = 0; k < width_; ++k) {
-            const Column<D::axes, Scalar<D>> linear = momenta_[k].template head<D::axes>();
-            const Column<S::turns, Scalar<D>> angular = momenta_[k].template tail<S::turns>();
+            const Column<D::axes> linear = momenta_[k].template head<D::axes>();
+            const Column<S::turns> angular = momenta_[k].template tail<S::turns>();
             for (int i = 0; i < D::axes; ++i) W.A.col(i).add_multiple(-linear[i], linear);
             for (int i = 0; i < S::turns; ++i) {
                 W.B.col(i).add_multiple(-angular[i], linear);
@@ -86,19 +86,19 @@ public:
         }
     }
     // Removes the motion along the hinge from a motion with the parent: x becomes x - Z Zᵀ W x.
-    void hold(Column<F, Scalar<D>>& x) const {
+    void hold(Column<F>& x) const {
         for (int k = 0; k < width_; ++k) x.add_multiple(-momenta_[k].dot(x), motions_[k]);
     }
     // Zᵀ (x - W p).
-    void forward(Column<F, Scalar<D>>& x, const Column<F, Scalar<D>>& p) const {
-        const Column<F, Scalar<D>> given = x;
+    void forward(Column<F>& x, const Column<F>& p) const {
+        const Column<F> given = x;
         x.setZero();
         for (int k = 0; k < width_; ++k) x[k] = motions_[k].dot(given) - momenta_[k].dot(p);
     }
     // Z x.
-    void backward(Column<F, Scalar<D>>& x) const {
+    void backward(Column<F>& x) const {
         if (kind_ == Kind::hinged) {
-            const Column<F, Scalar<D>> given = x;
+            const Column<F> given = x;
             x.setZero();
             for (int k = 0; k < width_; ++k) x.add_multiple(given[k], motions_[k]);
         } else if (kind_ == Kind::bare) {
@@ -112,13 +112,13 @@ public:
 private:
     enum class Kind { bare, articulated, hinged };
     Kind kind_ = Kind::bare;
-    Scalar<D> translation_ = 0.0;
-    Matrix<S::turns, S::turns, Scalar<D>> rotation_;
-    Cholesky<F, Scalar<D>> factor_;
+    double translation_ = 0.0;
+    Matrix<S::turns, S::turns> rotation_;
+    Cholesky<F, double> factor_;
     int width_ = 0;
-    Column<F, Scalar<D>> motions_[F], momenta_[F];  // Z and W Z
+    Column<F> motions_[F], momenta_[F];  // Z and W Z
     struct {
-        Scalar<D> translation, rotation;
+        double translation, rotation;
     } free_ = {1.0, 1.0};  // about 1 / m and 1 / J of a hinged body
 };
 

@@ -10,7 +10,7 @@ template <class D> class Leaves final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
-    using Wrench = Column<F, Scalar<D>>;
+    using Wrench = Column<F>;
 
     Leaves(const Model<D>& model, const std::vector<Leaf<D>>& leaves)
         : model_(model), leaves_(leaves), factors_(leaves.size()), scratch_(leaves.size()) {
@@ -40,22 +40,22 @@ public:
     }
 
     // Solves from the leaves inwards: the forces on the leaves add to those on their parents.
-    void solve_up(const Scalar<D>* c, std::vector<Wrench>& force) {
+    void solve_up(const double* c, std::vector<Wrench>& force) {
         of_flywheels_ = 0.0;
         turn_ ? solve_leaves_up<true>(c, force) : solve_leaves_up<false>(c, force);
     }
     // Solves outwards again, from the motions of the parents; multipliers on request.
-    void solve_down(std::vector<Wrench>& delta, Scalar<D>* lambda) {
+    void solve_down(std::vector<Wrench>& delta, double* lambda) {
         turn_ ? solve_leaves_down<true>(delta, lambda) : solve_leaves_down<false>(delta, lambda);
     }
 
     // Σ I s'² of the flywheels in the last solution for velocities.
-    Scalar<D> of_flywheels() const { return of_flywheels_; }
+    double of_flywheels() const { return of_flywheels_; }
 
 private:
     struct Scratch {
         Wrench g, p;  // the force less inertia times p; the particular motion
-        Scalar<D> h[F];
+        double h[F];
         int flywheels = -1;  // its number among the leaves with flywheels, or -1
     };
 
@@ -74,13 +74,13 @@ private:
     }
 
     template <bool turns> int factor_leaves(std::vector<Inertia<D>>& inertias, const std::vector<Point<D>>& reference) {
-        static const Scalar<D> nothing[F] = {};
+        static const double nothing[F] = {};
         for (std::size_t l = 0; l < factors_.size(); ++l) {
             const Hinge<D>& hinge = leaves_[l].hinge;
             HingeFactor<D>& f = factors_[l];
             f.M = inertias[hinge.child];
             f.link = f.frame.parent_arm - reference[hinge.parent];
-            const Scalar<D>* added = nothing;
+            const double* added = nothing;
             if constexpr (turns)
                 if (const auto* flywheels = flywheels_of(scratch_[l])) added = flywheels->added();
             Inertia<D> left;
@@ -93,21 +93,21 @@ private:
         return -1;
     }
 
-    template <bool turns> void solve_leaves_up(const Scalar<D>* c, std::vector<Wrench>& force) {
+    template <bool turns> void solve_leaves_up(const double* c, std::vector<Wrench>& force) {
         for (std::size_t l = 0; l < factors_.size(); ++l)
             up<turns>(leaves_[l].hinge, factors_[l], scratch_[l], c, force);
     }
-    template <bool turns> void solve_leaves_down(std::vector<Wrench>& delta, Scalar<D>* lambda) {
+    template <bool turns> void solve_leaves_down(std::vector<Wrench>& delta, double* lambda) {
         for (std::size_t l = factors_.size(); l-- > 0;)
             down<turns>(leaves_[l].hinge, factors_[l], scratch_[l], delta, lambda);
     }
 
-    template <bool turns> void up(const Hinge<D>& hinge, const HingeFactor<D>& f, Scratch& s, const Scalar<D>* c,
-                                  std::vector<Wrench>& force) {
+    template <bool turns>
+    void up(const Hinge<D>& hinge, const HingeFactor<D>& f, Scratch& s, const double* c, std::vector<Wrench>& force) {
         s.p = particular(model_, hinge, f.frame, c);
         s.g = force[hinge.child] - f.M * s.p;
         Wrench rest = s.g;
-        Scalar<D> pushed[F] = {};
+        double pushed[F] = {};
         if constexpr (turns)
             if (const auto* flywheels = flywheels_of(s)) flywheels->push(c, s.p, pushed);
         f.template upward<turns>(hinge, s.h, rest, pushed);
@@ -116,7 +116,7 @@ private:
     }
 
     template <bool turns> void down(const Hinge<D>& hinge, const HingeFactor<D>& f, const Scratch& s,
-                                    std::vector<Wrench>& delta, Scalar<D>* lambda) {
+                                    std::vector<Wrench>& delta, double* lambda) {
         Wrench u = delta[hinge.parent];
         u.template head<D::axes>() += turned_by(Turn<D>(u.template tail<S::turns>()), f.link);
         f.downward(hinge, s.h, u);
@@ -135,7 +135,7 @@ private:
     std::vector<HingeFactor<D>> factors_;
     std::vector<Scratch> scratch_;
     std::vector<HingeFlywheels<D>> flywheels_;  // of the leaves with flywheels
-    Scalar<D> of_flywheels_ = 0.0;
+    double of_flywheels_ = 0.0;
     bool turn_ = true;
 };
 

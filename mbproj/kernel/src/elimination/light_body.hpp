@@ -9,23 +9,23 @@
 namespace mbproj {
 
 template <class D> struct Light {
-    using Twist = Column<Size<D>::freedoms, Scalar<D>>;
+    using Twist = Column<Size<D>::freedoms, double>;
     int body;                      // its number in the loops
     Twist lent = Twist::Zero();    // T, diagonal
     Twist moved = Twist::Zero();   // δ of the last pass,
     Twist change = Twist::Zero();  // and its change from the pass before
 };
 
-template <class D> Column<Size<D>::freedoms, Scalar<D>> lent_mass(const Model<D>& model) {
-    Scalar<D> mass = 0.0;
+template <class D> Column<Size<D>::freedoms, double> lent_mass(const Model<D>& model) {
+    double mass = 0.0;
     int heavy = 0;
     for (const Body<D>& body : model.bodies)
         if (body.mass > 0.0) {
             mass += body.mass;
             ++heavy;
         }
-    const Scalar<D> mean = heavy ? mass / heavy : 1.0, lent_part = model.thresholds.lent_part;
-    Column<Size<D>::freedoms, Scalar<D>> lent;
+    const double mean = heavy ? mass / heavy : 1.0, lent_part = model.thresholds.lent_part;
+    Column<Size<D>::freedoms, double> lent;
     lent.template head<D::axes>().setConstant(lent_part * mean);
     lent.template tail<Size<D>::turns>().setConstant(lent_part * mean * model.length * model.length);
     return lent;

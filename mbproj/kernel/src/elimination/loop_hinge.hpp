@@ -11,7 +11,7 @@ template <class D> class LoopHinge final {
 public:
     using S = Size<D>;
     static constexpr int F = S::freedoms;
-    using Twist = Column<F, Scalar<D>>;
+    using Twist = Column<F>;
 
     LoopHinge(int joint, const Hinge<D>& hinge) : joint_(joint), hinge_(hinge) {}
 
@@ -36,7 +36,7 @@ public:
         return at_centre(n);
     }
     // The smallest motion at the joint's point that meets right-hand sides.
-    Twist particular(const Model<D>& model, const Scalar<D>* c) const {
+    Twist particular(const Model<D>& model, const double* c) const {
         return at_centre(mbproj::particular(model, hinge_, frame_, c));
     }
     // X δ: the child moves with its parent.
@@ -54,7 +54,7 @@ public:
         return M;
     }
     // λ of the joint's rows from the joint's wrench on the body, -Gᵀλ.
-    void multipliers(const Model<D>& model, Twist wrench, Scalar<D>* lambda) const {
+    void multipliers(const Model<D>& model, Twist wrench, double* lambda) const {
         wrench.template tail<S::turns>() -= moment(frame_.child_arm, Point<D>(wrench.template head<D::axes>()));
         hinge_multipliers<D>(model, hinge_, frame_, wrench, lambda);
     }

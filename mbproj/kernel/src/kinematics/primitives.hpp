@@ -49,6 +49,24 @@ Scalar<D> curvature(const Instance<D>& p, const Point<D>* x, const Point<D>* x_d
 
 }  // namespace outline
 
+// Compiled once: few mechanisms have any.
+extern template double outline::value<Plane<double>>(const Instance<Plane<double>>&, const Point<Plane<double>>*,
+                                                     const Touch<Plane<double>>*);
+extern template void outline::gradient<Plane<double>>(const Instance<Plane<double>>&, const Point<Plane<double>>*,
+                                                      Point<Plane<double>>*, const Touch<Plane<double>>*);
+extern template double outline::curvature<Plane<double>>(const Instance<Plane<double>>&, const Point<Plane<double>>*,
+                                                         const Point<Plane<double>>*, const Touch<Plane<double>>*);
+extern template Touch<Plane<double>> on_curve::touch<Plane<double>>(const Instance<Plane<double>>&,
+                                                                    const Point<Plane<double>>*, int, int);
+extern template double outline::value<Space<double>>(const Instance<Space<double>>&, const Point<Space<double>>*,
+                                                     const Touch<Space<double>>*);
+extern template void outline::gradient<Space<double>>(const Instance<Space<double>>&, const Point<Space<double>>*,
+                                                      Point<Space<double>>*, const Touch<Space<double>>*);
+extern template double outline::curvature<Space<double>>(const Instance<Space<double>>&, const Point<Space<double>>*,
+                                                         const Point<Space<double>>*, const Touch<Space<double>>*);
+extern template Touch<Space<double>> on_curve::touch<Space<double>>(const Instance<Space<double>>&,
+                                                                    const Point<Space<double>>*, int, int);
+
 // The value of a primitive with one row, before its offset. `known` is its contact with a curve.
 template <class D> Scalar<D> value(const Instance<D>& p, const Point<D>* x, const Touch<D>* known = nullptr) {
     switch (p.kind) {

@@ -27,7 +27,7 @@ public:
 
     std::vector<InverseRoot<D>> halves;  // of the loops' bodies
     std::vector<LoopHinge<D>> hinges;
-    BlockCholesky<Scalar<D>> cholesky;
+    BlockCholesky cholesky;
     // Whether flywheels have their inertia, as in the metric of the masses. In other metrics they are not coupled to the bodies.
     bool flywheels_turn = true;
     // Whether compliant rows are active, as in a stage of an implicit step. A row is R J, with -1 for a flywheel of inertia 1, so
@@ -39,13 +39,13 @@ public:
     const std::vector<Incidence>& incidences() const { return layout_.incidences(); }
     const std::vector<Flywheel>& flywheels() const { return layout_.flywheels(); }
     int count() const { return layout_.count(); }
-    Scalar<D> y(const Flywheel& flywheel) const {
+    double y(const Flywheel& flywheel) const {
         return (flywheel.is_compliant ? complies : flywheels_turn) ? flywheel.y : 0.0;
     }
     // Turns right-hand sides of J into those of the rows R J; 0 where compliant rows are not active.
-    void scale(Scalar<D>* rhs) const {
+    void scale(double* rhs) const {
         for (const int h : layout_.compliant()) {
-            Scalar<D>* part = rhs + cholesky.row(h);
+            double* part = rhs + cholesky.row(h);
             if (complies)
                 compliance_.turn(held()[h].joint, held()[h].count, part);
             else
@@ -78,20 +78,20 @@ public:
             for (int r = 0; r < at.count; ++r) visit(at.piece, at.row + r, at.Y.col(r));
     }
     // x += Yᵀw, and w -= Y x, with w of the loops' bodies and pieces of bodies.
-    void add_products(const std::vector<Column<F, Scalar<D>>>& w, Scalar<D>* x) const {
+    void add_products(const std::vector<Column<F>>& w, double* x) const {
         for (const Incidence& at : incidences()) {
-            const Column<F, Scalar<D>>& own = w[at.piece];
-            Scalar<D>* to = x + at.row;
+            const Column<F>& own = w[at.piece];
+            double* to = x + at.row;
             if (at.has_one_entry)
                 for (int r = 0; r < at.count; ++r) to[r] = multiply_add(at.Y(0, r), own[0], to[r]);
             else
                 for (int r = 0; r < at.count; ++r) to[r] += at.Y.col(r).dot(own);
         }
     }
-    void subtract_products(const Scalar<D>* x, std::vector<Column<F, Scalar<D>>>& w) const {
+    void subtract_products(const double* x, std::vector<Column<F>>& w) const {
         for (const Incidence& at : incidences()) {
-            const Scalar<D>* from = x + at.row;
-            Column<F, Scalar<D>> own = w[at.piece];
+            const double* from = x + at.row;
+            Column<F> own = w[at.piece];
             if (at.has_one_entry)
                 for (int r = 0; r < at.count; ++r) own[0] = multiply_add(-from[r], at.Y(0, r), own[0]);
             else
@@ -114,7 +114,7 @@ public:
     // Y and S at a pose, with a shift on the diagonal entries of C's rows.
     void fill(const Pose<D>& pose, double shift = 0.0) {
         cholesky.clear();
-        Matrix<F, F, Scalar<D>> G;  // one column for each row
+        Matrix<F, F> G;  // one column for each row
         for (Incidence& at : layout_.incidences())
             if (at.hinged >= 0) fill_hinged(pose, at, gradients_[at.hinged], passed_on_[at.hinged]);
         for (Incidence& at : layout_.incidences())
@@ -128,7 +128,7 @@ public:
     void fill_evenly(const Pose<D>& pose) {
         for (std::size_t b = 0; b < halves.size(); ++b)
             halves[b].bare(1.0 / (model_.length * model_.length), pose[order_.loop_bodies[b]].rotation,
-                           Matrix<S::turns, S::turns, Scalar<D>>::Identity());
+                           Matrix<S::turns, S::turns>::Identity());
         const bool turn = std::exchange(flywheels_turn, false), comply = std::exchange(complies, false);
         fill(pose);
         flywheels_turn = turn;
@@ -176,7 +176,7 @@ public:
     void leave_out(const std::vector<int>& rows) {
         if (auto others = layout_.leave_out(rows)) {
             cholesky = std::move(*others);
-            gradients_.assign(layout_.hinged(), Matrix<F, F, Scalar<D>>::Zero());
+            gradients_.assign(layout_.hinged(), Matrix<F, F>::Zero());
             passed_on_ = gradients_;
         }
     }
@@ -186,10 +186,10 @@ private:
     // the compiler keeps them in registers.
     void add_product(const typename RowLayout<D>::Product& product) {
         const Incidence &a = incidences()[product.a], &b = incidences()[product.b];
-        Scalar<D>* target = cholesky.at(product.offset);
+        double* target = cholesky.at(product.offset);
         for (int r = 0; r < a.count; ++r, target += b.count) {
             const int columns = product.a == product.b ? r + 1 : b.count;
-            const Column<F, Scalar<D>> y = a.Y.col(r);
+            const Column<F> y = a.Y.col(r);
             if (a.has_one_entry)
                 for (int c = 0; c < columns; ++c) target[c] = multiply_add(y[0], b.Y(0, c), target[c]);
             else
@@ -199,7 +199,7 @@ private:
 
     void penalise(double shift) {
         for (int h = 0; h < layout_.joints(); ++h) {
-            Scalar<D>* block = cholesky.at(cholesky.target(h, h).offset);
+            double* block = cholesky.at(cholesky.target(h, h).offset);
             if (const int count = held()[h].count;
                 !model_.holds_flywheel(held()[h].joint) && !model_.is_compliant(held()[h].joint))
                 for (int r = 0; r < count; ++r) block[r * (count + 1)] += shift;
@@ -207,41 +207,40 @@ private:
     }
 
     // Fills columns of Y; G becomes the gradients of all rows of the joint, one column each.
-    void fill_incidence(const Pose<D>& pose, const JointRows& held, Incidence& at, Matrix<F, F, Scalar<D>>& G) const {
+    void fill_incidence(const Pose<D>& pose, const JointRows& held, Incidence& at, Matrix<F, F>& G) const {
         if (at.acts)
             fill_gradients(pose, held.joint, at.body, G);
         else
             G.setZero();
         for (int r = 0; r < at.count; ++r) {
-            Column<F, Scalar<D>> y = G.col(held.rows[r]);
+            Column<F> y = G.col(held.rows[r]);
             for (int k = 0; k < 2 && at.passed_on[k] >= 0; ++k) y += passed_on_[at.passed_on[k]].col(r);
             halves[at.body].forward(y);
             at.Y.col(r) = y;
         }
     }
     // Fills columns of Y of a hinged body, which has all rows of its joints. `passed_on`: gradients on the parent.
-    void fill_hinged(const Pose<D>& pose, Incidence& at, Matrix<F, F, Scalar<D>>& G,
-                     Matrix<F, F, Scalar<D>>& passed_on) {
+    void fill_hinged(const Pose<D>& pose, Incidence& at, Matrix<F, F>& G, Matrix<F, F>& passed_on) {
         const LoopHinge<D>& hinge = hinges[layout_.hinge_of(at.body)];
         fill_gradients(pose, held()[at.held].joint, at.body, G);
         const InverseRoot<D>& half = halves[at.body];
-        const Scalar<D> root = layout_.root(at.body);
+        const double root = layout_.root(at.body);
         for (int r = 0; r < at.count; ++r) {
-            const Column<F, Scalar<D>> g = G.col(r);
-            Scalar<D> square = 0.0;
+            const Column<F> g = G.col(r);
+            double square = 0.0;
             for (int k = 0; k < half.width(); ++k) {
-                const Scalar<D> y = root * half.entry(k, g);
+                const double y = root * half.entry(k, g);
                 at.Y(k, r) = y;
                 square = multiply_add(y, y, square);
             }
             cholesky.hide(at.row + r, max(0.0, half.free_square(g) - square));
             if (hinge.parent() == model_.size()) continue;
-            Column<F, Scalar<D>> left = g;
+            Column<F> left = g;
             half.remove(at.Y.col(r), left);
             passed_on.col(r) = hinge.at_parent(left);
         }
     }
-    void fill_gradients(const Pose<D>& pose, int joint, int body, Matrix<F, F, Scalar<D>>& G) const {
+    void fill_gradients(const Pose<D>& pose, int joint, int body, Matrix<F, F>& G) const {
         const bool is_compliant = model_.is_compliant(joint);
         if ((!flywheels_turn && model_.holds_flywheel(joint)) || (is_compliant && !complies)) return G.setZero();
         jacobian<D>(model_, pose, model_.joints[joint], order_.loop_bodies[body], G.transpose());
@@ -253,7 +252,7 @@ private:
     const Compliance<D>& compliance_;
     RowLayout<D> layout_;
     const std::vector<char> slips_;  // by row of the model; empty where no row is at velocity level
-    std::vector<Matrix<F, F, Scalar<D>>> gradients_,
+    std::vector<Matrix<F, F>> gradients_,
         passed_on_;  // of rows on hinged bodies, and of the same rows on their parents
 };
 

@@ -31,37 +31,36 @@ public:
     }
 
     // Sets the motions p that right-hand sides require of the hinges alone.
-    void move(const Scalar<D>* c) {
+    void move(const double* c) {
         for (std::size_t h = 0; h < bodies_.size(); ++h) bodies_[h].p = rows_.hinges[h].particular(model_, c);
     }
     // Zᵀ of the force on a body, without the inertia force of p; the rest is added to the force on its parent, if any.
-    void push(int h, const InverseRoot<D>& half, Column<F, Scalar<D>>& force, Column<F, Scalar<D>>* on_parent) {
+    void push(int h, const InverseRoot<D>& half, Column<F>& force, Column<F>* on_parent) {
         Body& body = bodies_[h];
         body.f = force;
         half.forward(force, body.p);
         if (!on_parent) return;
-        Column<F, Scalar<D>> rest = body.f - body.M * body.p;
+        Column<F> rest = body.f - body.M * body.p;
         half.remove(force, rest);
         *on_parent += rows_.hinges[h].at_parent(rest);
     }
     // The motion of a body from its solution in Z, with the motion of its parent, if any.
-    void release(int h, const InverseRoot<D>& half, Column<F, Scalar<D>>& twist,
-                 const Column<F, Scalar<D>>* of_parent) {
+    void release(int h, const InverseRoot<D>& half, Column<F>& twist, const Column<F>* of_parent) {
         half.backward(twist);
         twist += bodies_[h].p;
         if (of_parent) {
-            Column<F, Scalar<D>> with_it = rows_.hinges[h].carried(*of_parent);
+            Column<F> with_it = rows_.hinges[h].carried(*of_parent);
             half.hold(with_it);
             twist += with_it;
         }
         bodies_[h].delta = twist;
     }
     // x += sign G p in the loops' rows.
-    void add_particular(Scalar<D>* x, Scalar<D> sign) const {
+    void add_particular(double* x, double sign) const {
         rows_.each_hinged_gradient([&](int h, int row, const auto& g) { x[row] += sign * g.dot(bodies_[h].p); });
     }
     // λ of the hinges in the last solution, from the multipliers of the rows of S.
-    void multipliers(const std::vector<Scalar<D>>& of_rows, Scalar<D>* lambda) {
+    void multipliers(const std::vector<double>& of_rows, double* lambda) {
         for (Body& body : bodies_) body.wrench = body.M * body.delta - body.f;
         rows_.each_hinged_gradient([&](int h, int row, const auto& g) { bodies_[h].wrench += of_rows[row] * g; });
         for (std::size_t h = 0; h < bodies_.size(); ++h) rows_.hinges[h].multipliers(model_, bodies_[h].wrench, lambda);
@@ -70,7 +69,7 @@ public:
 private:
     struct Body {
         Inertia<D> M;
-        Column<F, Scalar<D>> f, p, delta, wrench;  // of the last solution; `wrench` is that of the hinge
+        Column<F> f, p, delta, wrench;  // of the last solution; `wrench` is that of the hinge
     };
 
     const Model<D>& model_;

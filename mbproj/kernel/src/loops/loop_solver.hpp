@@ -15,7 +15,6 @@ namespace mbproj {
 template <class D> class LoopSolver final {
 public:
     static constexpr int F = Size<D>::freedoms;
-    static constexpr bool has_qr = std::is_same_v<Scalar<D>, double>;  // the QR takes doubles only
 
     LoopSolver(const Model<D>& model, const EliminationOrder<D>& order, const Compliance<D>& compliance)
         : model_(model), order_(order), compliance_(compliance),
@@ -32,7 +31,7 @@ public:
     bool set_hinged(std::vector<Inertia<D>>& inertias) { return hinged_.set_inertias(inertias, rows_->halves); }
     bool is_hinged(int b) const { return rows_->layout().hinge_of(b) >= 0; }
     // Sets the inertia lent to light bodies: 0 in a metric without the bodies' inertia (GOPM's), and 0 for flywheels.
-    void set_lent_inertia(const Column<F, Scalar<D>>& lent) {
+    void set_lent_inertia(const Column<F>& lent) {
         for (Light<D>& light : light_) light.lent = lent;
     }
     void turn_flywheels(bool turn) { rows_->flywheels_turn = turn; }
@@ -48,19 +47,17 @@ public:
 
     // Factors Y in place of S; false where that would be too large.
     bool factor_by_qr(const Pose<D>& pose) {
-        if constexpr (has_qr) {
-            if (rows_->count() > model_.thresholds.most_dense) return false;
-            rows_->fill(pose);
-            const std::size_t bodies = F * rows_->layout().pieces();
-            Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_->flywheels().size(), rows_->count());
-            rows_->each_column([&](int body, int row, const auto& y) {
-                for (int i = 0; i < F; ++i) Y(F * body + i, row) = y[i];
-            });
-            rows_->each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
-            qr_.factor(Y);
-            by_qr_ = true;
-        }
-        return has_qr;
+        if (rows_->count() > model_.thresholds.most_dense) return false;
+        rows_->fill(pose);
+        const std::size_t bodies = F * rows_->layout().pieces();
+        Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(bodies + rows_->flywheels().size(), rows_->count());
+        rows_->each_column([&](int body, int row, const auto& y) {
+            for (int i = 0; i < F; ++i) Y(F * body + i, row) = y[i];
+        });
+        rows_->each_flywheel([&](std::size_t f, int row, double y) { Y(bodies + f, row) = y; });
+        qr_.factor(Y);
+        by_qr_ = true;
+        return true;
     }
     bool by_qr() const { return by_qr_; }
     // Leaves out these rows of the model, ascending, from now on, and holds all other rows of the loops' joints.
@@ -91,10 +88,10 @@ public:
     // there.
     std::optional<std::vector<int>> rows_to_leave_out(const Pose<D>& pose, int redundant) {
         const Thresholds& from = model_.thresholds;
-        BlockCholesky<Scalar<D>>& S = all().cholesky;
+        BlockCholesky& S = all().cholesky;
         all().fill_evenly(pose);
         S.keep();
-        Scalar<D> left = std::numeric_limits<double>::infinity();
+        double left = std::numeric_limits<double>::infinity();
         for (double smallest = from.choice_from; smallest > from.no_digits; smallest *= 0.5) {
             if (smallest >= left) continue;  // the same rows as in the pass before
             S.restore();
@@ -113,14 +110,14 @@ public:
     // δ of the loops' bodies from their forces f, with G δ = c; the multipliers are kept for `multipliers`. False where the
     // motion of a light body does not converge: then it has no inertia. A shifted factor is applied without refinement.
     template <class Forces, class Twists>
-    bool solve(const Forces& f, const Scalar<D>* c, Twists& delta, bool shifted = false) {
+    bool solve(const Forces& f, const double* c, Twists& delta, bool shifted = false) {
         push(f, c);
         spin_.assign(rows_->flywheels().size(), 0.0);
         rhs_.assign(rows_->count(), 0.0);
         rows_->each_row([&](int own, int of_model) { rhs_[own] = -c[of_model]; });
         rows_->scale(rhs_.data());
         hinged_.add_particular(rhs_.data(), 1.0);
-        const Scalar<D> driven = light_.empty() ? 0.0 : energy();
+        const double driven = light_.empty() ? 0.0 : energy();
         lambda_.assign(rhs_.size(), 0.0);
         step_.resize(rhs_.size());
         improve();
@@ -131,9 +128,9 @@ public:
     }
 
     // Σ I s'² of the flywheels in the last solve, where δ is a velocity.
-    auto of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), Scalar<D>()); }
+    auto of_flywheels() const { return std::inner_product(spin_.begin(), spin_.end(), spin_.begin(), 0.0); }
     // λ of the loops' joints and of the hinges by which bodies move, of the last solve, at their rows; 0 in rows left out.
-    void multipliers(Scalar<D>* lambda) {
+    void multipliers(double* lambda) {
         for (const int j : order_.loop_joints) {
             const Joint& joint = model_.joints[j];
             std::fill(lambda + joint.row, lambda + joint.row + joint.rows, 0.0);
@@ -142,9 +139,9 @@ public:
         hinged_.multipliers(lambda_, lambda);
     }
     // The largest distance, in rows left out at this pose, of a violation from the value that the other rows imply.
-    Scalar<D> contradiction(const Scalar<D>* violation) {
-        std::vector<Scalar<D>> own(rows_->count());
-        Scalar<D> least = std::numeric_limits<double>::infinity();
+    double contradiction(const double* violation) {
+        std::vector<double> own(rows_->count());
+        double least = std::numeric_limits<double>::infinity();
         rows_->each_row([&](int row, int of_model) {
             own[row] = violation[of_model];
             least = min(least, model_.row_scale[of_model]);
@@ -154,20 +151,20 @@ public:
         return cholesky().contradiction(own.data()) / least;
     }
 
-    const BlockCholesky<Scalar<D>>& cholesky() const { return rows_->cholesky; }
+    const BlockCholesky& cholesky() const { return rows_->cholesky; }
     // The usual pivots of the rows held, or none: see BlockCholesky.
     void expect(const std::vector<double>& usual) { rows_->cholesky.expect(usual); }
 
 private:
     // Zᵀ f of the loops' bodies and pieces, without the parts that their hinges take.
-    template <class Forces> void push(const Forces& f, const Scalar<D>* c) {
+    template <class Forces> void push(const Forces& f, const double* c) {
         hinged_.move(c);
         work_.resize(rows_->layout().pieces());
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) work_[b] = f[order_.loop_bodies[b]];
         for (std::size_t h = 0; h < rows_->hinges.size(); ++h) {
             const int b = child(h);
             hinged_.push(static_cast<int>(h), half(b), work_[b], parent(h));
-            if (const Scalar<D> root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
+            if (const double root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
         }
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b)
             if (!is_hinged(static_cast<int>(b))) half(b).forward(work_[b]);
@@ -182,14 +179,14 @@ private:
             if (!is_hinged(static_cast<int>(b))) half(b).backward(work_[b]);
         for (std::size_t h = 0; h < rows_->hinges.size(); ++h) {
             const int b = child(h);
-            if (const Scalar<D> root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
+            if (const double root = rows_->layout().root(b); root > 1.0) work_[b] /= root;
             hinged_.release(static_cast<int>(h), half(b), work_[b], parent(h));
         }
         for (std::size_t b = 0; b < order_.loop_bodies.size(); ++b) delta[order_.loop_bodies[b]] = work_[b];
     }
     // The child of a hinge among the loops' bodies, and its parent's entry of `work_`, or nothing for the ground.
     int child(std::size_t h) const { return rows_->layout().place(rows_->hinges[h].child()); }
-    Column<F, Scalar<D>>* parent(std::size_t h) {
+    Column<F>* parent(std::size_t h) {
         const int body = rows_->hinges[h].parent();
         return body == model_.size() ? nullptr : &work_[rows_->layout().place(body)];
     }
@@ -215,14 +212,13 @@ private:
 
     // λ += S⁻¹ (Yᵀ w - c), and subtracts Y times the change from w; `rhs_` holds -c.
     void improve() {
-        if constexpr (has_qr)
-            if (by_qr_) return improve_by_qr();
+        if (by_qr_) return improve_by_qr();
         step_ = rhs_;
         rows_->add_products(work_, step_.data());
-        rows_->each_flywheel([this](std::size_t f, int row, Scalar<D> y) { step_[row] += y * spin_[f]; });
+        rows_->each_flywheel([this](std::size_t f, int row, double y) { step_[row] += y * spin_[f]; });
         cholesky().solve(step_.data());
         rows_->subtract_products(step_.data(), work_);
-        rows_->each_flywheel([this](std::size_t f, int row, Scalar<D> y) { spin_[f] -= step_[row] * y; });
+        rows_->each_flywheel([this](std::size_t f, int row, double y) { spin_[f] -= step_[row] * y; });
         for (std::size_t r = 0; r < lambda_.size(); ++r) lambda_[r] += step_[r];
     }
 
@@ -239,14 +235,14 @@ private:
 
     // Takes back the inertia lent to light bodies (light_body.hpp): each pass moves them by the force of the last
     // change. `least`, the energy of the forces or of the motion, adds to theirs as the measure of a change.
-    bool settle(bool shifted, Scalar<D> least) {
+    bool settle(bool shifted, double least) {
         const double no_digits = model_.thresholds.no_digits, half_digits = model_.thresholds.half_digits;
-        Scalar<D> before = std::numeric_limits<double>::infinity();
+        double before = std::numeric_limits<double>::infinity();
         for (Light<D>& light : light_) light.moved.setZero();
         for (int pass = 0; pass < model_.thresholds.most_passes; ++pass) {
-            Scalar<D> change = 0.0, size = least;  // squares
+            double change = 0.0, size = least;  // squares
             for (Light<D>& light : light_) {
-                Column<F, Scalar<D>> now = work_[light.body];
+                Column<F> now = work_[light.body];
                 half(light.body).backward(now);
                 light.change = now - light.moved;
                 light.moved = now;
@@ -258,12 +254,12 @@ private:
             before = change;
             // A shifted factor leaves a residual that is no error: the solution starts again, without forces.
             if (shifted) {
-                for (Column<F, Scalar<D>>& w : work_) w.setZero();
+                for (Column<F>& w : work_) w.setZero();
                 spin_.assign(spin_.size(), 0.0);
                 lambda_.assign(lambda_.size(), 0.0);
             }
             for (const Light<D>& light : light_) {
-                Column<F, Scalar<D>> back = scaled(light.lent, shifted ? light.moved : light.change);
+                Column<F> back = scaled(light.lent, shifted ? light.moved : light.change);
                 half(light.body).forward(back);
                 work_[light.body] += back;
             }
@@ -272,9 +268,9 @@ private:
         return false;
     }
 
-    Scalar<D> energy() const {
-        Scalar<D> sum = 0.0;
-        for (const Column<F, Scalar<D>>& w : work_) sum += w.squaredNorm();
+    double energy() const {
+        double sum = 0.0;
+        for (const Column<F>& w : work_) sum += w.squaredNorm();
         return sum + of_flywheels();
     }
 
@@ -287,9 +283,9 @@ private:
     HingedBodies<D> hinged_;
     std::vector<int> left_out_, left_out_before_;
     std::vector<Light<D>> light_;
-    std::vector<Column<F, Scalar<D>>> work_;
-    std::vector<Scalar<D>> rhs_, step_, lambda_;
-    std::vector<Scalar<D>> spin_;  // √I s' of the flywheels, as work_ of the bodies
+    std::vector<Column<F>> work_;
+    std::vector<double> rhs_, step_, lambda_;
+    std::vector<double> spin_;  // √I s' of the flywheels, as work_ of the bodies
     PivotedQr qr_;
     bool by_qr_ = false;
 };

@@ -30,7 +30,7 @@ public:
                     of_incidences.push_back({a, b});
                 }
         }
-        cholesky_ = BlockCholesky<Scalar<D>>(std::vector<int>(order.loop_bodies.size(), F), couplings, 0);
+        cholesky_ = BlockCholesky(std::vector<int>(order.loop_bodies.size(), F), couplings, 0);
         for (const auto& [a, b] : of_incidences) {
             const auto target = cholesky_.target(incidences_[a].body, incidences_[b].body);
             products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
@@ -41,7 +41,7 @@ public:
     // which change no λ; it is factored with `shift` on its diagonal. Each pass then leaves the part shift / (σ² + shift) along a
     // singular vector of G: next to nothing, unless rows are almost dependent. Where round-off exceeds the shift there is no
     // factor, and the shift grows. False where that does not help.
-    bool spread(const Pose<D>& pose, double shift, Scalar<D>* lambda) {
+    bool spread(const Pose<D>& pose, double shift, double* lambda) {
         for (Incidence& at : incidences_) set_gradients(pose, at);
         for (fill(shift); cholesky_.factor(0.0) >= 0; fill(shift))
             if (!((shift *= 10.0) < 1.0)) return false;
@@ -50,9 +50,9 @@ public:
             for (int r = row(at), end = r + model_.joints[at.joint].rows; r < end; ++r)
                 left_[r] = lambda[r] * model_.row_scale[r];
         smallest_.assign(left_.size(), 0.0);
-        Scalar<D> before = std::numeric_limits<double>::infinity();
+        double before = std::numeric_limits<double>::infinity();
         for (int pass = 0; pass < model_.thresholds.most_passes; ++pass) {
-            const Scalar<D> change = move();
+            const double change = move();
             if (!(change > model_.thresholds.no_digits * size() && change < 0.5 * before)) break;
             before = change;
         }
@@ -66,7 +66,7 @@ private:
     // A joint and one of its bodies, by its number in the loops: a column for each row of the joint.
     struct Incidence {
         int joint, body;
-        Matrix<F, F, Scalar<D>> G;
+        Matrix<F, F> G;
     };
     struct Product {  // G_a G_bᵀ goes to this block
         int a, b;
@@ -79,7 +79,7 @@ private:
         const Joint& joint = model_.joints[at.joint];
         jacobian<D>(model_, pose, joint, order_.loop_bodies[at.body], at.G.transpose());
         for (int r = 0; r < joint.rows; ++r) {
-            const Scalar<D> scale = 1.0 / model_.row_scale[joint.row + r];
+            const double scale = 1.0 / model_.row_scale[joint.row + r];
             for (int k = 0; k < F; ++k) at.G(k, r) *= k < D::axes ? scale * model_.length : scale;
         }
     }
@@ -88,20 +88,20 @@ private:
         cholesky_.clear();
         for (const Product& product : products_) {
             const Incidence &a = incidences_[product.a], &b = incidences_[product.b];
-            Scalar<D>* target = cholesky_.at(product.offset);
+            double* target = cholesky_.at(product.offset);
             for (int i = 0; i < F; ++i)
                 for (int j = 0; j < F; ++j)
                     for (int r = 0; r < model_.joints[a.joint].rows; ++r) target[F * i + j] += a.G(i, r) * b.G(j, r);
         }
         for (int b = 0; b < static_cast<int>(order_.loop_bodies.size()); ++b)
             for (int k = 0; k < F; ++k) {
-                Scalar<D>& square = cholesky_.at(cholesky_.target(b, b).offset)[k * (F + 1)];
+                double& square = cholesky_.at(cholesky_.target(b, b).offset)[k * (F + 1)];
                 square += shift * (1.0 + square);
             }
     }
 
     // Moves the part of the remainder that lies in the range of G to the smallest λ; returns the largest change.
-    Scalar<D> move() {
+    double move() {
         x_.assign(F * order_.loop_bodies.size(), 0.0);
         for (const Incidence& at : incidences_)
             for (int r = 0; r < model_.joints[at.joint].rows; ++r)
@@ -111,7 +111,7 @@ private:
         for (const Incidence& at : incidences_)
             for (int r = 0; r < model_.joints[at.joint].rows; ++r)
                 for (int k = 0; k < F; ++k) change_[row(at) + r] += at.G(k, r) * x_[F * at.body + k];
-        Scalar<D> most = 0.0;
+        double most = 0.0;
         for (std::size_t r = 0; r < left_.size(); ++r) {
             smallest_[r] += change_[r];
             left_[r] -= change_[r];
@@ -119,9 +119,9 @@ private:
         }
         return most;
     }
-    Scalar<D> size() const {
-        Scalar<D> most = 0.0;
-        for (const Scalar<D> part : smallest_) most = max(most, abs(part));
+    double size() const {
+        double most = 0.0;
+        for (const double part : smallest_) most = max(most, abs(part));
         return most;
     }
 
@@ -129,8 +129,8 @@ private:
     const EliminationOrder<D>& order_;
     std::vector<Incidence> incidences_;
     std::vector<Product> products_;
-    BlockCholesky<Scalar<D>> cholesky_;
-    std::vector<Scalar<D>> left_, smallest_, change_, x_;  // λ for scaled rows, and the argument of G
+    BlockCholesky cholesky_;
+    std::vector<double> left_, smallest_, change_, x_;  // λ for scaled rows, and the argument of G
 };
 
 }  // namespace mbproj

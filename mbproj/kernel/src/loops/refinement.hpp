@@ -11,10 +11,10 @@
 namespace mbproj {
 
 // The size of the last step, and of the solution so far.
-template <class Scalar> struct StepSize {
-    Scalar change = 0.0, size = 0.0;
+struct StepSize {
+    double change = 0.0, size = 0.0;
 
-    StepSize(const std::vector<Scalar>& step, const std::vector<Scalar>& lambda) {
+    StepSize(const std::vector<double>& step, const std::vector<double>& lambda) {
         for (std::size_t r = 0; r < lambda.size(); ++r) {
             change = max(change, abs(step[r]));
             size = max(size, abs(lambda[r]));
@@ -23,12 +23,12 @@ template <class Scalar> struct StepSize {
 };
 
 // Calls `improve`, which adds a step to λ, as long as the steps decrease.
-template <class Scalar, class Improve> void refine(const Thresholds& from, const std::vector<Scalar>& step,
-                                                   const std::vector<Scalar>& lambda, Improve&& improve) {
-    Scalar before = std::numeric_limits<double>::infinity();
+template <class Improve> void refine(const Thresholds& from, const std::vector<double>& step,
+                                     const std::vector<double>& lambda, Improve&& improve) {
+    double before = std::numeric_limits<double>::infinity();
     for (int pass = 0; pass < from.most_passes; ++pass) {
         improve();
-        const StepSize<Scalar> made(step, lambda);
+        const StepSize made(step, lambda);
         if (!(made.change > from.no_digits * made.size && made.change < 0.5 * before)) return;
         before = made.change;
     }

@@ -10,7 +10,6 @@
 
 #include "elimination/elimination_order.hpp"
 #include "loops/block_cholesky.hpp"
-#include "loops/rank_revealing_cholesky.hpp"
 
 namespace mbproj {
 
@@ -43,7 +42,7 @@ public:
         bool acts = true;             // whether the joint acts on the body itself
         bool has_one_entry = false;   // whether each column of Y has one entry, as for a body with one freedom
         bool is_weld = false;
-        Matrix<F, F, Scalar<D>> Y = Matrix<F, F, Scalar<D>>::Zero();
+        Matrix<F, F> Y = Matrix<F, F>::Zero();
     };
     struct Product {  // incidences a and b share a body: YᵀY goes to this block of S
         int a, b;
@@ -53,7 +52,7 @@ public:
     struct Flywheel {
         int row;             // of S
         std::size_t offset;  // of its diagonal entry
-        Scalar<D> y;         // its entry of Y
+        double y;            // its entry of Y
         bool is_compliant;   // whether it stands for a stiff force
     };
 
@@ -73,7 +72,7 @@ public:
     }
 
     // Leaves out these rows of the model, ascending, and holds the others: their matrix, or nothing where none changes.
-    std::optional<BlockCholesky<Scalar<D>>> leave_out(const std::vector<int>& rows) {
+    std::optional<BlockCholesky> leave_out(const std::vector<int>& rows) {
         std::vector<JointRows> held;
         for (int h = 0; h < static_cast<int>(joints_.size()); ++h) {
             JointRows some{joints_[h], 0, {}};
@@ -110,10 +109,10 @@ public:
     int pieces() const { return static_cast<int>(body_of_.size()); }
     int body_of(int piece) const { return body_of_[piece]; }
     // √k for a body of k pieces.
-    Scalar<D> root(int body) const { return roots_[body]; }
+    double root(int body) const { return roots_[body]; }
 
 private:
-    BlockCholesky<Scalar<D>> arrange() {
+    BlockCholesky arrange() {
         incidences_.clear();
         products_.clear();
         hinged_ = 0;
@@ -159,7 +158,7 @@ private:
 
     void take_apart(int b, std::vector<std::vector<int>>& touching) {
         const std::vector<int> joints = std::move(touching[b]);
-        roots_[b] = sqrt(static_cast<Scalar<D>>(joints.size()));
+        roots_[b] = sqrt(static_cast<double>(joints.size()));
         touching[b] = {joints[0]};
         for (std::size_t j = 1; j < joints.size(); ++j) {
             const int before = incidences_[joints[j - 1]].piece, piece = pieces();
@@ -171,7 +170,7 @@ private:
             held_.push_back({-1, 1, {}});
         }
     }
-    void weld(int b, int piece, std::vector<int>& touching, Scalar<D> sign) {
+    void weld(int b, int piece, std::vector<int>& touching, double sign) {
         touching.push_back(static_cast<int>(incidences_.size()));
         add_incidence(static_cast<int>(held_.size()), b, piece, -1);
         incidences_.back().is_weld = true;
@@ -184,7 +183,7 @@ private:
         at.has_one_entry = hinge_of_[body] >= 0 && order_.loop_hinges[hinge_of_[body]].freedoms() == 1;
     }
 
-    BlockCholesky<Scalar<D>> couple(const std::vector<std::vector<int>>& touching) {
+    BlockCholesky couple(const std::vector<std::vector<int>>& touching) {
         std::vector<int> sizes;
         for (const JointRows& some : held_) sizes.push_back(some.count);
         std::vector<std::pair<int, int>> couplings;
@@ -192,7 +191,7 @@ private:
             for (const int a : joints)
                 for (const int b : joints) couplings.push_back({incidences_[a].held, incidences_[b].held});
         count_ = std::accumulate(sizes.begin(), sizes.end(), 0);
-        BlockCholesky<Scalar<D>> cholesky(std::move(sizes), couplings, first_);
+        BlockCholesky cholesky(std::move(sizes), couplings, first_);
         for (Incidence& at : incidences_) {
             at.row = cholesky.row(at.held);
             at.count = held_[at.held].count;
@@ -204,17 +203,17 @@ private:
         return cholesky;
     }
 
-    void add_product(int a, int b, const BlockCholesky<Scalar<D>>& cholesky) {
+    void add_product(int a, int b, const BlockCholesky& cholesky) {
         const auto target = cholesky.target(incidences_[a].held, incidences_[b].held);
         products_.push_back(target.transposed ? Product{b, a, target.offset} : Product{a, b, target.offset});
     }
 
-    void add_flywheels(const BlockCholesky<Scalar<D>>& cholesky) {
+    void add_flywheels(const BlockCholesky& cholesky) {
         flywheels_.clear();
         compliant_.clear();
         for (int h = 0; h < joints(); ++h)
             if (const int joint = held_[h].joint; model_.holds_flywheel(joint)) {
-                const Scalar<D> inertia = model_.flywheels[model_.joints[joint].row - model_.constraints.rows];
+                const double inertia = model_.flywheels[model_.joints[joint].row - model_.constraints.rows];
                 flywheels_.push_back({cholesky.row(h), cholesky.target(h, h).offset, -1.0 / sqrt(inertia), false});
             }
         for (int h = 0; h < joints(); ++h) {
@@ -239,7 +238,7 @@ private:
     std::vector<Product> products_;
     std::vector<Flywheel> flywheels_;
     std::vector<int> compliant_, body_of_;
-    std::vector<Scalar<D>> roots_;
+    std::vector<double> roots_;
     int count_ = 0, hinged_ = 0;
 };
 

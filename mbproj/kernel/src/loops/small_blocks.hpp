@@ -5,17 +5,18 @@
 #include <type_traits>
 
 #include "algebra/four_at_once.hpp"
+#include "algebra/scalar.hpp"
 
 namespace mbproj {
 
 namespace blocks {
 
 // X := X L⁻ᵀ for X of `rows` rows and the lower triangle L, both R wide; `reciprocal` holds 1 / L_kk.
-template <int R, class Scalar> void divide(Scalar* X, int rows, const Scalar* L, const Scalar* reciprocal) {
+template <int R> void divide(double* X, int rows, const double* L, const double* reciprocal) {
     for (int r = 0; r < rows; ++r, X += R) {
-        Scalar x[R];
+        double x[R];
         for (int c = 0; c < R; ++c) {
-            Scalar sum = X[c];
+            double sum = X[c];
             for (int k = 0; k < c; ++k) sum = multiply_add(-x[k], L[c * R + k], sum);
             X[c] = x[c] = sum * reciprocal[c];
         }
@@ -31,21 +32,12 @@ inline FourAtOnce four_at(const double* numbers) {
 }
 
 // Yᵀ of an R wide Y, in rows of eight numbers.
-template <int R, class Scalar> void transpose(const Scalar* Y, int columns, Scalar* transposed) {
+template <int R> void transpose(const double* Y, int columns, double* transposed) {
     for (int c = 0; c < columns; ++c, Y += R)
         for (int k = 0; k < R; ++k) transposed[eight * k + c] = Y[k];
 }
 
 // T -= X Yᵀ for X with R columns; both halves of a diagonal block.
-template <int R, class Scalar>
-void subtract(Scalar* T, const Scalar* X, int rows, const Scalar* transposed, int columns) {
-    for (int r = 0; r < rows; ++r, X += R, T += columns)
-        for (int c = 0; c < columns; ++c) {
-            Scalar sum = 0.0;
-            for (int k = 0; k < R; ++k) sum = multiply_add(X[k], transposed[eight * k + c], sum);
-            T[c] -= sum;
-        }
-}
 template <int R> void subtract(double* T, const double* X, int rows, const double* transposed, int columns) {
     for (int r = 0; r < rows; ++r, X += R, T += columns) {
         FourAtOnce first{}, second{};

@@ -102,6 +102,12 @@ template <class D> struct Model final : Mechanism {
     PrimitiveSet<D> stop_coordinates;  // that stops limit and dry friction resists, one instance each
     std::vector<Bearing<D>> bearings;
 
+    Model();
+    Model(const Model&);
+    Model(Model&&) noexcept;
+    Model& operator=(Model&&) noexcept;
+    ~Model() override;
+
     int size() const override { return static_cast<int>(bodies.size()); }
     int row_count() const override { return constraints.rows; }
     int coordinate_count() const override { return static_cast<int>(coordinates.instances.size()); }
@@ -118,5 +124,8 @@ template <class D> struct Model final : Mechanism {
         return found;
     }
 };
+
+extern template struct Model<Plane<double>>;
+extern template struct Model<Space<double>>;
 
 }  // namespace mbproj

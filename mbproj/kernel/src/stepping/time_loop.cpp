@@ -20,7 +20,7 @@ bool TimeLoop::resume(Mark mark) {
     return takes(*mark_);
 }
 
-const Mark* TimeLoop::mark() {  // where a longer run can go on from; null where that is the start
+const Mark* TimeLoop::mark() {
     if (started_ && steps_.fixed()) take_mark();
     return mark_ ? &*mark_ : nullptr;
 }
@@ -143,7 +143,7 @@ bool TimeLoop::take_step(bool watching) {
     return goes_on;
 }
 
-bool TimeLoop::accept(bool watching) {  // the end of a step: closed, counted, and its slope evaluated
+bool TimeLoop::accept(bool watching) {
     meets_ = false;
     if (!all_finite(now_.y_new.data(), now_.y_new.size())) return stop({Status::not_finite, now_.to.t}), false;
     ++now_.counters.steps;
@@ -181,7 +181,7 @@ void TimeLoop::report_turns(const Outcome& untold) {
     trial_.reject(untold.step);  // it is made again, shorter
 }
 
-void TimeLoop::sample_inside() {  // projects a copy of the extension's value; the integration does not see it
+void TimeLoop::sample_inside() {
     const double time = schedule_.take();
     ++now_.counters.evaluations;
     const double h = now_.to.h, theta = (time - now_.t) / h;
@@ -204,7 +204,7 @@ void TimeLoop::finish_step() {
     end_step();
 }
 
-void TimeLoop::end_step() {  // what follows a step
+void TimeLoop::end_step() {
     if (schedule_.finished()) return stop({Status::finished, now_.t});
     if (trial_.crossing()) {
         if (cross_event()) now_.to.at_break ? cross_break() : go_on();
@@ -265,7 +265,7 @@ bool TimeLoop::takes(const Mark& mark) {
     return events().resume(mark.events);
 }
 
-void TimeLoop::make_again() {  // takes back the step that was closed
+void TimeLoop::make_again() {
     --now_.counters.steps;
     counted_ = counted_before_;
     step_end_.take_back();
@@ -298,7 +298,7 @@ bool TimeLoop::meet_stop() {
     return change_contacts([this] { return stops_.meet(counted_.turns); });
 }
 
-void TimeLoop::cross_break() {  // from here on functions of time are evaluated after the break
+void TimeLoop::cross_break() {
     if (is_asked()) return;
     equations_.set_window({});  // as in the current slope
     if (!stepper_.before_jump(now_.t, now_.y)) return stop_at(now_.t);
@@ -321,7 +321,7 @@ bool TimeLoop::cross_event() {
     return passes;
 }
 
-bool TimeLoop::renew() {  // the slope at the state, and a new balance
+bool TimeLoop::renew() {
     begin_balance();
     ++now_.counters.evaluations;
     return stepper_.after_jump(now_.t, now_.y, stepper_.first(), nullptr) || (stop_at(now_.t), false);

@@ -20,6 +20,7 @@ public:
 
     // Before the first step: goes on from the mark of a run with the same start. False where the mark does not fit.
     bool resume(Mark mark);
+    // Where a longer run can go on from; null where that is the start.
     const Mark* mark();
 
     // Runs on until there are `samples` more samples, `seconds` have passed, `attempts` steps were tried since the start, or
@@ -66,13 +67,16 @@ private:
     // Makes a step. Its end is closed and counted; samples inside follow one by one, before the step is taken over.
     void step();
     bool take_step(bool watching);
+    // The end of a step: closed, counted, and its slope evaluated.
     bool accept(bool watching);
 
     // Makes the step that meets a stop again, to there. False where that fails, or the stop is met at once.
     [[gnu::noinline, gnu::cold]] bool end_at_meeting();
     void report_turns(const Outcome& untold);
+    // Projects a copy of the extension's value; the integration does not see it.
     void sample_inside();
     void finish_step();
+    // What follows a step.
     void end_step();
 
     // No mark once the run's end has limited a step: a longer run makes other steps.
@@ -90,6 +94,7 @@ private:
 
     // Takes over a mark, except its contacts, which follow when the run begins. False where it is not of such a loop.
     bool takes(const Mark& mark);
+    // Takes back the step that was closed.
     void make_again();
     // Begins a new balance of the conserved quantities, at the current state.
     void begin_balance();
@@ -113,6 +118,7 @@ private:
         return true;
     }
 
+    // From here on functions of time are evaluated after the break.
     void cross_break();
     // Makes an instantaneous change: switches whose arguments jump with it take the branch at the new argument.
     template <class Change> bool jump(const Change& change) {
@@ -136,6 +142,7 @@ private:
         return events().pushed_back() < 0 || (stop(Outcome::pushed_back(now_.t, events().pushed_back())), false);
     }
 
+    // The slope at the state, and a new balance.
     bool renew();
 
     const std::unique_ptr<Mechanics> mechanics_;

@@ -1,7 +1,5 @@
 // Finds the independent rows of a symmetric positive semidefinite block matrix: its Cholesky factorisation leaves a row out where
 // its pivot vanishes.
-#pragma once
-
 #include "loops/block_cholesky.hpp"
 
 namespace mbproj {
@@ -9,14 +7,13 @@ namespace mbproj {
 // For each block the rows, ascending, whose pivots exceed `smallest` of their diagonal entries. Within a block the largest pivot
 // comes first, or the first row with this part of it; blocks follow the order of elimination. Stops once more than `most` rows
 // are left out. Overwrites the values.
-template <class Scalar>
-std::vector<std::vector<int>> BlockCholesky<Scalar>::independent_rows(double smallest, double tied, int most) {
+std::vector<std::vector<int>> BlockCholesky::independent_rows(double smallest, double tied, int most) {
     std::vector<std::vector<int>> kept(sizes_.size());
     largest_left_ = 0.0;
     measure_rows();
     for (const ColumnOf& column : columns_) {
         const int size = sizes_[column.block];
-        Scalar* A = at(column.diagonal);
+        double* A = at(column.diagonal);
         for (int i = 0; i < size; ++i)
             for (int j = i + 1; j < size; ++j) A[i * size + j] = A[j * size + i];
         std::vector<bool> open(size, true);
@@ -27,7 +24,7 @@ std::vector<std::vector<int>> BlockCholesky<Scalar>::independent_rows(double sma
             eliminate(column, row, open);
         }
         for (int i = 0; i < size; ++i)
-            if (open[i]) largest_left_ = max(largest_left_, value_of(part(column, i))), --most;
+            if (open[i]) largest_left_ = max(largest_left_, part(column, i)), --most;
         if (most < 0) break;
         divide_below(column, kept[column.block]);
         std::sort(kept[column.block].begin(), kept[column.block].end());
@@ -42,11 +39,9 @@ std::vector<std::vector<int>> BlockCholesky<Scalar>::independent_rows(double sma
 
 // The first open row whose pivot is at least the part `tied` of the largest one, or -1 where none exceeds `smallest` of its
 // diagonal entry. So round-off does not decide between rows that symmetry makes equal.
-template <class Scalar> inline int BlockCholesky<Scalar>::largest_pivot(const ColumnOf& column,
-                                                                        const std::vector<bool>& open, double smallest,
-                                                                        double tied) {
+int BlockCholesky::largest_pivot(const ColumnOf& column, const std::vector<bool>& open, double smallest, double tied) {
     const int size = sizes_[column.block];
-    Scalar largest = 0.0;
+    double largest = 0.0;
     for (int i = 0; i < size; ++i)
         if (open[i]) largest = max(largest, part(column, i));
     for (int i = 0; i < size; ++i)
@@ -55,13 +50,12 @@ template <class Scalar> inline int BlockCholesky<Scalar>::largest_pivot(const Co
 }
 
 // Eliminates a row of a block from the open rows; its column of the block keeps its pivot and their factors.
-template <class Scalar>
-void BlockCholesky<Scalar>::eliminate(const ColumnOf& column, int row, const std::vector<bool>& open) {
+void BlockCholesky::eliminate(const ColumnOf& column, int row, const std::vector<bool>& open) {
     const int size = sizes_[column.block];
-    Scalar* A = at(column.diagonal);
+    double* A = at(column.diagonal);
     for (int i = 0; i < size; ++i) {
         if (!open[i]) continue;
-        const Scalar share = A[i * size + row] / A[row * (size + 1)];
+        const double share = A[i * size + row] / A[row * (size + 1)];
         for (int j = 0; j < size; ++j)
             if (open[j]) A[i * size + j] -= share * A[row * size + j];
         A[i * size + row] = share;
@@ -69,14 +63,13 @@ void BlockCholesky<Scalar>::eliminate(const ColumnOf& column, int row, const std
 }
 
 // Turns the columns of these rows, in the order of their removal, into those of the factor in the blocks below.
-template <class Scalar>
-inline void BlockCholesky<Scalar>::divide_below(const ColumnOf& column, const std::vector<int>& rows) {
+void BlockCholesky::divide_below(const ColumnOf& column, const std::vector<int>& rows) {
     const int size = sizes_[column.block];
-    const Scalar* A = at(column.diagonal);
-    Scalar roots[6];
+    const double* A = at(column.diagonal);
+    double roots[6];
     for (std::size_t k = 0; k < rows.size(); ++k) roots[k] = sqrt(A[rows[k] * (size + 1)]);
     for (const Entry& entry : column.below) {
-        Scalar* x = at(entry.offset);
+        double* x = at(entry.offset);
         for (int r = 0; r < sizes_[entry.block]; ++r, x += size)
             for (std::size_t k = 0; k < rows.size(); ++k) {
                 for (std::size_t i = k + 1; i < rows.size(); ++i)
@@ -84,12 +77,6 @@ inline void BlockCholesky<Scalar>::divide_below(const ColumnOf& column, const st
                 x[rows[k]] /= roots[k];
             }
     }
-}
-
-template <class Scalar> inline Scalar BlockCholesky<Scalar>::contradiction(Scalar* x) const {
-    Scalar most = 0.0;
-    forward(x, [&most](Scalar rest) { most = max(most, abs(rest)); });
-    return most;
 }
 
 }  // namespace mbproj
