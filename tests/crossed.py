@@ -11,11 +11,30 @@ from hypothesis import given, settings
 
 Case = tuple[Hashable, ...]
 FULL = pytest.mark.full
+ParameterSet = type(pytest.param())
 
 
 def full(*values: Any, **more: Any) -> Any:
-    """Values of a `parametrize` that are `full`."""
+    """Values of a `parametrize`, or one `pytest.param`, that are `full`."""
+    if isinstance(values[0], ParameterSet):
+        own, marks, name = values[0]
+        return pytest.param(*own, marks=(*marks, FULL), id=name)
     return pytest.param(*values, marks=FULL, **more)
+
+
+def some(values: Iterable[Any], every: int, first: int = 0) -> list[Any]:
+    """Each `every`-th value is in the default run, from the one at `first`."""
+    return [value if at % every == first else full(_set(value)) for at, value in enumerate(values)]
+
+
+def where(in_default: Callable[..., bool], values: Iterable[Any]) -> list[Any]:
+    """The default run has the values of which this holds."""
+    return [value if in_default(*_set(value).values) else full(_set(value)) for value in values]
+
+
+def once(*axes: Iterable[Any]) -> list[Any]:
+    """All combinations of the axes' values; in the default run each value is there once."""
+    return _combined([[_set(value) for value in axis] for axis in axes], 1, ())
 
 
 def crossed(names: str, *axes: Iterable[Any], together: int = 2, dear: Iterable[Any] = ()) -> pytest.MarkDecorator:
@@ -24,7 +43,10 @@ def crossed(names: str, *axes: Iterable[Any], together: int = 2, dear: Iterable[
     Those of the default run are a `cover`; the rest is `full`. `together`: so many values meet there, with 1 each is
     there once. `dear`: values that take long, such as the formulation in NumPy, and need be there only once.
     """
-    columns = [list(axis) for axis in axes]
+    return pytest.mark.parametrize(names, _combined([list(axis) for axis in axes], together, dear))
+
+
+def _combined(columns: Sequence[Sequence[Any]], together: int, dear: Iterable[Any]) -> list[Any]:
     cases = list(product(*map(range, map(len, columns))))
     rare = [
         (axis, at)
@@ -33,8 +55,7 @@ def crossed(names: str, *axes: Iterable[Any], together: int = 2, dear: Iterable[
         if any(_values(value)[0] == each for each in dear)
     ]
     keep = cover(cases, together, rare)
-    found = [_joined([column[at] for column, at in zip(columns, case, strict=True)], case in keep) for case in cases]
-    return pytest.mark.parametrize(names, found)
+    return [_joined([column[at] for column, at in zip(columns, case, strict=True)], case in keep) for case in cases]
 
 
 def cover(cases: Iterable[Case], together: int = 2, rare: Iterable[tuple[int, Hashable]] = ()) -> set[Case]:
@@ -56,7 +77,14 @@ def cover(cases: Iterable[Case], together: int = 2, rare: Iterable[tuple[int, Ha
 
 def _values(value: Any) -> Sequence[Any]:
     """Of a `pytest.param`, or of one value."""
-    return value.values if isinstance(value, type(pytest.param())) else (value,)
+    return value.values if isinstance(value, ParameterSet) else (value,)
+
+
+def _set(value: Any) -> Any:
+    """What `pytest.param` makes of a value that `parametrize` takes, a tuple for several parameters."""
+    if isinstance(value, ParameterSet):
+        return value
+    return pytest.param(*value) if isinstance(value, tuple) else pytest.param(value)
 
 
 def _joined(case: Sequence[Any], kept: bool) -> Any:

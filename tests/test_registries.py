@@ -20,8 +20,8 @@ from mbproj.joints import JOINTS, TWO_ANGLES, JointType, Parameter
 from mbproj.kernel import core
 from mbproj.registry import PROJECTIONS, integrator_choices, is_embedded
 from mbproj.scene import ELEMENTS
+from tests.crossed import some
 from tests.kernel.scenes import needs_kernel
-from tests.runs import some
 from tests.support import MECHANISMS, OWN, parameter
 
 BODY = "{mass: 2, inertia: [0.3, 0.4, 0.5], position: [0.3, 0, 0.1]}"

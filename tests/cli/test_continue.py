@@ -14,7 +14,7 @@ from mbproj import open_results
 from mbproj.errors import InputError
 from mbproj.results import DATASETS, SLOTS
 from tests.cli.commands import SLIDER_CRANK, environment, mbproj
-from tests.runs import full
+from tests.crossed import full
 
 OPTIONS = ["--step", "5 ms", "--output-step", "0.01"]
 

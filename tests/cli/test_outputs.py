@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
-from tests.runs import some
+from tests.crossed import some
 from tests.support import ROOT
 
 

@@ -18,9 +18,9 @@ from mbproj.facts import ANY_NAME, report_of
 from mbproj.facts.info import NOT_BUILT
 from mbproj.facts.reports import REPORTS
 from tests.cli.commands import mbproj
+from tests.crossed import where
 from tests.facts.commands import SAID, prepare
 from tests.facts.reports import PRINTED_BY, all_of, refuse_what_no_table_says, said_in
-from tests.runs import where
 
 #: Reports of studies, which take seconds.
 LONG = {"compare", "fit", "optimise-topologies", "recommend", "sensitivity", "stability", "threshold", "tradeoff"}

@@ -13,9 +13,9 @@ from mbproj.figures.kinds import KINDS, draw, why_not
 from mbproj.figures.rows import MAX_ROWS
 from mbproj.figures.save import save
 from mbproj.results import open_results
+from tests.crossed import some
 from tests.figures.drawn import legend, steep, ylabels
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, times
-from tests.runs import some
 
 #: What can be drawn of a run that is not certified, has no stops or frictions, and whose scene is not in its
 #: file; what takes an input or markers is in test_over.py.

@@ -12,9 +12,9 @@ from mbproj.figures.panels import finish, panels, plot
 from mbproj.figures.save import save
 from mbproj.figures.style import line
 from mbproj.results import open_results
+from tests.crossed import some
 from tests.figures.geometry import outside, overlapping, texts
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times
-from tests.runs import some
 
 LONG = "a_very_long_name_of_a_part_of_a_machine_" * 3
 MANY = {

@@ -18,7 +18,7 @@ from mbproj.errors import InputError, MbprojWarning
 from mbproj.formats import read_model
 from mbproj.scene import read_scene_text
 from tests.cli.commands import mbproj
-from tests.runs import some
+from tests.crossed import some
 from tests.support import ROOT
 
 pytest.importorskip("mujoco")

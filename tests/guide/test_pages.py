@@ -14,8 +14,8 @@ from mbproj.guide.pages import KINDS, ROOT, page_of, pages, search
 from mbproj.guide.terminal import WIDTH, rendered
 from mbproj.scene import SHAPES
 from scripts.draw_guide import FIGURES, MEASURED
+from tests.crossed import where
 from tests.guide.fences import fences, run_page
-from tests.runs import where
 from tests.support import ROOT as CHECKOUT
 
 shown = cache(rendered)

@@ -24,8 +24,8 @@ from mbproj.cli import mbproj
 from mbproj.errors import MbprojError
 from mbproj.scene import Settings
 from mbproj.studies import time_settings
+from tests.crossed import some
 from tests.facts.reports import refuse_what_no_table_says
-from tests.runs import some
 from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS
 

@@ -7,8 +7,8 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene
 from mbproj.dynamics import constraint_at, constraint_velocity_at, pose_of
+from tests.crossed import some
 from tests.mechanisms.running import run
-from tests.runs import some
 from tests.support import MECHANISMS, REDUNDANT
 
 #: Bodies and degrees of freedom: the spatial four-bar's with the idle spin of its rod, the engine is driven.

@@ -11,8 +11,8 @@ import pytest
 from mbproj import Scene, read_scene
 from mbproj.scene import Body, Joint, Marker, Pair, ProjectionSettings, Quaternion, Settings, Vector, from_matrix
 from mbproj.scene.fields.rotations import multiply
+from tests.crossed import some
 from tests.mechanisms.running import Run, assert_close, run_scene
-from tests.runs import some
 from tests.support import ROOT, random_chain
 
 #: A rotation that mixes all axes, and a shift.

@@ -7,8 +7,8 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from mbproj.registry import integrators
+from tests.crossed import full, where
 from tests.integrate.time_scenes import run
-from tests.runs import full, where
 
 HEAD = "mbproj: 1\nsimulation: {duration: 1 s}\n"
 SPIN = (

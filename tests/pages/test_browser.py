@@ -9,9 +9,9 @@ from mbproj.pages.data.pages import page_of
 from mbproj.pages.page.write import html
 from mbproj.results import open_results
 from mbproj.scene import read_scene_text
+from tests.crossed import full
 from tests.pages.browser import LAPTOP, MISSING, PHONE, SMALL, Opened, browser
 from tests.pages.runs import HOSTILE, five_bar, recorded
-from tests.runs import full
 
 pytestmark = pytest.mark.skipif(bool(MISSING), reason=MISSING or "there is a browser")
 

@@ -14,9 +14,9 @@ from mbproj.errors import InputError, MbprojWarning
 from mbproj.results import check_results, open_results
 from mbproj.results.file.checksums import OF_ATTRIBUTES, OF_DATA
 from mbproj.results.file.opening import ClosedView
+from tests.crossed import some
 from tests.results.pendulum_blocks import NAMES, PATHS, block, record, times
 from tests.results.processes import child
-from tests.runs import some
 
 MARKS = {"joints/reaction_force_unique": np.array([[True, False, True], [False, True, True]])}
 IN_PLACE = ("scene/text", "scene/settings", "scene/overrides", "scene/gravity", "markers/names", *MARKS)

@@ -14,8 +14,8 @@ from mbproj.errors import InputError
 from mbproj.results import open_own_results, open_results
 from mbproj.results.file.checksums import NOT_YET, stamp, stamp_attributes
 from mbproj.results.file.opening import lookup3
+from tests.crossed import some
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, NAMES, PATHS, RATE, block, record, times
-from tests.runs import some
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability.judge import Limits, Subject, judged
 from mbproj.studies.tradeoff.ladders import tradeoff
 from mbproj.studies.verify import verify
-from tests.runs import full, once
+from tests.crossed import full, once
 from tests.support import ROOT
 
 FOUR_BAR = ROOT / "mechanisms" / "planar_four_bar.yaml"

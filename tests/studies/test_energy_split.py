@@ -8,7 +8,7 @@ import pytest
 from mbproj.studies.compare.energy_split import energy_split
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
-from tests.runs import where
+from tests.crossed import where
 
 TIMES = sample_times(1.0, 20)
 SETTINGS = [

@@ -21,7 +21,7 @@ from mbproj.studies.measure.solve import solve
 from mbproj.studies.measure.spans import sampled
 from mbproj.studies.recommend.recommendation import Unreachable, recommend
 from mbproj.studies.recommend.search import Bench, Family, cheapest, families, with_closed_joints
-from tests.runs import full, some
+from tests.crossed import full, some
 
 
 @pytest.fixture(autouse=True)
@@ -62,7 +62,7 @@ def test_a_recommendation_holds_and_nothing_in_a_dense_grid_is_much_cheaper(name
     assert not [rival for rival in rivals if rival.at() <= goal and 1.5 * rival.evaluations < fresh.evaluations]
 
 
-@pytest.mark.parametrize(("name", "goal"), [("spherical_pendulum", 0.02), full(("five_bar", 0.02))])
+@pytest.mark.parametrize(("name", "goal"), [("spherical_pendulum", 0.02), full("five_bar", 0.02)])
 def test_of_what_is_recommended_no_run_warns_that_its_energy_drifts(name, goal):
     """An error of centimetres can be kept by so few steps that the energy tells of a wrong motion."""
     scene = read_scene(mechanism(name), {}, {"output_step": 0.05})

@@ -29,8 +29,8 @@ from mbproj.studies.verify.checks import CHECKS
 from mbproj.studies.verify.finding import Finding
 from mbproj.studies.verify.invariance import renumbered
 from mbproj.studies.verify.rounded import Rounded, solve
+from tests.crossed import some
 from tests.kernel.scenes import needs_kernel
-from tests.runs import some
 from tests.support import MECHANISMS, ROOT, random_chain
 
 SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"

@@ -77,7 +77,7 @@ def _with_store(work: Callable[[sqlite3.Connection], Result], otherwise: Result)
             return _in_transaction(path, work)
         except sqlite3.OperationalError:
             raise
-        except sqlite3.DatabaseError as error:
+        except (sqlite3.DatabaseError, UnicodeDecodeError) as error:  # SQLite may quote a damaged text
             if _identity(path) == before:  # else another process has replaced it already
                 _set_aside(path, str(error))
             return _in_transaction(path, work)

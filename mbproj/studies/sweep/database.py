@@ -9,7 +9,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing, suppress
+from contextlib import closing, contextmanager, suppress
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -61,6 +61,16 @@ class Looked:
         return not (self.damaged or self.faults)
 
 
+@contextmanager
+def _damage_as_sqlite_says_it() -> Iterator[None]:
+    """Raises sqlite3.DatabaseError where SQLite's message quotes a damaged text, which Python cannot decode."""
+    try:
+        yield
+    except UnicodeDecodeError as error:
+        raise sqlite3.DatabaseError("a text in it is damaged") from error
+
+
+@_damage_as_sqlite_says_it()
 def locked(path: Path) -> sqlite3.Connection:
     """The database at `path`, locked for this process and made where there is none. Raises sqlite3.Error."""
     database = sqlite3.connect(path, timeout=0.0, isolation_level=None)
@@ -106,6 +116,7 @@ def version_of(database: sqlite3.Connection) -> int:
     return int(version)
 
 
+@_damage_as_sqlite_says_it()
 def look(database: sqlite3.Connection) -> Looked:
     """Reads a whole database. Raises sqlite3.Error where it cannot be read to its end."""
     version = version_of(database)
@@ -253,7 +264,7 @@ def _whole(old: sqlite3.Connection, table: str) -> Iterator[Sequence[Any]]:
     """Yield the undamaged rows, read from both ends: SQLite may fail at a part between them."""
     first = TABLES[table].partition(" ")[0]
     for order in ("ASC", "DESC"):
-        with suppress(sqlite3.DatabaseError):
+        with suppress(sqlite3.DatabaseError), _damage_as_sqlite_says_it():
             version = version_of(old)
             for row in old.execute(f"SELECT * FROM {table} ORDER BY {first} {order}"):
                 values = whole_values(table, version, row)

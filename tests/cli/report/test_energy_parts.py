@@ -8,8 +8,8 @@ import pytest
 
 from mbproj import open_results
 from tests.cli.commands import SLIDER_CRANK, mbproj
+from tests.crossed import full
 from tests.integrate.stiff_scenes import CREEP
-from tests.runs import full
 
 
 def parts_of(folder, scene, *options):

@@ -13,7 +13,7 @@ from mbproj.cli.report.progress import Line, Telling
 from mbproj.studies import TIMING, with_words
 from tests.cli.commands import FIVE_BAR
 from tests.cli.report.watched import Clock, Terminal
-from tests.runs import full
+from tests.crossed import full
 
 
 def told(*events: tuple[float, str, int, int]) -> list[str]:
@@ -104,13 +104,11 @@ def test_the_time_left_falls_between_parts() -> None:
 @pytest.mark.parametrize(
     ("command", "options", "said"),
     [
-        full(("compare", "--until 0.2 --repeat 1 -o OUT", ["reference, ", "runs: 0 of 4, ", "timing, "])),
+        full("compare", "--until 0.2 --repeat 1 -o OUT", ["reference, ", "runs: 0 of 4, ", "timing, "]),
         full(
-            (
-                "recommend",
-                "--error 1e-3 --until 0.2 --json",
-                ["reference, ", "the first integrator, ", "integrators: 1 of 7, "],
-            )
+            "recommend",
+            "--error 1e-3 --until 0.2 --json",
+            ["reference, ", "the first integrator, ", "integrators: 1 of 7, "],
         ),
         ("run", "--duration 2 --step 0.001 --output-step 0.001 --json -o OUT", ["of 2 s simulated, "]),
     ],

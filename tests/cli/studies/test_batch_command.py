@@ -18,7 +18,7 @@ import pytest
 from mbproj.kernel import core
 from mbproj.results import stamp_attributes
 from tests.cli.commands import mbproj
-from tests.runs import full
+from tests.crossed import full
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
 from tests.support import ROOT
 

@@ -8,8 +8,8 @@ import pytest
 import mbproj
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
+from tests.crossed import once
 from tests.formats.agreement import agreement
-from tests.runs import once
 
 mujoco = pytest.importorskip("mujoco")
 

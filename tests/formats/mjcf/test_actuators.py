@@ -11,8 +11,8 @@ from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.signals import signals_of
 from mbproj.scene import read_scene_text
 from tests.cli.commands import mbproj as command
+from tests.crossed import once
 from tests.formats.agreement import agreement
-from tests.runs import once
 
 mujoco = pytest.importorskip("mujoco")
 

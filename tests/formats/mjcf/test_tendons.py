@@ -9,8 +9,8 @@ import mbproj
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
 from mbproj.model import NotPlanar, compile_system, initial_guess, planar_reduction
+from tests.crossed import once
 from tests.formats.agreement import agreement
-from tests.runs import once
 
 mujoco = pytest.importorskip("mujoco")
 

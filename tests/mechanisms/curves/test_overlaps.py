@@ -7,9 +7,9 @@ import pytest
 
 from mbproj import SimulationError, compile_system, initial_guess, read_scene_text
 from mbproj.dynamics import overlapping, pose_of
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import scene
-from tests.runs import full
 from tests.stops.runs import run
 
 pytestmark = needs_kernel
@@ -55,7 +55,7 @@ motions: {{spin: {{joint: A, angle: {{expression: SPEED*t}}}}}}
 """
 
 
-@pytest.mark.parametrize(("formulation", "speed"), [("planar", 1.0), ("reduced", -1.0), full(("full", 6.0))])
+@pytest.mark.parametrize(("formulation", "speed"), [("planar", 1.0), ("reduced", -1.0), full("full", 6.0)])
 def test_a_run_stops_where_the_next_lobe_meets_the_bar(formulation, speed):
     """At half a pitch two lobes bear the bar; beyond, the one that bore it at first would draw the other into it."""
     with pytest.raises(SimulationError, match="joint 'T': its curves overlap away from where they touch") as caught:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
+from tests.crossed import once
 from tests.mechanisms.driven.linkages import block, run
-from tests.runs import once
 
 LIFT, MASS, STIFFNESS, PRELOAD, GRAVITY, SPEED = 0.02, 0.8, 4000.0, 60.0, 9.81, 4.0 * np.pi
 ROWS = np.array([0.0, 40.0, 80.0, 130.0, 180.0, 235.0, 300.0, 360.0])

@@ -7,8 +7,8 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene, settings_to_run, simulate
 from mbproj.dynamics import pose_of
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
-from tests.runs import full
 from tests.support import DATA, ROOT, Recorder
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

@@ -14,7 +14,7 @@ from scripts.validation.case import SCENES, TABLES, Case
 from scripts.validation.cases import CASES
 from scripts.validation.compare import deviations, reference, regular_text, run_case
 from scripts.validation.quantities import Done
-from tests.runs import once, some, where
+from tests.crossed import once, some, where
 
 #: With Euler parameters M is singular, and POPM refused; GPOPM is the default.
 METHODS = [name for name in PROJECTIONS if name not in ("popm", "gpopm")]

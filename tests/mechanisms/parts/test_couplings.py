@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.crossed import full, once
 from tests.kernel.scenes import needs_kernel
-from tests.runs import full, once
 from tests.stops.runs import run
 
 pytestmark = needs_kernel

@@ -10,8 +10,8 @@ from mbproj import compile_system
 from mbproj.dynamics import Instant, applied, pose_of, set_jacobian, twist_of
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
+from tests.crossed import once
 from tests.mechanisms.running import Run, assert_close, run_scene
-from tests.runs import once
 
 PENDULUM = """\
 mbproj: 1

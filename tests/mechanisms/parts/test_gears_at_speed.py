@@ -9,8 +9,8 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.errors import SimulationError
+from tests.crossed import once, where
 from tests.kernel.scenes import needs_kernel
-from tests.runs import once, where
 from tests.support import Recorder
 
 BEVEL, PARALLEL = "[1, 0, 0]", "[0, 0, 1]"

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError
+from tests.crossed import where
 from tests.mechanisms.exact.swing import swinging
 from tests.mechanisms.parts.flywheels import FLOATING, HEAD, PENDULUM
 from tests.mechanisms.running import BRIEF, TIGHT, assert_close, run_text
-from tests.runs import where
 
 #: Per formulation: the full one takes some milliseconds a step.
 FORMULATIONS = list(BRIEF)

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mbproj import InputError, read_scene_text
+from tests.crossed import where
 from tests.kernel.scenes import needs_kernel
-from tests.runs import where
 from tests.stops.runs import run
 
 pytestmark = needs_kernel

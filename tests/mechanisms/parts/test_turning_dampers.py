@@ -7,9 +7,9 @@ import pytest
 
 from mbproj.registry import implicit_integrators, integrators
 from mbproj.scene import read_scene_text
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
-from tests.runs import full
 
 #: N m s/rad; about the axes across the figure's and about that, kg m².
 DAMPING, ACROSS, ABOUT = 0.02, 0.05, 0.08

@@ -12,7 +12,7 @@ from mbproj import InputError
 from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene
 from scripts.turned_mechanisms import disagreements, turned
-from tests.runs import once, some
+from tests.crossed import once, some
 
 #: A four-bar with a hinge that is tilted.
 FOUR_BAR = """

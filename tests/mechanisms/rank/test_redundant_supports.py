@@ -11,9 +11,9 @@ from scipy.special import ellipj, ellipkinc
 
 from mbproj.errors import InputError
 from mbproj.registry import PROJECTIONS, integrators
+from tests.crossed import some, where
 from tests.mechanisms.exact.swing import swinging
 from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run, run_text
-from tests.runs import some, where
 from tests.support import ROOT
 
 COMPILED = [name for name, entry in PROJECTIONS.items() if entry.compiled]

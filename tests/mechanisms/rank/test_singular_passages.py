@@ -17,9 +17,9 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.model import rotation_matrix
 from mbproj.registry import integrators
 from mbproj.scene import read_scene_text
+from tests.crossed import once, some
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.mechanisms.running import assert_close
-from tests.runs import once, some
 from tests.support import Recorder
 
 #: Distances from the singular pose, rad, at which a step lands: by hits, near misses, and twentieths of a step.

@@ -7,7 +7,7 @@ import pytest
 
 import mbproj
 from mbproj.mechanisms_folder import mechanism
-from tests.runs import where
+from tests.crossed import where
 from tests.studies.design.scenes import found, table, written
 
 #: A motor whose torque follows an error with a lag: a signal, and a state.

@@ -14,7 +14,7 @@ from mbproj.errors import InputError, MbprojWarning
 from mbproj.studies.sweep.database import open_whole
 from mbproj.studies.sweep.folder import Store
 from mbproj.studies.sweep.row import CaseRow, Status
-from tests.runs import some
+from tests.crossed import some
 from tests.studies.sweep.specs import swept, write
 
 ROWS = {
@@ -84,6 +84,18 @@ def test_no_flipped_bit_changes_a_row(tmp_path, part):
         assert said or len(found) == 60
         lost += len(found) < 60
     assert lost > 10
+
+
+@pytest.mark.parametrize("place", [b"CREATE TABLE cases", b"formulation TEXT"])
+def test_a_message_of_sqlite_that_is_no_text_is_damage(tmp_path, place):
+    """SQLite quotes the words of a table that it cannot read, whatever their bytes."""
+    stored(tmp_path / "store.sqlite")
+    data = bytearray((tmp_path / "store.sqlite").read_bytes())
+    data[data.index(place) + 8] = 0xE3
+    (tmp_path / "store.sqlite").write_bytes(data)
+    found, said = read(tmp_path / "store.sqlite")
+    assert said
+    assert len(found) <= 60
 
 
 @pytest.mark.parametrize("size", [3000, 8192, 20000])

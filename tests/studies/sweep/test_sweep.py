@@ -13,7 +13,7 @@ from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.row import Status
 from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
-from tests.runs import once
+from tests.crossed import once
 from tests.studies.sweep.specs import MEASURE, swept, write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")

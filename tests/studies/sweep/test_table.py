@@ -12,7 +12,7 @@ from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.sweep.summary import write_summary
-from tests.runs import some
+from tests.crossed import some
 from tests.studies.sweep.specs import write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")

@@ -1,7 +1,6 @@
 #include "model/model.hpp"
 
 #include "algebra/dual.hpp"
-#include "kinematics/laws.hpp"
 
 namespace mbproj {
 
