@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     )
     from mbproj.analysis.energy import EnergyDrift, energy_drift
     from mbproj.analysis.expectations import Outcome, outcomes
+    from mbproj.analysis.growth import Growth
     from mbproj.analysis.summary import SeriesPeak, peak, worst
 
 __getattr__ = lazily(
@@ -27,6 +28,7 @@ __getattr__ = lazily(
         "contacts.ropes": "pushed_by_ropes",
         "energy": "EnergyDrift energy_drift",
         "expectations": "Outcome measured outcomes",
+        "growth": "Growth",
         "loads.largest": "duration_above loads_of recorded_in samples_of swings",
         "summary": "SeriesPeak peak worst",
         "trust": "usual_limit",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import SimulationError, read_scene, read_scene_text, settings_to_run
-from mbproj.analysis.growth import Growth
+from mbproj.analysis import Growth
 from mbproj.cli.report.trust import lines_on
 from mbproj.mechanisms_folder import mechanism
 from mbproj.studies.certify.certified import simulate_certified
