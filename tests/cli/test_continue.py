@@ -55,6 +55,7 @@ def test_append_puts_both_in_place_of_the_first(tmp_path):
     assert_same(tmp_path / "long.h5", tmp_path / "run.h5")
 
 
+@pytest.mark.full
 def test_a_killed_run_is_finished(tmp_path):
     options = ["--step", "1e-4", "--output-step", "1e-3"]
     program = [sys.executable, "-c", "from mbproj.cli import main; main()"]

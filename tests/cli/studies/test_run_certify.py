@@ -66,6 +66,7 @@ def test_rerun_certifies_again_to_the_last_bit(tmp_path):
             np.testing.assert_array_equal(first["trust"][name][...], second["trust"][name][...], err_msg=name)
 
 
+@pytest.mark.full
 def test_plots_mark_what_is_not_to_be_trusted(tmp_path):
     mbproj("run", FIVE_BAR, "--duration", "1", "--certify", "-q", "-o", "a.h5", folder=tmp_path)
     done = mbproj("plot", "a.h5", "--error", "1e-5", folder=tmp_path)

@@ -71,6 +71,7 @@ def test_every_study_resumes_or_is_quick_and_writes_json_tables_for_a_paper_and_
     assert study == "verify" or {"--fresh", "--jobs", "--scheduler"} <= known
 
 
+@pytest.mark.full
 def test_tradeoff_again_is_the_same(tmp_path):
     first, again = (mbproj("tradeoff", PENDULUM, *SMALL, folder=tmp_path) for _ in range(2))
     assert first.returncode == 0, first.stderr

@@ -200,6 +200,7 @@ def test_who_presses_ctrl_c_again_and_again_sees_no_traceback(tmp_path):
     assert (running.returncode, "Traceback" in said, "Exception" in said) == (130, False, False), said
 
 
+@pytest.mark.full
 def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
     write(tmp_path, "  length: [1, 2]\n", more="keep: all\n")
     assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 0
