@@ -10,8 +10,8 @@ namespace mbproj {
 // Adds from place i on, as many numbers at once as a Number has. Returns the place where fewer are left.
 template <class Number> long add_weighted(const double* from, const double* const* terms, const double* factors,
                                           int count, long i, long size, double* to) {
-    constexpr long lanes = sizeof(Number) / sizeof(double);
-    for (; i + lanes <= size; i += lanes) {
+    constexpr long at_a_time = sizeof(Number) / sizeof(double);
+    for (; i + at_a_time <= size; i += at_a_time) {
         Number sum{}, term;
         for (int s = 0; s < count; ++s) {
             std::memcpy(&term, terms[s] + i, sizeof term);
@@ -27,8 +27,8 @@ template <class Number> long add_weighted(const double* from, const double* cons
 // to = from + Σ factors[s] terms[s].
 inline void add_weighted(const double* from, const double* const* terms, const double* factors, int count, long size,
                          double* to) {
-    const long packed = add_weighted<FourAtOnce>(from, terms, factors, count, 0, size, to);
-    add_weighted<double>(from, terms, factors, count, packed, size, to);
+    const long left = add_weighted<FourAtOnce>(from, terms, factors, count, 0, size, to);
+    add_weighted<double>(from, terms, factors, count, left, size, to);
 }
 
 }  // namespace mbproj

@@ -5,7 +5,6 @@
 #include "contacts/contact_state.hpp"
 #include "contacts/stop_watch.hpp"
 #include "contacts/walls.hpp"
-#include "contacts/whole_motion.hpp"
 
 namespace mbproj {
 

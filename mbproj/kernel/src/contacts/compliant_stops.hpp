@@ -2,8 +2,8 @@
 #pragma once
 
 #include "contacts/contact_state.hpp"
+#include "contacts/stop_gap.hpp"
 #include "contacts/stop_watch.hpp"
-#include "contacts/whole_motion.hpp"
 
 namespace mbproj {
 

@@ -1,5 +1,7 @@
 #include "contacts/contact_policy.hpp"
 
+#include "contacts/stop_gap.hpp"
+
 namespace mbproj {
 
 ContactPolicy::ContactPolicy(Equations& equations)

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "contacts/acting_frictions.hpp"
-#include "contacts/whole_motion.hpp"
 #include "laws/friction_balance.hpp"
 
 namespace mbproj {

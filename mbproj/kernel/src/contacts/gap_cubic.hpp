@@ -4,12 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-namespace mbproj {
+#include "dynamics/equations.hpp"
 
-// A watched value, and its rate.
-struct GapRate {
-    double value, rate;
-};
+namespace mbproj {
 
 // The parts of a step, in eighths, that are looked at where a body may have gone through another one.
 constexpr int through[] = {4, 2, 6, 3, 5};
@@ -18,7 +15,7 @@ constexpr int through[] = {4, 2, 6, 3, 5};
 struct GapCubic {
     double h, value, end, a, b, c2, c3;
 
-    GapCubic(const GapRate& from, const GapRate& to, double h)
+    GapCubic(const ValueAndRate& from, const ValueAndRate& to, double h)
         : h(h), value(from.value), end(to.value), a(h * from.rate), b(h * to.rate),
           c2(3.0 * (end - value) - 2.0 * a - b), c3(a + b - 2.0 * (end - value)) {}
 

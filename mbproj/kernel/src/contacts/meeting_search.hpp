@@ -24,7 +24,7 @@ struct Meeting {
 // `slack`, by which they may be below zero.
 class MeetingSearch {
 public:
-    using Margins = std::vector<GapRate>;
+    using Margins = std::vector<ValueAndRate>;
 
     explicit MeetingSearch(std::vector<double> slack) : slack_(std::move(slack)) {}
 

@@ -44,15 +44,15 @@ int StopWatch::rests(double h) const {
 }
 
 void StopWatch::margins(const std::vector<long>& turns, const std::vector<double>& lambda,
-                        std::vector<GapRate>& found) const {
+                        std::vector<ValueAndRate>& found) const {
     set_gaps(turns, false, found);
     only_rates(found);
     for (const WatchedRow& each : rows_)
         found.push_back({force(each, lambda), std::numeric_limits<double>::quiet_NaN()});
 }
 
-std::vector<GapRate> StopWatch::first_margins() const {
-    std::vector<GapRate> found = before_;
+std::vector<ValueAndRate> StopWatch::first_margins() const {
+    std::vector<ValueAndRate> found = before_;
     only_rates(found);
     found.resize(gaps_.size() + rows_.size(), {0.0, std::numeric_limits<double>::quiet_NaN()});
     return found;
@@ -65,12 +65,12 @@ std::vector<double> StopWatch::slacks() const {
     return found;
 }
 
-void StopWatch::only_rates(std::vector<GapRate>& found) const {
+void StopWatch::only_rates(std::vector<ValueAndRate>& found) const {
     for (std::size_t k = 0; k < gaps_.size(); ++k)
         if (gaps_[k].of_rate) found[k] = {found[k].rate + gaps_[k].idle, std::numeric_limits<double>::quiet_NaN()};
 }
 
-bool StopWatch::is_below(const std::vector<GapRate>& at) const {
+bool StopWatch::is_below(const std::vector<ValueAndRate>& at) const {
     for (std::size_t k = 0; k < gaps_.size(); ++k)
         if ((gaps_[k].of_rate ? at[k].rate : at[k].value) < gaps_[k].least()) return true;
     return false;
@@ -90,7 +90,7 @@ double StopWatch::force(const WatchedRow& each, const std::vector<double>& lambd
     return (each.program < 0 ? 1.0 : equations_.given(each.program)) * (each.bound + each.part * load) + own;
 }
 
-bool StopWatch::below(const std::vector<GapRate>& from, const std::vector<GapRate>& to, double h, double x,
+bool StopWatch::below(const std::vector<ValueAndRate>& from, const std::vector<ValueAndRate>& to, double h, double x,
                       double x_to) {
     bool found = false;
     for (std::size_t k = 0; k < gaps_.size(); ++k) {
@@ -109,10 +109,11 @@ bool StopWatch::below(const std::vector<GapRate>& from, const std::vector<GapRat
     return found;
 }
 
-bool StopWatch::closes_inside(const CubicStep& step, const std::vector<long>& turns, const std::vector<GapRate>& from,
-                              const std::vector<GapRate>& to, double x, double x_to, int halves) {
+bool StopWatch::closes_inside(const CubicStep& step, const std::vector<long>& turns,
+                              const std::vector<ValueAndRate>& from, const std::vector<ValueAndRate>& to, double x,
+                              double x_to, int halves) {
     const double middle = 0.5 * (x + x_to), h = (middle - x) * step.h;
-    std::vector<GapRate> found;
+    std::vector<ValueAndRate> found;
     step.at(middle, inside_);
     equations_.look(inside_.data());
     set_gaps(turns, true, found);
@@ -132,7 +133,7 @@ bool StopWatch::closes_inside(const CubicStep& step, const std::vector<long>& tu
             closes_inside(step, turns, found, to, middle, x_to, halves - 1));
 }
 
-void StopWatch::set_gaps(const std::vector<long>& turns, bool beside, std::vector<GapRate>& found) const {
+void StopWatch::set_gaps(const std::vector<long>& turns, bool beside, std::vector<ValueAndRate>& found) const {
     const auto along = [&](int number) {
         return beside ? equations_.seen_at_stop(number) : equations_.at_stop(number);
     };
@@ -141,7 +142,7 @@ void StopWatch::set_gaps(const std::vector<long>& turns, bool beside, std::vecto
         const int coordinate = stops_.joint_coordinate[each.stop];
         const double whole = coordinate < 0 ? 0.0 : 2.0 * M_PI * static_cast<double>(turns[coordinate]);
         const ValueAndRate at = along(each.stop);
-        GapRate seen{each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate};
+        ValueAndRate seen{each.sign * (at.value + whole - stops_.bound[each.stop]), each.sign * at.rate};
         if (each.other >= 0) {
             const ValueAndRate across = along(each.other);
             seen.value += each.other_sign * across.value;

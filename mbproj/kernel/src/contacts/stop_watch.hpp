@@ -74,9 +74,10 @@ public:
     const std::vector<double>& parts() const { return parts_; }
 
     // The watched values at a state: gaps, then forces, without rates. `slacks`: how far each may be below zero.
-    void margins(const std::vector<long>& turns, const std::vector<double>& lambda, std::vector<GapRate>& found) const;
+    void margins(const std::vector<long>& turns, const std::vector<double>& lambda,
+                 std::vector<ValueAndRate>& found) const;
     // The watched values at the start of the last step, where forces are not known.
-    std::vector<GapRate> first_margins() const;
+    std::vector<ValueAndRate> first_margins() const;
     std::vector<double> slacks() const;
     const std::vector<WatchedGap>& gaps() const { return gaps_; }
     const std::vector<WatchedRow>& rows() const { return rows_; }
@@ -96,21 +97,22 @@ public:
 
 private:
     // The margin of a watched rate is the rate itself, whose derivative is not known.
-    void only_rates(std::vector<GapRate>& found) const;
-    bool is_below(const std::vector<GapRate>& at) const;
+    void only_rates(std::vector<ValueAndRate>& found) const;
+    bool is_below(const std::vector<ValueAndRate>& at) const;
     bool gives_way(const std::vector<double>& lambda) const;
     double force(const WatchedRow& each, const std::vector<double>& lambda) const;
 
     // Whether something falls below its bound on the cubics through two looks, at the parts x and x_to of a step, h apart.
-    bool below(const std::vector<GapRate>& from, const std::vector<GapRate>& to, double h, double x, double x_to);
+    bool below(const std::vector<ValueAndRate>& from, const std::vector<ValueAndRate>& to, double h, double x,
+               double x_to);
 
     // Whether a gap closes and opens again between two looks at the parts x and x_to of a step, which its cubic may not
     // show. Where the middle is not on the cubic, looks at each half, at most `halves` times.
-    bool closes_inside(const CubicStep& step, const std::vector<long>& turns, const std::vector<GapRate>& from,
-                       const std::vector<GapRate>& to, double x, double x_to, int halves);
+    bool closes_inside(const CubicStep& step, const std::vector<long>& turns, const std::vector<ValueAndRate>& from,
+                       const std::vector<ValueAndRate>& to, double x, double x_to, int halves);
 
     // At the state in place, or at the one seen beside it.
-    void set_gaps(const std::vector<long>& turns, bool beside, std::vector<GapRate>& found) const;
+    void set_gaps(const std::vector<long>& turns, bool beside, std::vector<ValueAndRate>& found) const;
 
     Equations& equations_;
     const Mechanism& model_;
@@ -118,7 +120,7 @@ private:
     std::vector<WatchedGap> gaps_;
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;
-    std::vector<GapRate> before_, now_;
+    std::vector<ValueAndRate> before_, now_;
     std::vector<double> parts_;
     Eigen::VectorXd inside_;
 };

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "contacts/contact_state.hpp"
-#include "contacts/whole_motion.hpp"
 #include "laws/impact.hpp"
 #include "laws/one_sided.hpp"
 

@@ -19,10 +19,6 @@ public:
                                             : sum(coupling, pose, expected) - C[coupling.row]);
         }
     }
-    // The sums at the start of the run; empty before the start.
-    const std::vector<Scalar<D>>& started() const { return start_; }
-    void start_from(std::vector<Scalar<D>> sums) { start_ = std::move(sums); }
-
     // Shifts rows of C by whole teeth: to the tooth in mesh, or to the nearest tooth before the start.
     void count(const Pose<D>& pose, const std::vector<Scalar<D>>& expected, Scalar<D>* C) const {
         for (std::size_t c = 0; c < model_.couplings.size(); ++c) {

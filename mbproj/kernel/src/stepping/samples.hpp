@@ -87,14 +87,6 @@ struct Peaks {
 struct SampleBlock {
     std::vector<double> t, y, acceleration, multipliers, angles, step_size, pushes, slides, jumps;
     std::vector<long> counters;
-    // Drops the samples after so many.
-    void shorten(std::size_t samples) {
-        if (t.empty()) return;
-        const std::size_t all = t.size();
-        for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &slides, &jumps})
-            numbers->resize(numbers->size() / all * samples);
-        counters.resize(counters.size() / all * samples);
-    }
     void clear() {
         for (auto* numbers : {&t, &y, &acceleration, &multipliers, &angles, &step_size, &pushes, &slides, &jumps})
             numbers->clear();

@@ -3,7 +3,6 @@
 
 #include "contacts/contact_policy.hpp"
 #include "contacts/meeting_search.hpp"
-#include "contacts/whole_motion.hpp"
 #include "stepping/step_trial.hpp"
 
 namespace mbproj {
