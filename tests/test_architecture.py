@@ -29,6 +29,7 @@ LEAVES = {
     "plugins",
     "registry",
     "rehearsal",
+    "settings",
     "thresholds",
 }
 LEAVES |= {"cases", "plain_number", "plugins", "version"}

@@ -14,14 +14,13 @@ from mbproj.calls.arguments import Given, by_arguments, scene_of
 from mbproj.calls.recorded import Acting, Earlier, record, start_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
 from mbproj.dynamics import unique_components
-from mbproj.errors import InputError, Place, Problem, choose_from
+from mbproj.errors import InputError, Place, Problem
 from mbproj.integrate.reporting.report import summary
 from mbproj.integrate.simulate import Progress
 from mbproj.integrate.stepwise import Stepwise
 from mbproj.model import compile_system
 from mbproj.registry import EQUILIBRIUM
 from mbproj.results import Results, ResultsWriter, open_own_results
-from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import placed_in, settings_to_run
 
@@ -71,13 +70,16 @@ def run(
         if controller is not None and certify:
             raise InputError(Problem("a controller from Python is not certified", Place("certify"), "leave it out"))
         outside = None if controller is None else (controller, period)
-        if from_equilibrium:
-            options["start"] = EQUILIBRIUM
+        if from_equilibrium and options.setdefault("start", EQUILIBRIUM) != EQUILIBRIUM:
+            raise InputError(Problem("'start' says otherwise", Place("from_equilibrium"), "leave out one of the two"))
         what = scene_of(scene, parameters, options)
         return run_to_file(what, output, _limits(limits) if certify else None, progress, outside=outside)
 
 
-def start(scene: Given, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: object) -> Stepwise:
+@with_settings
+def start(
+    scene: Given, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]
+) -> Stepwise:
     """Starts a run that waits at its start and each `period` (s) later. `run.advance(inputs={"u": 2.0})` sets states of
     the scene and goes on for a period; `run.signals`, `run.t` and `run.state` describe where it is.
 
@@ -87,11 +89,7 @@ def start(scene: Given, *, period: float, parameters: Mapping[str, object] = _NO
     with by_arguments():
         if not (isinstance(period, int | float) and 0.0 < period < np.inf):
             raise InputError(Problem(f"it must be a time in s, found {period!r}", Place("period")))
-        unknown = [name for name in settings if name not in OPTIONS]
-        if unknown:
-            hint = choose_from(unknown[0], OPTIONS)
-            raise InputError(Problem(f"there is no setting '{unknown[0]}'", Place(unknown[0]), hint))
-        what = scene_of(scene, parameters, {name: value for name, value in settings.items() if value is not None})
+        what = scene_of(scene, parameters, options_of(settings, "start", "period"))
         system = compile_system(what)
         with placed_in(what):
             return Stepwise(system, start_of(what, system), settings_to_run(what), float(period))

@@ -8,6 +8,7 @@ from typing import Any, TypedDict, TypeVar
 
 from mbproj.calls.arguments import Quantity
 from mbproj.errors import choose_from
+from mbproj.settings import SETTINGS
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -42,12 +43,12 @@ class RunSettings(TypedDict, total=False):
     gains: Sequence[Quantity] | None
 
 
-def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict[str, object]:
-    """The settings that are not None. Raises TypeError for an unknown one, with the most similar name; `others` are the
-    function's own arguments."""
+def options_of(settings: Mapping[str, Any], function: str, *others: str, without: str = "") -> dict[str, object]:
+    """The settings that are not None. Raises TypeError for an unknown one, with the most similar name. `others` are the
+    function's own arguments; it does not take the setting `without`."""
+    known = [*(name for name in SETTINGS if name != without), *others]
     for name in settings:
-        if name not in RunSettings.__annotations__:
-            known = (*RunSettings.__annotations__, *others)
+        if name not in known:
             raise TypeError(f"{function}() has no argument '{name}'; {choose_from(name, known)}")
     return {name: value for name, value in settings.items() if value is not None}
 

@@ -5,59 +5,33 @@ from __future__ import annotations
 from dataclasses import replace
 
 from mbproj.facts import Fact
+from mbproj.settings import HOW, SettingEntry
+from mbproj.settings import SETTINGS as ENTRIES
 
-_ROWS = (
-    Fact("energy", "boolean", "", "whether velocities also keep the energy balance"),
-    Fact("momentum", "boolean", "", "whether velocities also keep the momenta that nothing changes"),
-)
-#: The options of a projection.
-_PROJECTION = (
-    Fact("method", "string", "", "projection method"),
-    Fact("tolerance", "number | null", "m or rad", "violation at which a position counts as closed; null: by size"),
-    Fact("test", "string", "", "what this tolerance is compared with"),
-    Fact("every", "integer", "1", "steps from one projection to the next"),
-    Fact("threshold", "number | null", "m or rad", "violation above which it projects; null: always"),
-    Fact("position", "boolean", "", "whether positions are projected"),
-    Fact("velocity", "boolean", "", "whether velocities are projected"),
-    Fact("max_iterations", "integer", "1", "largest number of iterations of one projection"),
-    Fact("alpha", "number | null", "1", "penalty factor; null where the method has none"),
-    Fact("gains", "array of number | null", "1/s", "Baumgarte's gains α and β; null where the method has none"),
-    Fact("fallback", "string", "", "method where the iterations fail"),
-    *_ROWS,
-)
-_STEPS = (
-    Fact("step", "number | null", "s", "fixed step; null with a tolerance"),
-    Fact("tolerance", "number | null", "1", "error tolerance; null with fixed steps"),
-    Fact("integrator", "string", "", "integration method"),
-    Fact("formulation", "string", "", "coordinates to compute in"),
-    Fact("acceleration", "string", "", "how accelerations are solved for"),
-)
-#: The settings of a run.
-SETTINGS = (
-    Fact("duration", "number | null", "s", "time of the end"),
-    *_STEPS,
-    Fact("impact_law", "string", "", "impact law of rigid stops"),
-    Fact("output_step", "number | null", "s", "time between samples; null: every step"),
-    Fact("break_times", "array of number", "s", "times at which steps end besides"),
-    Fact("start", "string", "", "where the run begins"),
-    Fact("adjust_joints", "number | null", "m", "most by which joints may move where loops do not close"),
-    Fact("kinematic", "boolean | null", "", "whether it must be kinematic; null: where it can be"),
-    Fact("projection", "object", "", "options of the projection", fields=_PROJECTION),
-)
+_KINDS = {"str": "string", "float": "number", "int": "integer", "bool": "boolean"}
 APPLIES = "where it applies"
-_OF_PROJECTION = {"method": "projection", "tolerance": "projection_tolerance", "test": "projection_test"}
-_OF_PROJECTION |= {"position": "project_position", "velocity": "project_velocity", "fallback": "projection_fallback"}
-_OF_PROJECTION |= {fact.key: f"{fact.key}_row" for fact in _ROWS}
 
 
-def _option(fact: Fact) -> Fact:
-    """The fact as an option of `mbproj run`, which is left out where it is null."""
+def _fact(entry: SettingEntry) -> Fact:
+    """What a report of a run says of a setting."""
+    kind = "array of number" if entry.kind.startswith("tuple") else _KINDS[entry.kind]
+    words = entry.help[:1].lower() + entry.help[1:].rstrip(".")
+    if entry.type != entry.kind:
+        kind, words = f"{kind} | null", f"{words}; null: {entry.null}"
+    unit = {"int": "1", "str": ""}.get(entry.kind, entry.takes)
+    return Fact(entry.key, kind, unit, words)
+
+
+def _option(entry: SettingEntry) -> Fact:
+    """The setting as an option of `mbproj run`, which is left out where it is null."""
+    fact = _fact(entry)
     kind = fact.kind.removesuffix(" | null")
-    return replace(fact, kind=kind, when=fact.when if kind == fact.kind else APPLIES)
+    words = fact.words.partition("; null: ")[0]
+    return replace(fact, key=entry.name, kind=kind, words=words, when=fact.when if kind == fact.kind else APPLIES)
 
 
+_TOP, _PROJECTION = (tuple(_fact(each) for each in ENTRIES.values() if len(each.path) == depth) for depth in (1, 2))
+#: The settings of a run.
+SETTINGS = (*_TOP, Fact("projection", "object", "", "options of the projection", fields=_PROJECTION))
 #: The setting of a run of a study, by the options of `mbproj run`.
-SETTING = (
-    *map(_option, _STEPS),
-    *(replace(_option(fact), key=_OF_PROJECTION.get(fact.key, fact.key)) for fact in _PROJECTION),
-)
+SETTING = tuple(_option(each) for each in ENTRIES.values() if each.decides == HOW)

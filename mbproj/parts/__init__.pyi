@@ -209,7 +209,7 @@ class Simulation(ScenePart):
     break_times: a list of times, optional
     start: scene or equilibrium, optional
     adjust_joints: a number in m, optional
-    projection: none, baumgarte, gopm, popm, mass-orthogonal, mmopm, gpopm or gpopm-pinv or {method, tolerance, test, every, threshold, position, velocity, max_iterations, fallback, energy, momentum, alpha, gains}, optional
+    projection: none, baumgarte, gopm, popm, mass-orthogonal, mmopm, gpopm or gpopm-pinv or {method, tolerance, test, every, threshold, position, velocity, max_iterations, alpha, gains, fallback, energy, momentum}, optional
     at most one of step, tolerance
     """
 

@@ -23,7 +23,6 @@ __getattr__ = lazily(
         "blocks.forces.stops": "stop_units",
         "blocks.observables": "MECHANICAL_ADVANTAGE OBSERVABLES TRANSMISSION_ANGLE VELOCITY_RATIO",
         "blocks.oversights": "notes_on oversights",
-        "blocks.simulation": "OPTIONS",
         "expressions.evaluate": "Unavailable Value evaluate",
         "expressions.syntax_tree": "ExpressionError",
         "fields.rotations": "from_matrix to_matrix",

@@ -9,8 +9,8 @@ from html import escape
 
 from mbproj.errors import Place
 from mbproj.scene.read import read_scene_text
-from mbproj.scene.records import KeyPath, Scene
-from mbproj.scene.settings import merge, settings_of, values_of
+from mbproj.scene.records import Scene
+from mbproj.scene.settings import merge, place_of, settings_of, values_of
 from mbproj.scene.text.changes import changed
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, document, flow, from_value
@@ -22,8 +22,7 @@ SHOWN = 6
 def with_changes(scene: Scene, changes: Mapping[str, object]) -> Scene:
     """The scene with these values. Settings that were given in Python stay, unless the changes name them."""
     again = _read(scene, {**scene.overrides, **changes})
-    named = {("simulation", *path) for path in values_of(again)} & {tuple(name.split(".")) for name in changes}
-    given = {path: value for path, value in scene.given_settings.items() if ("simulation", *path) not in named}
+    given = {name: value for name, value in scene.given_settings.items() if ".".join(place_of(name)) not in changes}
     settings = settings_of(merge(values_of(again), given)) if given else again.settings
     return replace(again, path=scene.path, settings=settings, elements=scene.elements)
 
@@ -33,8 +32,8 @@ def to_yaml(scene: Scene) -> str:
     there is no such text, as for expectations after the end of a run that was made shorter in Python."""
     if scene.elements:
         raise ValueError(f"elements from Python cannot be written: {', '.join(each.name for each in scene.elements)}")
-    settings = {".".join(map(str, ("simulation", *path))): value for path, value in scene.given_settings.items()}
-    changes = {**scene.overrides, **{path: flow(from_value(value, Place(""))) for path, value in settings.items()}}
+    given = {".".join(place_of(name)): value for name, value in scene.given_settings.items()}
+    changes = {**scene.overrides, **{path: flow(from_value(value, Place(""))) for path, value in given.items()}}
     if not changes:
         return scene.text
     root, _ = compose(scene.text, "scene")
@@ -44,10 +43,10 @@ def to_yaml(scene: Scene) -> str:
     return text
 
 
-def given_settings(scene: Scene) -> dict[KeyPath, object]:
+def given_settings(scene: Scene) -> dict[str, object]:
     """The settings of the scene that differ from those of its text, which is read again: they were given in Python."""
     of_text = values_of(_read(scene, scene.overrides))
-    return {path: value for path, value in values_of(scene).items() if of_text.get(path) != value}
+    return {name: value for name, value in values_of(scene).items() if of_text.get(name) != value}
 
 
 def _read(scene: Scene, changes: Mapping[str, object]) -> Scene:

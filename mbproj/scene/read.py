@@ -20,7 +20,7 @@ from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading, declares_units, in_text_order, items_of, number_at
 from mbproj.scene.grammar import SCENE
 from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
-from mbproj.scene.settings import Merged, check_settings, flatten, merge, read_options, settings_of
+from mbproj.scene.settings import Merged, by_name, check_settings, merge, place_of, read_options, settings_of
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import (
     MappingNode,
@@ -50,7 +50,7 @@ def read_scene(
     """The scene in the file at `path`.
 
     `parameters` replaces parameters of the scene, or any value by its path, as "bodies.bar1.mass" (text of an
-    expression, a number, or an array of NumPy). `simulation` replaces settings, by the names in `simulation.OPTIONS`;
+    expression, a number, or an array of NumPy). `simulation` replaces settings, by their names in `mbproj.settings`;
     None is as if not given. Raises InputError with every problem, in text order.
     """
     return _taken_apart(read_text(Path(path)), str(path), Path(path)).scene(parameters, simulation)
@@ -236,7 +236,7 @@ def _on_coordinates(forces: Mapping[str, Force], joints: Mapping[str, Joint]) ->
 
 def _check_times(blocks: Mapping[str, Any], reading: Reading) -> None:
     """Report times of expectations at which the scene's own settings give no sample; options may change these."""
-    for complaint in unsampled(blocks.get("expect", {}), settings_of(flatten(blocks.get("simulation", {})))):
+    for complaint in unsampled(blocks.get("expect", {}), settings_of(by_name(blocks.get("simulation", {})))):
         reading.report(complaint.message, reading.places[complaint.path], complaint.hint)
 
 
@@ -260,9 +260,8 @@ def _settings(
     commanded = read_options(options, command)
     if block is None or commanded is None:
         return None
-    ways: list[KeyPath] = [("simulation", *path) for path in commanded]
-    reading.places.update({way: command.places[way] for way in ways})
-    merged = Merged(merge(flatten(block), commanded), frozenset(commanded), reading.places)
+    reading.places.update({way: command.places[way] for way in map(place_of, commanded)})
+    merged = Merged(merge(by_name(block), commanded), commanded, reading.places)
     wrong = list(check_settings(merged))
     reading.problems.extend(wrong)
     return None if wrong else settings_of(merged.values)

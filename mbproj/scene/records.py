@@ -8,14 +8,12 @@ from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import Place, Problem
-from mbproj.scene.run_records import Expectation as Expectation
-from mbproj.scene.run_records import Passage as Passage
-from mbproj.scene.run_records import ProjectionSettings as ProjectionSettings
-from mbproj.scene.run_records import Settings as Settings
+from mbproj.settings import ProjectionSettings as ProjectionSettings
+from mbproj.settings import Settings as Settings
 
 if TYPE_CHECKING:
     from mbproj.elements import Element, Kind
@@ -220,6 +218,39 @@ class Marker:
     local: bool = False
 
 
+class Passage(NamedTuple):
+    """The first time at which a joint coordinate ("crank.angle") has a value in its `unit`; angles modulo a turn."""
+
+    coordinate: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """A result that a run has to give: a `value` within `tolerance`, or at most `below`, or at least `above`. `source`
+    says where the number comes from.
+
+    `of` ("marker", .., "diagnostic") is the kind of the `item`. `quantity` is one of `mbproj.scene.blocks.observables`,
+    in the SI unit `unit`; `component` is "x", "y", "z", "norm" or "" for all. `over` is the input of a ratio, `between`
+    the markers of a transmission angle. `at` is a time in s, a passage, or one of `observables.MOMENTS`."""
+
+    name: str
+    of: str
+    item: str
+    quantity: str
+    unit: str
+    component: str
+    at: float | str | Passage
+    source: str
+    value: tuple[float, ...] | None = None
+    tolerance: float | None = None
+    below: float | None = None
+    above: float | None = None
+    over: str = ""
+    between: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class Scene:
     """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere). `overrides` are
@@ -255,8 +286,8 @@ class Scene:
         return None
 
     @cached_property
-    def given_settings(self) -> Mapping[KeyPath, object]:
-        """The settings that Python gave beside those of the text."""
+    def given_settings(self) -> Mapping[str, object]:
+        """The settings that Python gave beside those of the text, by name."""
         return dict(import_module("mbproj.scene.changed").given_settings(self))
 
     @staticmethod

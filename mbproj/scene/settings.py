@@ -7,39 +7,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
-from mbproj.scene.blocks.simulation import LIST_OPTIONS, OPTIONS, SIMULATION
+from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath, ProjectionSettings, Scene, Settings
 from mbproj.scene.sampling import too_many
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
+from mbproj.settings import SETTINGS, option_name
 
-#: Values by their path within the `simulation` block.
-Values = Mapping[KeyPath, Any]
+#: Values of settings by their names in `SETTINGS`.
+Values = Mapping[str, Any]
 
-METHOD: KeyPath = ("projection", "method")
-#: The options of every projection method that corrects the state.
-CORRECTION_OPTIONS = (
-    "tolerance",
-    "test",
-    "every",
-    "threshold",
-    "position",
-    "velocity",
-    "max_iterations",
-    "fallback",
-    "energy",
-    "momentum",
-)
-#: The options that add rows for conserved quantities to the velocity projection.
-ROWS = ("energy", "momentum")
-#: The defaults of options that only some methods have.
-DEFAULTS: Mapping[str, Any] = {"alpha": 1e7, "gains": (25.0, 25.0)}
 #: The integrator of a scene that gives a tolerance, but no integrator.
 BY_TOLERANCE = "dopri5"
 #: How far output_step / step may be from a whole number, relative to it.
@@ -48,52 +31,56 @@ MULTIPLE = 1e-9
 
 @dataclass(frozen=True)
 class Merged:
-    """The values of scene and command line together. `commanded` are the paths that the command line gave, `places` the
+    """The values of scene and command line together. `commanded` are the names that the command line gave, `places` the
     places by path in the scene."""
 
     values: Values
-    commanded: frozenset[KeyPath]
+    commanded: Iterable[str]
     places: Mapping[KeyPath, Place]
 
-    def place(self, *paths: KeyPath) -> Place | None:
-        """The place of the first of `paths` that the command line gave, or else of the first."""
-        chosen = next((path for path in paths if path in self.commanded), paths[0])
-        return self.places.get(("simulation", *chosen))
+    def place(self, *names: str) -> Place | None:
+        """The place of the first of `names` that the command line gave, or else of the first."""
+        return self.places.get(place_of(next((name for name in names if name in self.commanded), names[0])))
+
+    def get(self, name: str) -> Any:
+        """The value of a setting, or its default."""
+        return self.values.get(name, SETTINGS[name].usual)
 
 
-def read_options(options: Mapping[str, object], reading: Reading) -> dict[KeyPath, Any] | None:
-    """The settings that the command line gives, by path, read by the fields of the scene's own keys. An option that is
-    None is not given. The result is None where one is wrong, which is reported."""
+def place_of(name: str) -> tuple[str, ...]:
+    """The path of a setting in a scene."""
+    return ("simulation", *SETTINGS[name].path)
+
+
+def read_options(options: Mapping[str, object], reading: Reading) -> dict[str, Any] | None:
+    """The settings that the command line gives, read by the fields of the scene's own keys. An option that is None is
+    not given. The result is None where one is wrong, which is reported."""
     values: dict[str, Node] = {}
     projection: dict[str, Node] = {}
     for name, value in options.items():
         place = Place(option_name(name))
-        if name not in OPTIONS:
-            reading.report(f"unknown option '{name}'", place, choose_from(name, OPTIONS))
+        if name not in SETTINGS:
+            reading.report(f"unknown option '{name}'", place, choose_from(name, SETTINGS))
         elif value is not None:
-            if name in LIST_OPTIONS and isinstance(value, str) and "," in value:
+            entry = SETTINGS[name]
+            if entry.kind.startswith("tuple") and isinstance(value, str) and "," in value:
                 value = value.split(",")
-            (projection if len(OPTIONS[name]) > 1 else values)[str(OPTIONS[name][-1])] = from_value(value, place)
+            (projection if len(entry.path) > 1 else values)[entry.key] = from_value(value, place)
     if projection:
         values["projection"] = _mapping(projection)
-    blocks = SIMULATION.read(_mapping(values), ("simulation",), reading)
-    return None if blocks is None else flatten(blocks)
-
-
-def option_name(name: str) -> str:
-    """The option of the command line for a key of OPTIONS, as "--output-step"."""
-    return "--" + name.replace("_", "-")
+    block = SIMULATION.read(_mapping(values), ("simulation",), reading)
+    return None if block is None else by_name(block)
 
 
 def _mapping(values: dict[str, Node]) -> MappingNode:
     return MappingNode(values, {key: node.place for key, node in values.items()}, Place("command line"))
 
 
-def flatten(block: Mapping[str, Any]) -> dict[KeyPath, Any]:
-    """The values of a `simulation` block as read, by their path within it."""
+def by_name(block: Mapping[str, Any]) -> dict[str, Any]:
+    """The values of a `simulation` block as read, by the names of their settings."""
     inner = block.get("projection", {})
-    flat: dict[KeyPath, Any] = {(key,): value for key, value in block.items() if key != "projection"}
-    return flat | {("projection", key): value for key, value in inner.items()}
+    parts = ((entry, block if len(entry.path) == 1 else inner) for entry in SETTINGS.values())
+    return {entry.name: part[entry.key] for entry, part in parts if entry.key in part}
 
 
 def merge(scene: Values, options: Values) -> Values:
@@ -101,22 +88,23 @@ def merge(scene: Values, options: Values) -> Values:
     changes the method, options of the scene's method that the new one does not have are dropped. A tolerance without an
     integrator gets one with error control."""
     kept = dict(scene)
-    if ("step",) in options or ("tolerance",) in options:
-        kept.pop(("step",), None)
-        kept.pop(("tolerance",), None)
-    method = options.get(METHOD)
-    if method not in (None, scene.get(METHOD, ProjectionSettings.method)):
-        kept = {path: value for path, value in kept.items() if path[0] != "projection" or takes(method, str(path[1]))}
+    if "step" in options or "tolerance" in options:
+        kept.pop("step", None)
+        kept.pop("tolerance", None)
+    method = options.get("projection")
+    if method not in (None, scene.get("projection", SETTINGS["projection"].usual)):
+        kept = {name: value for name, value in kept.items() if takes(method, name)}
     merged = {**kept, **options}
-    if ("tolerance",) in merged:
-        merged.setdefault(("integrator",), BY_TOLERANCE)
+    if "tolerance" in merged:
+        merged.setdefault("integrator", BY_TOLERANCE)
     return merged
 
 
-def takes(method: str, option: str) -> bool:
-    """Whether the projection method has this option."""
-    entry = PROJECTIONS[method]
-    return option == "method" or option in entry.options or (entry.corrects and option in CORRECTION_OPTIONS)
+def takes(method: str, name: str) -> bool:
+    """Whether a run with this projection method has this setting."""
+    setting, entry = SETTINGS[name], PROJECTIONS[method]
+    of_run = len(setting.path) == 1 or name == "projection"
+    return of_run or setting.key in entry.options or (entry.corrects and setting.where_taken is None)
 
 
 def check_settings(merged: Merged) -> Iterator[Problem]:
@@ -126,58 +114,54 @@ def check_settings(merged: Merged) -> Iterator[Problem]:
 
 
 def _tolerance_needs_an_estimate(merged: Merged) -> Iterator[Problem]:
-    name = merged.values.get(("integrator",), Settings.integrator)
-    if ("tolerance",) in merged.values and not is_embedded(name):
+    name = merged.get("integrator")
+    if "tolerance" in merged.values and not is_embedded(name):
         able = ", ".join(other for other in integrator_choices() if is_embedded(other))
-        place = merged.place(("tolerance",), ("integrator",))
+        place = merged.place("tolerance", "integrator")
         yield Problem(f"'{name}' has no error estimate, which 'tolerance' needs", place, f"these have one: {able}")
 
 
 def _auto_needs_a_tolerance(merged: Merged) -> Iterator[Problem]:
-    name = merged.values.get(("integrator",), Settings.integrator)
-    if name == AUTOMATIC and ("step",) in merged.values:
-        place = merged.place(("step",), ("integrator",))
+    name = merged.get("integrator")
+    if name == AUTOMATIC and "step" in merged.values:
+        place = merged.place("step", "integrator")
         yield Problem(f"'{name}' chooses its steps by their error: it takes no 'step'", place, "give a 'tolerance'")
 
 
 def _output_is_a_multiple(merged: Merged) -> Iterator[Problem]:
-    step, output_step = merged.values.get(("step",)), merged.values.get(("output_step",))
+    step, output_step = merged.get("step"), merged.get("output_step")
     if step is None or output_step is None:
         return
     ratio = output_step / step
     if not (0.5 < ratio < 1e15 and abs(ratio - round(ratio)) <= MULTIPLE * ratio):
-        place = merged.place(("output_step",), ("step",))
         yield Problem(
             f"'output_step' ({output_step:.10g} s) is not a whole multiple of 'step' ({step:.10g} s)",
-            place,
+            merged.place("output_step", "step"),
             f"set 'output_step' to {max(round(min(ratio, 1e15)), 1) * step:.10g} s",
         )
 
 
 def _method_takes_its_options(merged: Merged) -> Iterator[Problem]:
-    method = merged.values.get(METHOD, ProjectionSettings.method)
-    for path in merged.values:
-        if path[0] == "projection" and not takes(method, str(path[1])):
-            able = ", ".join(other for other in PROJECTIONS if takes(other, str(path[1])))
-            yield Problem(
-                f"projection method '{method}' has no '{path[1]}'", merged.place(path, METHOD), f"these have: {able}"
-            )
+    method = merged.get("projection")
+    for name in merged.values:
+        if not takes(method, name):
+            key, able = SETTINGS[name].key, ", ".join(other for other in PROJECTIONS if takes(other, name))
+            place = merged.place(name, "projection")
+            yield Problem(f"projection method '{method}' has no '{key}'", place, f"these have: {able}")
 
 
 def _rows_need_velocities(merged: Merged) -> Iterator[Problem]:
-    for row in ROWS:
-        path: KeyPath = ("projection", row)
-        if merged.values.get(path) and merged.values.get(("projection", "velocity")) is False:
-            place = merged.place(path, ("projection", "velocity"))
-            yield Problem(f"'{row}' is a row of the velocity projection, which is off", place, "leave out 'velocity'")
+    for name in ("energy_row", "momentum_row"):
+        if merged.get(name) and not merged.get("project_velocity"):
+            said = f"'{SETTINGS[name].key}' is a row of the velocity projection, which is off"
+            yield Problem(said, merged.place(name, "project_velocity"), "leave out 'velocity'")
 
 
 def _steps_can_be_counted(merged: Merged) -> Iterator[Problem]:
-    duration, step, output_step = (merged.values.get((name,)) for name in ("duration", "step", "output_step"))
-    problem = too_many(Settings(duration=duration, step=step, output_step=output_step))
+    step = merged.get("step")
+    problem = too_many(Settings(duration=merged.get("duration"), step=step, output_step=merged.get("output_step")))
     if problem is not None:
-        shorter = "output_step" if step is None else "step"
-        yield replace(problem, place=merged.place((shorter,), ("duration",)))
+        yield replace(problem, place=merged.place("output_step" if step is None else "step", "duration"))
 
 
 _CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
@@ -192,38 +176,36 @@ _CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
 
 def settings_of(values: Values) -> Settings:
     """The settings of these values, with defaults for the others."""
-    top = {str(path[0]): value for path, value in values.items() if len(path) == 1}
-    inner = {str(path[1]): value for path, value in values.items() if len(path) == 2}
-    method = inner.get("method", ProjectionSettings.method)
-    own = {option: DEFAULTS[option] for option in PROJECTIONS[method].options}
-    return Settings(**top, projection=ProjectionSettings(**{**own, **inner}))
+    method = values.get("projection", SETTINGS["projection"].usual)
+    given = {**{name: SETTINGS[name].where_taken for name in PROJECTIONS[method].options}, **values}
+    top, inner = (
+        {SETTINGS[name].key: value for name, value in given.items() if len(SETTINGS[name].path) == length}
+        for length in (1, 2)
+    )
+    return Settings(**top, projection=ProjectionSettings(**inner))
 
 
 def with_options(scene: Scene, options: Mapping[str, object]) -> Scene:
-    """The scene with other settings, by the names in `OPTIONS`; None: not given. Raises InputError as `read_scene`."""
+    """The scene with other settings, by the names in `SETTINGS`; None: not given. Raises InputError as `read_scene`."""
     reading = Reading()
     commanded = read_options(options, reading)
     merged = None
     if commanded:
-        places = {**scene.places, **reading.places}
-        merged = Merged(merge(values_of(scene), commanded), frozenset(commanded), places)
+        merged = Merged(merge(values_of(scene), commanded), commanded, {**scene.places, **reading.places})
         reading.problems.extend(check_settings(merged))
     if reading.problems:
         raise InputError(reading.problems)
     return scene if merged is None else replace(scene, settings=settings_of(merged.values))
 
 
-def values_of(scene: Scene) -> dict[KeyPath, Any]:
-    """The settings of a scene, by path, that differ from the defaults or are given in its text."""
-    values: dict[KeyPath, Any] = {}
-    inner = scene.settings.projection
-    for way, record, plain in (((), scene.settings, Settings()), (("projection",), inner, ProjectionSettings())):
-        for each in fields(record):
-            path, value = (*way, each.name), getattr(record, each.name)
-            is_given = value != getattr(plain, each.name) or ("simulation", *path) in scene.places
-            if value is not None and is_given and path != ("projection",):
-                values[path] = value
-    return values
+def values_of(scene: Scene) -> dict[str, Any]:
+    """The settings of a scene that differ from the defaults or are given in its text."""
+    values = {name: entry.of(scene.settings) for name, entry in SETTINGS.items()}
+    return {
+        name: value
+        for name, value in values.items()
+        if value is not None and (value != SETTINGS[name].usual or place_of(name) in scene.places)
+    }
 
 
 def settings_to_run(scene: Scene, *, by_options: bool = True) -> Settings:

@@ -18,7 +18,7 @@ from mbproj.model import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import Scene, read_scene_text
 from mbproj.scene.records import ProjectionSettings, Settings
-from mbproj.scene.settings import DEFAULTS
+from mbproj.settings import SETTINGS
 from mbproj.thresholds import THRESHOLDS
 
 from .time_limit import at_most
@@ -26,7 +26,7 @@ from .time_limit import at_most
 #: A motion that is off by less, relative to its own size, is right; a closure of so many floors is closed.
 RIGHT, CLOSED = 1e-6, 100.0
 #: The default penalty.
-ALPHA = float(DEFAULTS["alpha"])
+ALPHA = float(SETTINGS["alpha"].where_taken)
 #: Samples of a run.
 SAMPLES = 10
 #: Baumgarte's gains in 1/s: the default, or this over the step where that is less.

@@ -110,8 +110,9 @@ def commands() -> str:
         usage = " ".join(command.collect_usage_pieces(context))
         summary = inspect.cleandoc(command.help or "").partition("\n\n")[0].replace("\n", " ")
         names = {each for option in command.params for each in option.opts}
-        setting = names.issuperset(SCENE_OPTIONS)
-        link = "\n\nIt takes the [options of a setting](#options-of-a-setting) too." if setting else ""
+        missing = [each for each in SCENE_OPTIONS if each not in names]
+        setting, but = len(missing) < 2, f", but {code(missing[0])}" if missing else ""
+        link = f"\n\nIt takes the [options of a setting](#options-of-a-setting) too{but}." if setting else ""
         listed = _options(name, without=SCENE_OPTIONS if setting else ())
         lines = "".join(f"# {said}\n{line}\n" for said, line in command.examples)
         parts.append(f"## {name}\n\n`mbproj {name} {usage}`\n\n{summary}{link}\n\n{listed}\n```text\n{lines}```")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from mbproj import registry
 from mbproj.joints import JOINTS
@@ -12,11 +13,12 @@ from mbproj.scene.blocks.control.signals import SIGNAL_KEYS, STATE_KEYS
 from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS
 from mbproj.scene.blocks.motions import KINDS
 from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
-from mbproj.scene.blocks.simulation import PROJECTION, SIMULATION
+from mbproj.scene.blocks.simulation import OF_PROJECTION, SIMULATION
 from mbproj.scene.expressions.evaluate import FUNCTIONS
 from mbproj.scene.expressions.units import SYMBOLS
-from mbproj.scene.fields.containers import Record
+from mbproj.scene.fields.fields import Field
 from mbproj.scene.grammar import JOINT, MARKER, SCENE
+from mbproj.settings import SETTINGS, SettingEntry, option_name
 
 from .markdown import code, codes, table
 
@@ -27,12 +29,33 @@ def scene_keys() -> str:
 
 
 def simulation_keys() -> str:
-    return keys_of(SIMULATION.keys, SIMULATION.required)
+    return settings(SIMULATION.keys, 1)
 
 
 def projection_keys() -> str:
-    (record,) = (each for each in PROJECTION.ways if isinstance(each, Record))  # type: ignore[attr-defined]
-    return keys_of(record.keys, record.required)
+    return settings(OF_PROJECTION, 2)
+
+
+def settings(fields: Mapping[str, Field[Any]], depth: int) -> str:
+    """The settings whose paths have this length: what they take, their defaults, their options."""
+    rows = [
+        [code(entry.key), fields[entry.key].expects, _usual(entry), code(option_name(name)), entry.help]
+        for name, entry in SETTINGS.items()
+        if len(entry.path) == depth
+    ]
+    if depth == 1:
+        method = SETTINGS["projection"]
+        way = "a method, or [a mapping](#projection-methods)"
+        rows.append([code("projection"), way, method.usual, code("--projection"), method.help])
+    return table(["key", "value", "default", "option", "what it does"], rows)
+
+
+def _usual(entry: SettingEntry) -> str:
+    """The default of a setting, as a scene writes it."""
+    value = entry.where_taken if entry.usual is None and entry.where_taken else entry.usual
+    if isinstance(value, tuple):
+        return ", ".join(f"{each:g}" for each in value) or "none"
+    return entry.null if value is None else str(value).lower() if isinstance(value, bool) else f"{value}"
 
 
 def marker_keys() -> str:

@@ -13,7 +13,7 @@ import mbproj
 from mbproj.calls.settings import RunSettings
 from mbproj.cli import MODULES
 from mbproj.cli import mbproj as group
-from mbproj.scene import OPTIONS
+from mbproj.settings import SETTINGS
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
@@ -103,7 +103,7 @@ def test_a_function_takes_the_words_of_its_command(name):
 
 
 def test_the_settings_are_those_of_scenes():
-    assert set(RunSettings.__annotations__) == set(OPTIONS)
+    assert set(RunSettings.__annotations__) == set(SETTINGS)
 
 
 def printed(*words):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.scene import OPTIONS
+from mbproj.settings import SETTINGS
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
@@ -49,7 +49,7 @@ def test_every_form_of_a_scene_gives_the_same_motion(form, tmp_path):
 
 
 def test_run_takes_the_words_of_the_command_line():
-    assert set(OPTIONS) <= set(inspect.signature(mbproj.run).parameters)
+    assert set(SETTINGS) <= set(inspect.signature(mbproj.run).parameters)
 
 
 def test_certified_run_says_how_long_it_holds():

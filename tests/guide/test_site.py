@@ -45,4 +45,4 @@ def test_pages_work_from_the_disk(site):
 
 def test_options_keep_their_two_hyphens(site):
     text = (site / "reference" / "commands.html").read_text(encoding="utf-8")
-    assert "or give --tolerance." in text
+    assert "With --certify: say" in text

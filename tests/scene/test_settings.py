@@ -9,8 +9,8 @@ import pytest
 from mbproj.errors import InputError, Place
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import settings_to_run
-from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.records import ProjectionSettings
+from mbproj.settings import SETTINGS
 from tests.scene.good_scene import GOOD, changed, errors, read, read_with
 
 BARE_SCENE = "mbproj: 1\ngravity: [0, 0, 0]\nbodies: {b: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}\n"
@@ -50,7 +50,7 @@ def test_every_option_reaches_its_setting() -> None:
     rows = {"energy": False, "momentum": False}
     own = ProjectionSettings("mmopm", 1e-9, "paper", 3, 1e-6, True, False, 9, 1e6, None, "gopm", **rows)
     assert settings.projection == own
-    assert {*given} == {*OPTIONS} - {"tolerance", "gains"}
+    assert {*given} == {*SETTINGS} - {"tolerance", "gains"}
 
 
 GAINS: list[tuple[Any, tuple[float, float]]] = [("5", (5, 5)), ("4,9", (4, 9)), ((4, 9.5), (4, 9.5)), (2.5, (2.5, 2.5))]

@@ -74,8 +74,10 @@ def command(
     from mbproj.scene.blocks.oversights import notes_on
 
     asked, given = _limits(certify, limits), overrides(options)
-    if from_equilibrium:
-        given["start"] = EQUILIBRIUM
+    if from_equilibrium and given.setdefault("start", EQUILIBRIUM) != EQUILIBRIUM:
+        from mbproj.errors import InputError, Place, Problem
+
+        raise InputError(Problem("'--start' says otherwise", Place("--from-equilibrium"), "leave out one of the two"))
     what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
     if not quiet:
         show_notes(notes_on(what))

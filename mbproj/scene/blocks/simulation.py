@@ -1,81 +1,47 @@
-"""The `simulation` block: the field of each key, and the option of the command line that changes it."""
+"""The `simulation` block: the field that reads each setting."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
-from mbproj import registry
 from mbproj.scene.fields.choices import Alternatives, NameChoice
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List
 from mbproj.scene.fields.quantities import Integer, Number
-from mbproj.scene.records import KeyPath
+from mbproj.settings import SETTINGS, SIZE, SettingEntry
 
-METHOD = NameChoice("projection method", lambda: registry.PROJECTIONS)
-GAIN: Field[Any] = Number("1/s", above=0.0)
 
+def _field(entry: SettingEntry) -> Field[Any]:
+    """The field that reads a setting."""
+    if entry.kind == "str":
+        what = "projection method" if entry.name == "projection" else entry.key.replace("_", " ")
+        return NameChoice(what, lambda: entry.words)
+    if entry.kind == "bool":
+        return Flag()
+    if entry.kind == "int":
+        return Integer(minimum=1)
+    number = Number("" if entry.takes in ("1", SIZE) else entry.takes, above=entry.above, maximum=entry.maximum)
+    if entry.kind == "float":
+        return number
+    if entry.kind == "tuple[float, ...]":
+        return List(number, None, "times")
+    return Alternatives((Converted(number, lambda value: (value, value)), List(number, 2)))
+
+
+def _fields(length: int) -> dict[str, Field[Any]]:
+    """The fields of the settings whose paths have this length, by their keys."""
+    return {entry.key: _field(entry) for entry in SETTINGS.values() if len(entry.path) == length}
+
+
+#: The fields of the options of a projection.
+OF_PROJECTION: Mapping[str, Field[Any]] = _fields(2)
 PROJECTION: Field[dict[str, Any]] = Alternatives(
     (
-        Converted(METHOD, lambda method: {"method": method}),
-        Record(
-            "a projection",
-            {
-                "method": METHOD,
-                "tolerance": Number(above=0.0),
-                "test": NameChoice("test", lambda: registry.STOP_TESTS),
-                "every": Integer(minimum=1),
-                "threshold": Number(above=0.0),
-                "position": Flag(),
-                "velocity": Flag(),
-                "max_iterations": Integer(minimum=1),
-                "fallback": NameChoice("fallback", lambda: registry.FALLBACKS),
-                "energy": Flag(),
-                "momentum": Flag(),
-                "alpha": Number(above=0.0),
-                "gains": Alternatives((Converted(GAIN, lambda gain: (gain, gain)), List(GAIN, 2))),
-            },
-            dict,
-        ),
+        Converted(OF_PROJECTION["method"], lambda method: {"method": method}),
+        Record("a projection", OF_PROJECTION, dict),
     )
 )
-
 SIMULATION: Record[dict[str, Any]] = Record(
-    "a simulation",
-    {
-        "duration": Number("s", above=0.0),
-        "step": Number("s", above=0.0),
-        "tolerance": Number(above=0.0, maximum=0.1),
-        "integrator": NameChoice("integrator", registry.integrator_choices),
-        "formulation": NameChoice("formulation", lambda: registry.FORMULATIONS),
-        "kinematic": Flag(),
-        "acceleration": NameChoice("acceleration", lambda: registry.ACCELERATIONS),
-        "impact_law": NameChoice("impact law", lambda: registry.IMPACT_LAWS),
-        "output_step": Number("s", above=0.0),
-        "break_times": List(Number("s"), None, "times"),
-        "start": NameChoice("start", lambda: registry.STARTS),
-        "adjust_joints": Number("m", above=0.0),
-        "projection": PROJECTION,
-    },
-    dict,
-    choices=(OneOf(("step", "tolerance")),),
-)
-
-#: The options whose text may be a list, A,B.
-LIST_OPTIONS = frozenset({"gains", "break_times"})
-#: The path within the block of the value that an option changes, by the option's name in Python.
-OPTIONS: Mapping[str, KeyPath] = MappingProxyType(
-    {
-        **{key: (key,) for key in SIMULATION.keys if key != "projection"},
-        "projection": ("projection", "method"),
-        "projection_tolerance": ("projection", "tolerance"),
-        "projection_test": ("projection", "test"),
-        "project_position": ("projection", "position"),
-        "project_velocity": ("projection", "velocity"),
-        "projection_fallback": ("projection", "fallback"),
-        "energy_row": ("projection", "energy"),
-        "momentum_row": ("projection", "momentum"),
-        **{key: ("projection", key) for key in ("every", "threshold", "max_iterations", "alpha", "gains")},
-    }
+    "a simulation", {**_fields(1), "projection": PROJECTION}, dict, choices=(OneOf(("step", "tolerance")),)
 )

@@ -13,8 +13,8 @@ from mbproj.errors import InputError, Problem, choose_from
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import System, compile_system
-from mbproj.registry import EQUILIBRIUM
 from mbproj.scene.records import Scene, Settings
+from mbproj.settings import MECHANISM, SETTINGS
 from mbproj.studies.measure.setting import Setting
 
 
@@ -88,23 +88,16 @@ class Mechanism:
     @property
     def identity(self) -> dict[str, Any]:
         """All that the mechanism follows from, as the key of the store."""
-        times, start = self.scene.settings.break_times, self.scene.settings.start
-        started: dict[str, Any] = {"start": start} if start == EQUILIBRIUM else {}
-        if self.scene.settings.adjust_joints is not None:
-            started["adjust_joints"] = self.scene.settings.adjust_joints
-        text, parameters = self.scene.text, dict(self.scene.overrides)
-        own = {"elements": repr(self.scene.elements)} if self.scene.elements else {}
-        return {"scene": text, "parameters": parameters, "break_times": list(times), **started, **own}
+        scene = self.scene
+        settings = {entry.name: entry.of(scene.settings) for entry in _OF_SCENE}
+        elements = repr(scene.elements) if scene.elements else ""
+        return {"scene": scene.text, "parameters": dict(scene.overrides), "settings": settings, "elements": elements}
+
+
+#: The settings that belong to the mechanism: no study varies them.
+_OF_SCENE = [entry for entry in SETTINGS.values() if entry.decides == MECHANISM]
 
 
 def of_scene(scene: Scene, settings: Settings) -> Settings:
-    """Return the settings with the entries that belong to the scene. These are its break times, its kind of start,
-    `adjust_joints`, and whether a mechanism without freedom is integrated."""
-    own = scene.settings
-    return replace(
-        settings,
-        break_times=own.break_times,
-        start=own.start,
-        adjust_joints=own.adjust_joints,
-        kinematic=own.kinematic,
-    )
+    """Return the settings with those of the scene that belong to its mechanism."""
+    return replace(settings, **{entry.key: entry.of(scene.settings) for entry in _OF_SCENE})

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import asdict, fields
-from functools import reduce
 from typing import Any
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem, choose_from
 from mbproj.registry import PROJECTIONS
-from mbproj.scene.blocks.simulation import OPTIONS
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Settings
-from mbproj.scene.settings import Merged, check_settings, option_name, read_options, settings_of, takes
+from mbproj.scene.settings import Merged, check_settings, read_options, settings_of, takes
 from mbproj.scene.text.nodes import plain
+from mbproj.settings import SETTINGS, option_name
 
 #: A threshold below every violation of a run: it switches off the scene's own one.
 NO_THRESHOLD = 1e-50
+
+
+def _usual(name: str) -> Any:
+    """The default of a setting."""
+    return SETTINGS[name].usual
 
 
 @dataclass(frozen=True)
@@ -25,24 +29,24 @@ class Setting:
     """A way to run a scene, in the names of the options of `mbproj run`. Either `step` (s) or `tolerance` is given. A
     value of None means the program's default, or an option that does not apply to the method."""
 
-    projection: str = "gpopm"
-    integrator: str = "rk4"
-    step: float | None = None
-    tolerance: float | None = None
-    every: int = 1
-    threshold: float | None = None
-    formulation: str = "auto"
-    acceleration: str = "bordered"
-    projection_tolerance: float | None = None
-    projection_test: str = "violation"
-    project_position: bool = True
-    project_velocity: bool = True
-    projection_fallback: str = "none"
-    energy_row: bool = False
-    momentum_row: bool = False
-    max_iterations: int = 25
-    alpha: float | None = None
-    gains: tuple[float, float] | None = None
+    projection: str = _usual("projection")
+    integrator: str = _usual("integrator")
+    step: float | None = _usual("step")
+    tolerance: float | None = _usual("tolerance")
+    every: int = _usual("every")
+    threshold: float | None = _usual("threshold")
+    formulation: str = _usual("formulation")
+    acceleration: str = _usual("acceleration")
+    projection_tolerance: float | None = _usual("projection_tolerance")
+    projection_test: str = _usual("projection_test")
+    project_position: bool = _usual("project_position")
+    project_velocity: bool = _usual("project_velocity")
+    projection_fallback: str = _usual("projection_fallback")
+    energy_row: bool = _usual("energy_row")
+    momentum_row: bool = _usual("momentum_row")
+    max_iterations: int = _usual("max_iterations")
+    alpha: float | None = _usual("alpha")
+    gains: tuple[float, float] | None = _usual("gains")
 
     def __new__(cls, *values: object, **named: object) -> Setting:
         """Raises InputError for an unknown name."""
@@ -60,9 +64,8 @@ class Setting:
 
     @classmethod
     def of(cls, settings: Settings) -> Setting:
-        """The setting that a scene's settings contain, without the duration and the choice of what is recorded."""
-        whole: Any = settings
-        return cls(**{each.name: reduce(getattr, map(str, OPTIONS[each.name]), whole) for each in fields(cls)})
+        """The setting that a scene's settings contain, without what the mechanism and the samples follow from."""
+        return cls(**{each.name: SETTINGS[each.name].of(settings) for each in fields(cls)})
 
     def projected_by(self, projection: str) -> Setting:
         """Return this setting where `projection` is its own method. For another, return that method's default setting,
@@ -77,7 +80,8 @@ class Setting:
         """The options that differ from `over` (by default the program's defaults), and always projection, integrator,
         and step or tolerance. `read_scene` takes them as `simulation`."""
         base = asdict(Setting.of(over or Settings()))
-        own = {name: value for name, value in asdict(self).items() if self._has(name)}
+        taking = self.projection in PROJECTIONS
+        own = {name: value for name, value in asdict(self).items() if not taking or takes(self.projection, name)}
         named = ("integrator", "tolerance" if self.step is None else "step", "projection")
         given = {name: own[name] for name in named}
         given |= {name: value for name, value in own.items() if value is not None and value != base[name]}
@@ -120,22 +124,10 @@ class Setting:
         reading = Reading()
         given = {**self.options(), "duration": duration, "output_step": output_step}
         values = read_options(given, reading) or {}
-        problems = reading.problems or list(check_settings(Merged(values, frozenset(values), reading.places)))
+        problems = reading.problems or list(check_settings(Merged(values, values, reading.places)))
         if problems:
             raise InputError(problems)
         return settings_of(values)
-
-    def _has(self, name: str) -> bool:
-        """Whether the option `name` applies to this setting's method."""
-        return name not in _OF_METHODS or (self.projection in PROJECTIONS and takes(self.projection, _OF_METHODS[name]))
-
-
-#: The options that only some methods have, and their keys in the scene's `projection`.
-_OF_METHODS = {
-    each.name: str(OPTIONS[each.name][-1])
-    for each in fields(Setting)
-    if len(OPTIONS[each.name]) > 1 and each.name != "projection"
-}
 
 
 def only_full(projections: Iterable[str]) -> list[str]:
