@@ -195,3 +195,14 @@ def _entries(record: type, *way: str) -> Iterator[SettingEntry]:
 
 #: Every setting by its name in Python.
 SETTINGS: Mapping[str, SettingEntry] = MappingProxyType({each.name: each for each in _entries(Settings)})
+#: The settings that a study chooses itself, by its name: it takes no option and no argument for them.
+_CHOSEN_BY: Mapping[str, tuple[str, ...]] = {
+    "stability": ("projection", "output_step"),
+    "threshold": ("every", "threshold", "output_step"),
+    "verify": ("output_step",),
+}
+
+
+def settings_taken(command: str) -> dict[str, SettingEntry]:
+    """The settings that a command on a scene takes, and the function of its name."""
+    return {name: entry for name, entry in SETTINGS.items() if name not in _CHOSEN_BY.get(command, ())}

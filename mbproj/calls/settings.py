@@ -8,7 +8,7 @@ from typing import Any, TypedDict, TypeVar
 
 from mbproj.calls.arguments import Quantity
 from mbproj.errors import choose_from
-from mbproj.settings import SETTINGS
+from mbproj.settings import settings_taken
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -43,10 +43,10 @@ class RunSettings(TypedDict, total=False):
     gains: Sequence[Quantity] | None
 
 
-def options_of(settings: Mapping[str, Any], function: str, *others: str, without: str = "") -> dict[str, object]:
-    """The settings that are not None. Raises TypeError for an unknown one, with the most similar name. `others` are the
-    function's own arguments; it does not take the setting `without`."""
-    known = [*(name for name in SETTINGS if name != without), *others]
+def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict[str, object]:
+    """The settings that are not None. Raises TypeError for one that the function does not take, with the most similar
+    name; `others` are the function's own arguments."""
+    known = [*settings_taken(function), *others]
     for name in settings:
         if name not in known:
             raise TypeError(f"{function}() has no argument '{name}'; {choose_from(name, known)}")
@@ -58,8 +58,13 @@ def with_settings(function: Function) -> Function:
     signature = inspect.signature(function)
     own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
     each = (
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind.__forward_arg__)
-        for name, kind in RunSettings.__annotations__.items()
+        inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=None,
+            annotation=RunSettings.__annotations__[name].__forward_arg__,
+        )
+        for name in settings_taken(function.__name__)
     )
     function.__signature__ = signature.replace(parameters=[*own, *each])  # type: ignore[attr-defined]
     return function

@@ -185,10 +185,8 @@ def threshold(
     does not run.
     """
     with by_arguments():
-        chosen = options_of(settings, "threshold", "thresholds")
-        chosen.pop("threshold", None)
         return threshold_study(
-            scene_of(scene, parameters, chosen),
+            scene_of(scene, parameters, options_of(settings, "threshold", "thresholds")),
             thresholds=amounts(thresholds, "thresholds", ""),
             at=names_of(at),
             until=_time(until),
@@ -232,7 +230,9 @@ def stability(
         bounds = {"closed": closed, "energy": energy}
         given = {name: amount(value, name, "", above=0.0) for name, value in bounds.items() if value is not None}
         return bisection.stability(
-            scene_of(scene, parameters, options_of(settings, "stability", "vary", "points", "low", "high")),
+            scene_of(
+                scene, parameters, options_of(settings, "stability", "vary", "projections", "points", "low", "high")
+            ),
             vary,
             projections=_names(projections),
             low=None if low is None else amount(low, "low", unit, above=0.0),

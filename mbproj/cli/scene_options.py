@@ -13,7 +13,7 @@ import click
 from mbproj.cli.completion import Words, scene_file
 from mbproj.cli.explained import Part, option
 from mbproj.errors import InputError, Place, Problem
-from mbproj.settings import SETTINGS, SettingEntry, option_name
+from mbproj.settings import SETTINGS, SettingEntry, option_name, settings_taken
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
@@ -36,16 +36,15 @@ def _option(entry: SettingEntry) -> Callable[[Command], Command]:
 
 def scene_options(command: Command) -> Command:
     """Decorate a command with the argument SCENE and all these options; `overrides` collects their values."""
-    return scene_options_without()(command)
+    return scene_options_of("")(command)
 
 
-def scene_options_without(*left_out: str) -> Callable[[Command], Command]:
-    """Return a decorator like `scene_options` that leaves out some options."""
+def scene_options_of(name: str) -> Callable[[Command], Command]:
+    """Return a decorator like `scene_options` for the study of this name, which chooses some settings itself."""
 
     def add(command: Command) -> Command:
-        for entry in reversed([*SETTINGS.values()]):
-            if option_name(entry.name) not in left_out:
-                command = _option(entry)(command)
+        for entry in reversed([*settings_taken(name).values()]):
+            command = _option(entry)(command)
         command = option(
             Part.WHAT,
             "--set",

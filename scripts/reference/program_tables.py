@@ -111,7 +111,7 @@ def commands() -> str:
         summary = inspect.cleandoc(command.help or "").partition("\n\n")[0].replace("\n", " ")
         names = {each for option in command.params for each in option.opts}
         missing = [each for each in SCENE_OPTIONS if each not in names]
-        setting, but = len(missing) < 2, f", but {code(missing[0])}" if missing else ""
+        setting, but = len(missing) < 4, f", but not {' '.join(map(code, missing))}" if missing else ""
         link = f"\n\nIt takes the [options of a setting](#options-of-a-setting) too{but}." if setting else ""
         listed = _options(name, without=SCENE_OPTIONS if setting else ())
         lines = "".join(f"# {said}\n{line}\n" for said, line in command.examples)

@@ -71,7 +71,6 @@ ELSEWHERE = {
     "modes": {"vary"},  # traces
     "run": {"accuracy"},  # recommend
     "sweep": {"dry", "yes", "show"},
-    "stability": {"single"},
     "optimise": {"topologies"},  # which search for mechanisms
     "export": {"only_list", "mjcf", "urdf", "settings"},  # export_model
 }

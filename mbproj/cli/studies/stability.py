@@ -12,8 +12,8 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import one_of
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
-from mbproj.cli.scene_options import overrides, parameters, scene_options_without
-from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.cli.scene_options import overrides, parameters, scene_options_of
+from mbproj.errors import Place, placed_at
 from mbproj.facts import report_of
 from mbproj.facts.studies import STABILITY
 
@@ -40,7 +40,7 @@ EXAMPLES = (
 
 
 @explained("stability", EXAMPLES)
-@scene_options_without("--projection")
+@scene_options_of("stability")
 @option(
     Part.WHAT,
     "--vary",
@@ -51,7 +51,6 @@ EXAMPLES = (
     "or parameters.NAME of the scene.",
 )
 @study_options.projections("none,baumgarte,gopm,gpopm")
-@option(Part.PROJECTION, "--projection", "single", hidden=True, help="The same for one method: use --projections.")
 @option(
     Part.WHAT, "--from", "low", type=Positive(""), metavar="NUMBER", help="Lowest value [default: by the quantity]."
 )
@@ -80,7 +79,6 @@ def command(
     settings: tuple[str, ...],
     vary: str,
     projections: tuple[str, ...] | None,
-    single: str | None,
     closed: float | None,
     energy: float | None,
     **options: Any,
@@ -101,8 +99,6 @@ def command(
     what = read_scene(scene, parameters(settings), overrides(options))
     with placed_at(Place("--vary")):
         quantity_named(vary)
-    if single is not None and projections is not None:
-        raise InputError(Problem("--projection and --projections say the same", hint="give --projections alone"))
     study = Study(options, ("projection", vary), f"{Path(scene).stem}-stability-{vary}")
     given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
     with placed_at(Place("--vary")):
@@ -110,7 +106,7 @@ def command(
             stability,
             what,
             vary,
-            projections=projections if single is None else (single,),
+            projections=projections,
             limits=Limits(**given),
             **{name: options[name] for name in ("low", "high", "points")},
         )

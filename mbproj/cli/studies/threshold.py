@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from mbproj.cli import study_options
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import PositiveList
-from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.cli.scene_options import overrides, parameters, scene_options_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ EXAMPLES = (
 
 
 @explained("threshold", EXAMPLES)
-@scene_options
+@scene_options_of("threshold")
 @option(
     Part.PROJECTION,
     "--thresholds",
@@ -53,9 +53,7 @@ def command(
     from mbproj.scene import read_scene
     from mbproj.studies.threshold import threshold_study
 
-    chosen = overrides(options)
-    chosen.pop("threshold", None)
-    what = read_scene(scene, parameters(settings), chosen)
+    what = read_scene(scene, parameters(settings), overrides(options))
     study = Study(options, ("threshold", "projection"), f"{Path(scene).stem}-threshold")
     study_result = study.result(threshold_study, what, thresholds=thresholds, at=at)
     numbers = {

@@ -11,7 +11,7 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import plot_option
-from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.cli.scene_options import overrides, parameters, scene_options_of
 from mbproj.errors import ExitCode, Place, placed_at
 from mbproj.facts import report_of
 from mbproj.facts.designs import VERIFY
@@ -28,7 +28,7 @@ EXAMPLES = (
 
 
 @explained("verify", EXAMPLES)
-@scene_options
+@scene_options_of("verify")
 @option(
     Part.OUTPUT,
     "--store",
