@@ -43,6 +43,22 @@ def test_baumgartes_limit_is_that_of_the_tableau(name):
     assert near.closure < 1e-3 * 1e-8  # α h = 1: after 300 steps nothing is left of the offset
 
 
+@pytest.mark.parametrize(("given", "own"), [({}, 25.0), ({"gains": 40}, 40.0)])
+def test_the_own_gain_is_that_of_a_run(given, own):
+    scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, {"projection": "baumgarte", **given})
+    span = QUANTITIES["baumgarte-gain"].span(Subject(scene, Setting.of(scene.settings), 1.0, Limits()))
+    assert (span.own, span.own) == scene.settings.projection.gains == (own, own)
+
+
+@pytest.mark.full
+@pytest.mark.parametrize(("step", "part"), [(1e-2, 0.78), (2e-3, 0.94), (5e-4, 0.98)])
+def test_the_limit_comes_near_that_of_the_tableau_as_steps_become_short(step, part):
+    """The numbers of the guide's page on stability."""
+    scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, {"step": step})
+    found = stability(scene, "baumgarte-gain", points=5, processes=1)
+    assert limit(found).value / found.analytic == pytest.approx(part, abs=0.01)
+
+
 @pytest.mark.full
 def test_the_limit_is_the_same_in_the_full_formulation():
     options = {"integrator": "heun2", "step": "1e-4", "formulation": "full"}

@@ -28,6 +28,7 @@ from mbproj.integrate.formulations.planar import InPlane
 from mbproj.model import System
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.scene.records import Scene
+from mbproj.settings import SETTINGS
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.stability.judge import FAILS, HOLDS, StabilityPoint, Subject, cause_of, judged
 from mbproj.studies.variants.livelier import with_damping, with_speed, with_stiffness
@@ -163,7 +164,8 @@ def _gains(subject: Subject) -> ValueSpan:
     if not (subject.scene.joints or subject.scene.motions):
         said = "the scene has no joints for Baumgarte's terms to close"
         raise InputError(Problem(said, hint="vary something else, 'step' for example"))
-    return ValueSpan(0.05 / subject.step, 1.0 / subject.step, 20.0 / subject.step)
+    own = subject.setting.gains or SETTINGS["gains"].where_taken
+    return ValueSpan(0.05 / subject.step, own[0], 20.0 / subject.step)
 
 
 #: Every quantity by name. A new one is an entry here, and the function in `mbproj.studies.variants` that applies it.
@@ -198,7 +200,7 @@ QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
         "penalty": VariedQuantity(
             "",
             "the penalty α of mass-orthogonal and mmopm",
-            lambda subject: ValueSpan(1.0, subject.setting.alpha or 1e7, 1e16),
+            lambda subject: ValueSpan(1.0, subject.setting.alpha or SETTINGS["alpha"].where_taken, 1e16),
             _of_setting(lambda alpha: {"alpha": alpha}),
             "alpha",
         ),
