@@ -59,6 +59,15 @@ def outcome(name: str, of: Case | None = None) -> Finding:
     return found
 
 
+@needs_kernel
+@pytest.mark.parametrize("name", ["massless_coupler", "split_coupler"])
+@pytest.mark.parametrize("check", ["kernel-correction", "reduced"])
+def test_the_kernel_is_checked_on_bodies_without_definite_inertia(name, check):
+    """A run takes them in the reduced formulation, so its checks apply."""
+    found = outcome(check, case(ROOT / "mechanisms" / f"{name}.yaml"))
+    assert found.measured <= found.allowed
+
+
 def off(method, part=1e-9):
     """A method whose corrections are wrong by a part of them."""
     right = method.correction

@@ -163,8 +163,6 @@ class Case:
         kernel = core()
         if kernel is None:
             return "there is no compiled kernel"
-        if self.indefinite:
-            return f"{self.indefinite}, which in space only the full formulation can handle"
         missing = without_form(self.system)
         if missing is not None:
             return f"the kernel has no primitive '{missing}'"
