@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from mbproj.arrays import Array
     from mbproj.results.trust import Trust
 
-#: The most columns and rows of the table.
-MAX_LIMITS, MAX_POINTS = 8, 8
+#: The most rows of the table.
+MAX_POINTS = 8
 
 
 def as_numbers(trust: Trust) -> dict[str, Any]:
@@ -39,7 +39,7 @@ def lines_on(trust: Trust) -> Iterator[str]:
         return
     yield f"  how far to trust it, by {trust.solution}"
     limits = enumerate(trust.limits.tolist())
-    reached = [(column, limit) for column, limit in limits if trust.horizon_low[:, column].min() < inf][-MAX_LIMITS:]
+    reached = [(column, limit) for column, limit in limits if trust.horizon_low[:, column].min() < inf]
     points = trust.names[:MAX_POINTS]
     heads = [_limit_text(limit) for _, limit in reached]
     rows = [

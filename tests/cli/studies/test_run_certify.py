@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import h5py
 import numpy as np
 import pytest
 
 from mbproj import open_results
+from mbproj.cli.report.trust import lines_on
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
 from tests.support import ROOT
 
@@ -29,6 +32,10 @@ def test_the_certificate_is_in_the_file_the_summary_and_info(tmp_path):
         assert trust.untrusted_from(1e-3) == trust.horizon[0, list(trust.limits).index(1e-3)]
         assert trust.untrusted_from(1e-3, "tip") == pytest.approx(3.8, abs=0.05)
         assert trust.untrusted_from(1.0) is None
+        times = {name: np.arange(10.0)[None] for name in ("horizon", "horizon_low", "horizon_high")}
+        every = replace(trust, limits=10.0 ** np.arange(-9, 1), **times)
+        heads = re.split("  +", [*lines_on(every)][1])
+        assert heads[2:-2] == [*(f"1e{power} m" for power in range(-9, 0)), "1 m"]
         better, late = results.better(), results.time >= 3.8
         apart = np.linalg.norm(better.position - results["bodies/position"], axis=-1)[late, -1]
         assert np.all(apart <= 1.5 * trust.error[late, 0]) and np.all(apart >= 0.1 * trust.error[late, 0])
