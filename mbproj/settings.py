@@ -26,51 +26,33 @@ def _setting(usual: Any, takes: str, help: str, **more: Any) -> Any:
     return field(default=usual, metadata={"takes": takes, "help": help, **more})
 
 
+# fmt: off
 @dataclass(frozen=True)
 class ProjectionSettings:
     """How the constraints are enforced."""
 
-    method: str = _setting("gpopm", "PROJECTIONS", "How the constraints are enforced.", name="projection")
-    tolerance: float | None = _setting(
-        None,
-        SIZE,
-        "Largest violation at which a position counts as closed.",
-        name="projection_tolerance",
-        null="1e-13, or 4 ε × the largest coordinate; with test: paper 1e-12",
-    )
-    test: str = _setting(
-        "violation",
-        "STOP_TESTS",
-        "What the projection tolerance limits: the violation, or the paper's norm.",
-        name="projection_test",
-    )
+    method: str = _setting("gpopm", "PROJECTIONS", "How the constraints are enforced.", name="projection",
+        label="{}")
+    tolerance: float | None = _setting(None, SIZE, "Largest violation at which a position counts as closed.",
+        name="projection_tolerance", null="1e-13, or 4 ε × the largest coordinate; with test: paper 1e-12")
+    test: str = _setting("violation", "STOP_TESTS", name="projection_test",
+        help="What the projection tolerance limits: the violation, or the paper's norm.")
     every: int = _setting(1, "K", "Project after every K-th step only.", label="every {} steps")
     threshold: float | None = _setting(None, SIZE, "Project only when the violation exceeds this.", null="none")
     position: bool = _setting(True, "", "Whether positions are projected.", name="project_position")
     velocity: bool = _setting(True, "", "Whether velocities are projected.", name="project_velocity")
-    max_iterations: int = _setting(
-        25, "N", "Largest number of iterations of one projection.", label="at most {} iterations"
-    )
-    alpha: float | None = _setting(
-        None, "1", "Penalty factor of mass-orthogonal and mmopm.", null="none", where_taken=1e7, label="α = {}"
-    )
-    gains: tuple[float, float] | None = _setting(
-        None,
-        "1/s",
-        "Gains α and β of Baumgarte's method in 1/s.",
-        null="none",
-        where_taken=(25.0, 25.0),
-        metavar="A[,B]",
-    )
-    fallback: str = _setting(
-        "none", "FALLBACKS", "Method to try when a position projection does not converge.", name="projection_fallback"
-    )
-    energy: bool = _setting(
-        False, "", "Whether velocities also keep the energy balance: for long runs.", name="energy_row"
-    )
-    momentum: bool = _setting(
-        False, "", "Whether velocities also keep the momenta that nothing changes.", name="momentum_row"
-    )
+    max_iterations: int = _setting(25, "N", "Largest number of iterations of one projection.",
+        label="at most {} iterations")
+    alpha: float | None = _setting(None, "1", "Penalty factor of mass-orthogonal and mmopm.",
+        null="none", where_taken=1e7, label="α = {}")
+    gains: tuple[float, float] | None = _setting(None, "1/s", "Gains α and β of Baumgarte's method in 1/s.",
+        null="none", where_taken=(25.0, 25.0), metavar="A[,B]")
+    fallback: str = _setting("none", "FALLBACKS", "Method to try when a position projection does not converge.",
+        name="projection_fallback")
+    energy: bool = _setting(False, "", "Whether velocities also keep the energy balance: for long runs.",
+        name="energy_row")
+    momentum: bool = _setting(False, "", "Whether velocities also keep the momenta that nothing changes.",
+        name="momentum_row")
 
 
 @dataclass(frozen=True)
@@ -79,58 +61,32 @@ class Settings:
     and both may be None in a scene that leaves them to the command line."""
 
     duration: float | None = _setting(None, "s", "How long to simulate.", null="it has to be given", decides=SPAN)
-    step: float | None = _setting(
-        None, "s", "Fixed step of the integrator, in place of a tolerance.", null="by the tolerance", label="h = {} s"
-    )
-    tolerance: float | None = _setting(
-        None,
-        "1",
-        "Error tolerance in place of a step, for integrators with an error estimate.",
-        null="fixed steps",
-        maximum=0.1,
-    )
-    integrator: str = _setting(
-        "rk4",
-        "integrator_choices",
+    step: float | None = _setting(None, "s", "Fixed step of the integrator, in place of a tolerance.",
+        null="by the tolerance", label="h = {} s")
+    tolerance: float | None = _setting(None, "1", null="fixed steps", maximum=0.1,
+        help="Error tolerance in place of a step, for integrators with an error estimate.")
+    integrator: str = _setting("rk4", "integrator_choices",
         "Method of integration; esdirk4 and radau5 are implicit, for stiff scenes; auto chooses during the run.",
-    )
-    formulation: str = _setting("auto", "FORMULATIONS", "Coordinates to compute in; auto takes the fewest that fit.")
-    kinematic: bool | None = _setting(
-        None,
-        "",
-        "true: the scene must have no degree of freedom, and is not integrated; false: it is integrated in any case.",
-        null="not integrated where nothing is free",
-        decides=MECHANISM,
-    )
-    acceleration: str = _setting("bordered", "ACCELERATIONS", "Solve Eq. 14, or Eqs. 80-81 without multipliers.")
-    impact_law: str = _setting(
-        registry.USUAL_IMPACT_LAW,
-        "IMPACT_LAWS",
-        "Impact law that the restitution of rigid stops belongs to.",
-        decides=MECHANISM,
-    )
-    output_step: float | None = _setting(
-        None,
-        "s",
-        "Time between recorded samples, a multiple of the step.",
-        null="each step; with a tolerance 1/1000 of the duration",
-        decides=SPAN,
-    )
-    break_times: tuple[float, ...] = _setting(
-        (),
-        "s",
-        "Times at which steps end besides those that the scene has.",
-        above=None,
-        metavar="T[,T..]",
-        decides=MECHANISM,
-    )
-    start: str = _setting(
-        "scene", "STARTS", "Begin at the scene's pose, or where it rests downhill from there.", decides=MECHANISM
-    )
-    adjust_joints: float | None = _setting(
-        None, "m", "Most by which joints may move to close loops of rounded numbers.", null="none", decides=MECHANISM
-    )
+        label="{}")
+    formulation: str = _setting("auto", "FORMULATIONS", "Coordinates to compute in; auto takes the fewest that fit.",
+        label="{}")
+    kinematic: bool | None = _setting(None, "", null="not integrated where nothing is free", decides=MECHANISM,
+        help="true: the scene must have no degree of freedom, and is not integrated; "
+        "false: it is integrated in any case.")
+    acceleration: str = _setting("bordered", "ACCELERATIONS", "Solve Eq. 14, or Eqs. 80-81 without multipliers.",
+        label="{}")
+    impact_law: str = _setting(registry.USUAL_IMPACT_LAW, "IMPACT_LAWS", decides=MECHANISM,
+        help="Impact law that the restitution of rigid stops belongs to.")
+    output_step: float | None = _setting(None, "s", "Time between recorded samples, a multiple of the step.",
+        null="each step; with a tolerance 1/1000 of the duration", decides=SPAN)
+    break_times: tuple[float, ...] = _setting((), "s", "Times at which steps end besides those that the scene has.",
+        above=None, metavar="T[,T..]", decides=MECHANISM)
+    start: str = _setting("scene", "STARTS", "Begin at the scene's pose, or where it rests downhill from there.",
+        decides=MECHANISM)
+    adjust_joints: float | None = _setting(None, "m", null="none", decides=MECHANISM,
+        help="Most by which joints may move to close loops of rounded numbers.")
     projection: ProjectionSettings = field(default_factory=ProjectionSettings)
+# fmt: on
 
 
 @dataclass(frozen=True)

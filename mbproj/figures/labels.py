@@ -2,31 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from typing import Any
 
 from mbproj.results import Results
+from mbproj.settings import SETTINGS, SettingEntry
 
-#: The text of a setting in a legend; others read "name = value".
-READS: Mapping[str, str] = {
-    "projection.method": "{}",
-    "integrator": "{}",
-    "formulation": "{}",
-    "acceleration": "{}",
-    "step": "h = {:g} s",
-    "tolerance": "tolerance {:g}",
-    "projection.tolerance": "projection tolerance {:g}",
-    "projection.every": "every {} steps",
-    "projection.threshold": "threshold {:g}",
-    "projection.test": "test {}",
-    "projection.energy": "energy row {}",
-    "projection.momentum": "momentum rows {}",
-    "projection.alpha": "α = {:g}",
-    "projection.max_iterations": "at most {} iterations",
-}
 #: Settings that follow from the method, or concern only the duration and the sampling.
-MINOR = ("projection.gains", "projection.alpha", "duration", "output_step")
+MINOR = ("gains", "alpha", "duration", "output_step")
 
 
 def derive_labels(results: Sequence[Results]) -> list[str]:
@@ -37,7 +20,7 @@ def derive_labels(results: Sequence[Results]) -> list[str]:
     settings = [_flat(result) for result in results]
     keys = dict.fromkeys(key for values in settings for key in values)
     differing = [key for key in keys if len({values.get(key) for values in settings}) > 1]
-    telling = [key for key in differing if key not in MINOR] or differing
+    telling = [key for key in differing if getattr(key, "name", "") not in MINOR] or differing
     labels = [", ".join(_reads(key, s[key]) for key in telling if s.get(key) is not None) for s in settings]
     if len({result.title for result in results}) > 1 or len(set(labels)) < len(labels) or not all(labels):
         names = stems if len(set(stems)) == len(stems) else [str(result.path) for result in results]
@@ -51,12 +34,13 @@ def stem(result: Results) -> str:
     return path.stem
 
 
-def _flat(result: Results) -> dict[str, Any]:
-    """The settings by dotted name, projection method first, and the changed parameters."""
-    settings = asdict(result.settings)
-    projection = {f"projection.{key}": value for key, value in settings.pop("projection").items()}
-    return {**projection, **settings, **result.overrides}
+def _flat(result: Results) -> dict[SettingEntry | str, Any]:
+    """The settings, those of the projection first, and the changed parameters by name."""
+    entries = sorted(SETTINGS.values(), key=lambda entry: -len(entry.path))
+    return {**{entry: entry.of(result.settings) for entry in entries}, **result.overrides}
 
 
-def _reads(key: str, value: Any) -> str:
-    return READS[key].format(value) if key in READS else f"{key.rpartition('.')[2]} = {value}"
+def _reads(key: SettingEntry | str, value: Any) -> str:
+    if isinstance(key, str):
+        return f"{key} = {value}"
+    return (key.label or f"{key.name.replace('_', ' ')} {{}}").format(f"{value:g}" if key.kind == "float" else value)

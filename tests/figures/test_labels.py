@@ -26,7 +26,7 @@ BAUMGARTE = replace(SETTINGS, projection=ProjectionSettings("baumgarte", toleran
             [{"settings": replace(SETTINGS, integrator="dop853", step=None, tolerance=1e-9)}, {}],
             ["tolerance 1e-09, dop853", "h = 0.01 s, rk4"],
         ),
-        ([{}, {"settings": replace(SETTINGS, duration=5.0)}], ["duration = 2.0", "duration = 5.0"]),
+        ([{}, {"settings": replace(SETTINGS, duration=5.0)}], ["duration 2", "duration 5"]),
         ([{"overrides": {"mass": "2"}}, {"overrides": {"mass": "3"}}], ["mass = 2", "mass = 3"]),
         ([{}, {}], ["run0", "run1"]),
         ([{}, {"settings": GOPM}, {}], ["run0: gpopm", "run1: gopm", "run2: gpopm"]),
