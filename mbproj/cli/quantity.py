@@ -2,45 +2,38 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import click
 
 
-class Positive(click.ParamType):  # type: ignore[type-arg]  # generic in the newest click alone
-    """A positive number in the SI unit `unit`."""
+class AnyNumber(click.ParamType):  # type: ignore[type-arg]  # generic in the newest click alone
+    """A number in the SI unit `unit`."""
+
+    bounds: ClassVar[Mapping[str, float]] = {}
 
     def __init__(self, unit: str) -> None:
         self.unit = self.name = unit
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the number in SI. Raises InputError at the option."""
         from mbproj.scene.fields.option_numbers import given_number
         from mbproj.scene.fields.quantities import Number
 
-        return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, above=0.0))
+        return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, **self.bounds))
 
 
-class NotNegative(Positive):
+class Positive(AnyNumber):
+    """A positive number in the SI unit `unit`."""
+
+    bounds: ClassVar[Mapping[str, float]] = {"above": 0.0}
+
+
+class NotNegative(AnyNumber):
     """A number in the SI unit `unit` that is not below 0."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the number in SI. Raises InputError at the option."""
-        from mbproj.scene.fields.option_numbers import given_number
-        from mbproj.scene.fields.quantities import Number
-
-        return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, minimum=0.0))
-
-
-class AnyNumber(Positive):
-    """A number in the SI unit `unit`."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        """Return the number in SI. Raises InputError at the option."""
-        from mbproj.scene.fields.option_numbers import given_number
-        from mbproj.scene.fields.quantities import Number
-
-        return given_number(value, param.opts[0] if param is not None else "", Number(self.unit))
+    bounds: ClassVar[Mapping[str, float]] = {"minimum": 0.0}
 
 
 class PositiveList(Positive):
@@ -51,18 +44,16 @@ class PositiveList(Positive):
         return tuple(super(PositiveList, self).convert(part, param, ctx) for part in value.split(","))
 
 
-class Times(click.ParamType):  # type: ignore[type-arg]
+class Times(NotNegative):
     """Several times in s, not below 0: "0,0.5,200 ms"."""
 
-    name = "times"
+    def __init__(self) -> None:
+        super().__init__("s")
+        self.name = "times"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the times in s, a tuple. Raises InputError at the option."""
-        from mbproj.scene.fields.option_numbers import given_number
-        from mbproj.scene.fields.quantities import Number
-
-        where = param.opts[0] if param is not None else ""
-        return tuple(given_number(part, where, Number("s", minimum=0.0)) for part in value.split(","))
+        return tuple(super(Times, self).convert(part, param, ctx) for part in value.split(","))
 
 
 class Millimetres(click.ParamType):  # type: ignore[type-arg]

@@ -10,10 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 import mbproj
-from mbproj.calls.settings import RunSettings
 from mbproj.cli import MODULES
 from mbproj.cli import mbproj as group
-from mbproj.settings import SETTINGS
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
@@ -99,10 +97,6 @@ def test_a_function_takes_the_words_of_its_command(name):
     if any(each.kind is inspect.Parameter.VAR_KEYWORD for each in taken.values()):  # the numbers of templates
         missing = set()
     assert missing == set()
-
-
-def test_the_settings_are_those_of_scenes():
-    assert set(RunSettings.__annotations__) == set(SETTINGS)
 
 
 def printed(*words):

@@ -10,47 +10,9 @@ from mbproj.errors import InputError, Place
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import settings_to_run
 from mbproj.scene.records import ProjectionSettings
-from mbproj.settings import SETTINGS
 from tests.scene.good_scene import GOOD, changed, errors, read, read_with
 
 BARE_SCENE = "mbproj: 1\ngravity: [0, 0, 0]\nbodies: {b: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}\n"
-
-
-def test_every_option_reaches_its_setting() -> None:
-    given = {
-        "duration": "2 min",
-        "step": "5 ms",
-        "integrator": "heun2",
-        "output_step": 0.01,
-        "formulation": "full",
-        "acceleration": "eliminated",
-        "impact_law": "poisson",
-        "projection": "mmopm",
-        "projection_tolerance": "1e-9",
-        "projection_test": "paper",
-        "every": 3,
-        "threshold": "1e-6",
-        "project_position": True,
-        "project_velocity": False,
-        "max_iterations": "9",
-        "alpha": 1e6,
-        "projection_fallback": "gopm",
-        "energy_row": False,
-        "momentum_row": False,
-        "break_times": "0.5,1 s",
-        "start": "equilibrium",
-        "adjust_joints": "2 um",
-        "kinematic": False,
-    }
-    settings = read(GOOD, simulation=given).settings
-    assert (settings.duration, settings.step, settings.integrator) == (120.0, 0.005, "heun2")
-    assert (settings.formulation, settings.acceleration, settings.output_step) == ("full", "eliminated", 0.01)
-    assert (settings.break_times, settings.start, settings.kinematic) == ((0.5, 1.0), "equilibrium", False)
-    assert settings.adjust_joints == 2e-6
-    rows = {"energy": False, "momentum": False}
-    own = ProjectionSettings("mmopm", 1e-9, "paper", 3, 1e-6, True, False, 9, 1e6, None, "gopm", **rows)
-    assert settings.projection == own
-    assert {*given} == {*SETTINGS} - {"tolerance", "gains"}
 
 
 GAINS: list[tuple[Any, tuple[float, float]]] = [("5", (5, 5)), ("4,9", (4, 9)), ((4, 9.5), (4, 9.5)), (2.5, (2.5, 2.5))]

@@ -92,17 +92,17 @@ class Setting:
     def command_line(self, over: Settings | None = None) -> str:
         """The options of `mbproj run` as one string, e.g. "--integrator dop853 --tolerance 1e-8 --projection gpopm".
         `over` are the settings of the scene to be run."""
-        return " ".join(f"{option_name(name)} {_as_text(value)}" for name, value in self.options(over).items())
+        return " ".join(f"{option_name(name)} {as_text(value)}" for name, value in self.options(over).items())
 
     @property
     def label(self) -> str:
         """A few words for a legend, e.g. "gpopm, rk4, h = 0.01 s, every 5 steps"."""
-        size = f"tol {_as_text(self.tolerance)}" if self.step is None else f"h = {self.step:.4g} s"
+        size = f"tol {as_text(self.tolerance)}" if self.step is None else f"h = {self.step:.4g} s"
         parts = [self.projection, self.integrator, size]
         if self.every != 1:
             parts.append(f"every {self.every} steps")
         if self.threshold is not None:
-            parts.append(f"threshold {_as_text(self.threshold)}")
+            parts.append(f"threshold {as_text(self.threshold)}")
         if self.projection_test != "violation":
             parts.append(f"{self.projection_test}'s test")
         parts += [words for on, words in ((self.energy_row, "energy row"), (self.momentum_row, "momentum rows")) if on]
@@ -135,12 +135,12 @@ def only_full(projections: Iterable[str]) -> list[str]:
     return [name for name in projections if name in PROJECTIONS and not PROJECTIONS[name].compiled]
 
 
-def _as_text(value: Any) -> str:
+def as_text(value: Any) -> str:
     """A value as text from which the command line reads exactly the same value."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, tuple | list):
-        return ",".join(map(_as_text, value))
+        return ",".join(map(as_text, value))
     return shortest(value) if isinstance(value, float) else str(value)
 
 

@@ -8,10 +8,11 @@ from typing import Any
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.outputs import SCENE, write_text
 from mbproj.scene import read_scene_text
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene.records import Scene, Settings
 from mbproj.scene.text.rewrite import Changes, with_simulation
 from mbproj.scene.text.source import read_text
-from mbproj.studies.measure.setting import Setting, shortest
+from mbproj.settings import HOW, SETTINGS
+from mbproj.studies.measure.setting import Setting, as_text
 
 
 def write_back(scene: Scene, settings: Settings) -> Path:
@@ -41,25 +42,18 @@ def write_back(scene: Scene, settings: Settings) -> Path:
 
 def changes_to(before: Settings, after: Settings) -> Changes:
     """The changes of the `simulation` block, by key."""
-    changes: dict[str, Any] = {
-        name: _text(getattr(after, name))
-        for name in ("integrator", "step", "tolerance", "formulation", "acceleration", "output_step")
-        if getattr(after, name) != getattr(before, name)
-    }
+    recommended = [entry for entry in SETTINGS.values() if entry.decides == HOW or entry.name == "output_step"]
+    differing = [entry for entry in recommended if entry.of(after) != entry.of(before)]
+    changes: dict[str, Any] = {entry.key: _text(entry.of(after)) for entry in differing if len(entry.path) == 1}
     if after.projection != before.projection:
-        usual = vars(ProjectionSettings())
-        own = {name: value for name, value in vars(after.projection).items() if value != usual[name]}
-        others = {name: _text(own.get(name)) for name in usual if name != "method"}
-        changes["projection"] = {"method": after.projection.method, **others}
+        inner = {entry.key: (entry.of(after), entry.usual) for entry in recommended if len(entry.path) == 2}
+        own = {key: None if value == usual else _text(value) for key, (value, usual) in inner.items()}
+        changes["projection"] = {**own, "method": after.projection.method}
     return changes
 
 
 def _text(value: Any) -> str | None:
-    if value is None or isinstance(value, str):
-        return value
-    if isinstance(value, bool):
-        return str(value).lower()
-    return shortest(value) if isinstance(value, float) else str(value)
+    return None if value is None else f"[{as_text(value)}]" if isinstance(value, tuple) else as_text(value)
 
 
 def _by_hand(changes: Changes) -> str:
