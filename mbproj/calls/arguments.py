@@ -25,6 +25,8 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 #: The pattern of options of the command line in messages, which a caller of functions knows as arguments.
 _OPTION = re.compile(r"--([a-z][a-z-]*)")
+#: The names of arguments of studies by those of earlier versions.
+EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress"}
 #: Options whose argument has another name.
 _RENAMED = {"from": "low", "to": "high", "limit": "limits", "set": "parameters"}
 
@@ -100,19 +102,13 @@ def names_of(given: str | Sequence[str]) -> tuple[str, ...]:
     return tuple(part.strip() for part in given.split(",")) if isinstance(given, str) else tuple(map(str, given))
 
 
-def accept_earlier_names(**names: str) -> Callable[[Callable[Arguments, Result]], Callable[Arguments, Result]]:
-    """Decorate a function whose arguments had other names in earlier versions, so that both names work. `names` maps
-    the earlier name to the current one."""
+def refuse_earlier_names(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
+    """Decorate a study: names that its arguments had in earlier versions raise a TypeError with the current name."""
 
-    def renamed(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-        @wraps(function)
-        def called(*values: Arguments.args, **named: Arguments.kwargs) -> Result:
-            if any(old in named and new in named for old, new in names.items()):
-                old, new = next((old, new) for old, new in names.items() if old in named and new in named)
-                raise TypeError(f"{function.__name__}() got '{new}' and '{old}', which is its earlier name")
-            now: Any = {names.get(name, name): value for name, value in named.items()}
-            return function(*values, **now)
+    @wraps(function)
+    def called(*values: Arguments.args, **named: Arguments.kwargs) -> Result:
+        for old in EARLIER.keys() & named.keys():
+            raise TypeError(f"{function.__name__}() has no argument '{old}': its name is '{EARLIER[old]}'")
+        return function(*values, **named)
 
-        return called
-
-    return renamed
+    return called

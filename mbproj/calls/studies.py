@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, TypeAlias
 from mbproj.calls.arguments import (
     Given,
     Quantity,
-    accept_earlier_names,
     amount,
     amounts,
     by_arguments,
     count_of,
     names_of,
+    refuse_earlier_names,
     scene_of,
 )
 from mbproj.calls.settings import RunSettings, options_of, with_settings
@@ -47,7 +47,7 @@ Names: TypeAlias = "str | Sequence[str]"
 Numbers: TypeAlias = "Sequence[Quantity] | Quantity | None"
 
 
-@accept_earlier_names(repetitions="repeat", processes="jobs", tell="progress")
+@refuse_earlier_names
 def compare(
     scene: Given,
     *,
@@ -90,7 +90,7 @@ def compare(
         )
 
 
-@accept_earlier_names(tell="progress")
+@refuse_earlier_names
 def recommend(
     scene: Given,
     error: Quantity,
@@ -121,7 +121,7 @@ def recommend(
         return recommendation.recommend(what, goal, names_of(at), _time(until), timed, fresh, progress, where)
 
 
-@accept_earlier_names(repetitions="repeat", processes="jobs", tell="progress")
+@refuse_earlier_names
 def tradeoff(
     scene: Given,
     *,
@@ -163,7 +163,7 @@ def tradeoff(
 
 
 @with_settings
-@accept_earlier_names(repetitions="repeat", processes="jobs", tell="progress")
+@refuse_earlier_names
 def threshold(
     scene: Given,
     *,
@@ -198,7 +198,7 @@ def threshold(
 
 
 @with_settings
-@accept_earlier_names(processes="jobs", tell="progress")
+@refuse_earlier_names
 def stability(
     scene: Given,
     vary: str,
@@ -247,7 +247,7 @@ def stability(
 
 
 @with_settings
-@accept_earlier_names(tell="progress")
+@refuse_earlier_names
 def verify(
     scene: Given,
     progress: Tell = silent,

@@ -126,21 +126,13 @@ def test_compare_takes_arrays_and_names():
     assert "<table>" in found._repr_html_()
     with pytest.raises(mbproj.InputError, match=r"^steps: error: 'steps' must be greater than 0"):
         mbproj.compare(PENDULUM, steps=[0.01, -1])
-    with pytest.raises(TypeError, match="'jobs' and 'processes', which is its earlier name"):
-        mbproj.compare(PENDULUM, jobs=1, processes=1)
 
 
-def test_earlier_names_of_arguments_hold():
-    scene, told = mbproj.read_scene(PENDULUM), []
-    found = mbproj.compare(
-        scene,
-        projections=("gpopm",),
-        until=0.1,
-        repetitions=1,
-        processes=1,
-        tell=lambda phase, done, whole: told.append(phase),
-    )
-    assert (len(found.entries), "runs" in told) == (1, True)
+@pytest.mark.parametrize(("old", "new"), [("repetitions", "repeat"), ("processes", "jobs"), ("tell", "progress")])
+def test_earlier_names_of_arguments_are_refused_with_the_new_one(old, new):
+    for study in (mbproj.compare, mbproj.threshold):
+        with pytest.raises(TypeError, match=rf"\(\) has no argument '{old}': its name is '{new}'"):
+            study(PENDULUM, **{old: 1})
 
 
 def test_threshold_and_stability():
