@@ -36,8 +36,10 @@ def stem(result: Results) -> str:
 
 def _flat(result: Results) -> dict[SettingEntry | str, Any]:
     """The settings, those of the projection first, and the changed parameters by name."""
-    entries = sorted(SETTINGS.values(), key=lambda entry: -len(entry.path))
-    return {**{entry: entry.of(result.settings) for entry in entries}, **result.overrides}
+    flat: dict[SettingEntry | str, Any] = {}
+    for entry in sorted(SETTINGS.values(), key=lambda entry: -len(entry.path)):
+        flat[entry] = entry.of(result.settings)
+    return flat | dict(result.overrides)
 
 
 def _reads(key: SettingEntry | str, value: Any) -> str:

@@ -13,7 +13,6 @@ import mbproj
 from mbproj.calls.settings import RunSettings
 from mbproj.cli import mbproj as group
 from mbproj.settings import HOW, SETTINGS, option_name, settings_taken
-from mbproj.studies.stability import bisection
 
 #: A pendulum on a hinge with a rigid stop that it does not reach.
 SCENE = """
@@ -115,7 +114,7 @@ def test_a_setting_is_in_the_key_of_a_store(name, monkeypatch):
     def asked(what: Any, *_: object) -> None:
         raise Asked(json.dumps(what))
 
-    monkeypatch.setattr(bisection, "ValueCache", asked)
+    monkeypatch.setattr("mbproj.studies.stability.bisection.ValueCache", asked)
 
     before, changed = values_for(name)
 
