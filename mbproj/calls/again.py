@@ -123,7 +123,7 @@ def checkpoint_of(before: Results) -> Checkpoint:
     if checkpoint is None:
         if before.status == "complete" and "integration_seconds" not in before.attributes:
             message = f"'{before.path}' holds no run that could be continued"
-            raise InputError(Problem(message, hint="run the scene; --from-equilibrium begins where it rests"))
+            raise InputError(Problem(message, hint="run the scene; --start equilibrium begins where it rests"))
         message = f"'{before.path}' has no state to continue from: an older mbproj wrote it, or it was killed too early"
         raise InputError(Problem(message, hint="start over with: mbproj rerun"))
     if checkpoint.build != fingerprint():

@@ -25,8 +25,8 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 #: The pattern of options of the command line in messages, which a caller of functions knows as arguments.
 _OPTION = re.compile(r"--([a-z][a-z-]*)")
-#: The names of arguments of studies by those of earlier versions.
-EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress"}
+#: The names of arguments by those of earlier versions.
+EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress", "from_equilibrium": "start"}
 #: Options whose argument has another name.
 _RENAMED = {"from": "low", "to": "high", "limit": "limits", "set": "parameters"}
 
@@ -103,7 +103,7 @@ def names_of(given: str | Sequence[str]) -> tuple[str, ...]:
 
 
 def refuse_earlier_names(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Decorate a study: names that its arguments had in earlier versions raise a TypeError with the current name."""
+    """Decorate a command: names that its arguments had in earlier versions raise a TypeError with the current name."""
 
     @wraps(function)
     def called(*values: Arguments.args, **named: Arguments.kwargs) -> Result:

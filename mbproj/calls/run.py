@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.calls.arguments import Given, by_arguments, scene_of
+from mbproj.calls.arguments import Given, by_arguments, refuse_earlier_names, scene_of
 from mbproj.calls.recorded import Acting, Earlier, record, start_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
 from mbproj.dynamics import unique_components
@@ -19,7 +19,6 @@ from mbproj.integrate.reporting.report import summary
 from mbproj.integrate.simulate import Progress
 from mbproj.integrate.stepwise import Stepwise
 from mbproj.model import compile_system
-from mbproj.registry import EQUILIBRIUM
 from mbproj.results import Results, ResultsWriter, open_own_results
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import placed_in, settings_to_run
@@ -33,13 +32,13 @@ _NOTHING: Mapping[str, object] = {}
 
 
 @with_settings
+@refuse_earlier_names
 def run(
     scene: Given,
     *,
     parameters: Mapping[str, object] = _NOTHING,
     certify: bool = False,
     limits: Sequence[float] = (),
-    from_equilibrium: bool = False,
     controller: Function | None = None,
     period: float | None = None,
     output: str | Path | None = None,
@@ -70,8 +69,6 @@ def run(
         if controller is not None and certify:
             raise InputError(Problem("a controller from Python is not certified", Place("certify"), "leave it out"))
         outside = None if controller is None else (controller, period)
-        if from_equilibrium and options.setdefault("start", EQUILIBRIUM) != EQUILIBRIUM:
-            raise InputError(Problem("'start' says otherwise", Place("from_equilibrium"), "leave out one of the two"))
         what = scene_of(scene, parameters, options)
         return run_to_file(what, output, _limits(limits) if certify else None, progress, outside=outside)
 

@@ -8,6 +8,9 @@ from typing import Any
 
 import click
 
+#: Options of earlier versions, and what to give instead.
+EARLIER = {"--from-equilibrium": "--start equilibrium"}
+
 
 class Part(Enum):
     """The purposes of options. The values are the headings of a help text, in this order."""
@@ -35,6 +38,15 @@ class Command(click.Command):
     def __init__(self, *names: Any, examples: Sequence[tuple[str, str]], **attributes: Any) -> None:
         super().__init__(*names, **attributes)
         self.examples = examples
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments. Raises NoSuchOption, for an option of an earlier version with the one to give instead."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            if error.option_name not in EARLIER:
+                raise
+            raise click.NoSuchOption(error.option_name, possibilities=[EARLIER[error.option_name]], ctx=ctx) from error
 
     def options_by_part(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
         """The options by purpose; click's own `--help` comes last."""

@@ -14,7 +14,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics import assemble
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
+from mbproj.integrate.simulate import simulate
 from mbproj.mechanisms_folder import mechanism
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, settings_to_run

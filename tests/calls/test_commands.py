@@ -135,6 +135,13 @@ def test_earlier_names_of_arguments_are_refused_with_the_new_one(old, new):
             study(PENDULUM, **{old: 1})
 
 
+def test_the_earlier_way_to_start_where_it_rests_is_refused_with_the_present_one():
+    with pytest.raises(TypeError, match=r"^run\(\) has no argument 'from_equilibrium': its name is 'start'"):
+        mbproj.run(PENDULUM, from_equilibrium=True)
+    done = CliRunner().invoke(group, ["run", "scene.yaml", "--from-equilibrium"])
+    assert (done.exit_code, "Did you mean '--start equilibrium'?" in done.output) == (2, True), done.output
+
+
 def test_threshold_and_stability():
     found = mbproj.threshold(PENDULUM, thresholds=["1e-8", 1e-4], until=0.1, repeat=1, jobs=1, projection="gopm")
     assert list(found.table["projection"]) == ["gopm"] * 3 + ["none"]

@@ -154,10 +154,3 @@ def test_what_a_study_chooses_itself_is_refused(name):
             getattr(mbproj, name)(SCENE, **{"vary": "step"} if name == "stability" else {}, **{each: OTHER[each][0]})
         done = CliRunner().invoke(group, [name, "scene.yaml", option_name(each), as_option(OTHER[each][0])])
         assert (done.exit_code, f"No such option '{option_name(each)}'" in done.output) == (2, True)
-
-
-def test_two_ways_to_say_where_a_run_starts_agree():
-    text = SCENE.replace("{BLOCK}", block_of(BASE))
-    assert mbproj.run(text, from_equilibrium=True, start="equilibrium").settings.start == "equilibrium"
-    with pytest.raises(mbproj.InputError, match=r"^from_equilibrium: error: 'start' says otherwise"):
-        mbproj.run(text, from_equilibrium=True, start="scene")

@@ -62,7 +62,7 @@ def test_the_pose_is_written_into_the_scene_and_the_run_stays_there(folder):
 def test_a_run_begins_there(folder, way):
     if way == "scene":
         (folder / "scene.yaml").write_text(SCENE.replace("step: 1 ms}", "step: 1 ms, start: equilibrium}"))
-    more = ["--from-equilibrium"] if way == "option" else []
+    more = ["--start", "equilibrium"] if way == "option" else []
     assert mbproj("run", "scene.yaml", "-o", "r.h5", *more, folder=folder).returncode == 0
     assert mbproj("rerun", "r.h5", "-o", "again.h5", folder=folder).returncode == 0
     for name in ("r.h5", "again.h5"):
@@ -76,7 +76,7 @@ def test_what_has_none_fails_and_says_why(folder):
     assert done.returncode == 3
     assert json.loads(done.stdout)["converged"] is False
     assert "there is no equilibrium: nothing balances 29.43 N" in done.stderr
-    done = mbproj("run", "falls.yaml", "--from-equilibrium", folder=folder)
+    done = mbproj("run", "falls.yaml", "--start", "equilibrium", folder=folder)
     assert (done.returncode, "there is no equilibrium" in done.stderr) == (3, True)
 
 

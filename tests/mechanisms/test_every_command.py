@@ -143,7 +143,7 @@ def test_commands(path, folder):
         assert run("rerun", "results.h5") and run.either("compare-results", "results.h5", "rerun.h5")
         assert run.either("continue", "results.h5", "--until", 2.0 * until, "-o", "longer.h5")
     if run.either("equilibrium", path):
-        assert run("run", path, "--duration", until, "--from-equilibrium", "-o", "rests.h5")
+        assert run("run", path, "--duration", until, "--start", "equilibrium", "-o", "rests.h5")
     run.either("modes", path)
     assert said(run.refused, REFUSED.get(path.stem, {})), run.refused
 

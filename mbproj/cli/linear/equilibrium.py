@@ -25,7 +25,7 @@ SHOWN_REACTIONS = 20
 EXAMPLES = (
     ("Find where it rests, and write equilibrium.h5.", "mbproj equilibrium five_bar.yaml"),
     ("Look for others from 20 other poses.", "mbproj equilibrium five_bar.yaml --starts 20"),
-    ("Begin a run there.", 'mbproj run five_bar.yaml --from-equilibrium --duration "1 s"'),
+    ("Begin a run there.", 'mbproj run five_bar.yaml --start equilibrium --duration "1 s"'),
 )
 
 

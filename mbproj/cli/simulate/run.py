@@ -10,7 +10,6 @@ from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options
-from mbproj.registry import EQUILIBRIUM
 
 if TYPE_CHECKING:
     from mbproj.scene import Scene
@@ -52,7 +51,6 @@ EXAMPLES = (
     metavar="E",
     help="With --certify: say when the error exceeds E; repeatable [default: 1e-9, 1e-8, .. 1 m].",
 )
-@option(Part.WHAT, "--from-equilibrium", is_flag=True, help="Begin where the mechanism rests, downhill from the start.")
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
 def command(
@@ -62,7 +60,6 @@ def command(
     accuracy: float | None,
     certify: bool,
     limits: tuple[float, ...],
-    from_equilibrium: bool,
     as_json: bool,
     quiet: bool,
     **options: Any,
@@ -74,10 +71,6 @@ def command(
     from mbproj.scene.blocks.oversights import notes_on
 
     asked, given = _limits(certify, limits), overrides(options)
-    if from_equilibrium and given.setdefault("start", EQUILIBRIUM) != EQUILIBRIUM:
-        from mbproj.errors import InputError, Place, Problem
-
-        raise InputError(Problem("'--start' says otherwise", Place("--from-equilibrium"), "leave out one of the two"))
     what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
     if not quiet:
         show_notes(notes_on(what))

@@ -21,7 +21,7 @@ from mbproj.scene.text.rewrite import Changes, with_changes
 from mbproj.scene.text.source import read_text
 from mbproj.thresholds import THRESHOLDS
 
-HINT = "begin runs there with 'start: equilibrium' in its simulation block, or with run --from-equilibrium"
+HINT = "begin runs there with 'start: equilibrium' in its simulation block, or with run --start equilibrium"
 
 
 def write_pose(scene: Scene, rest: Equilibrium) -> Path:
