@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 
-import pytest
-
 from mbproj.cli.main import COMMANDS
 from mbproj.mechanisms_folder import mechanism, mechanisms, validation_scenes
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
