@@ -8,7 +8,8 @@ sources. Where the tests tried first pass, the whole run follows: the usual one,
 `--first`.
 
 The table has each mutation, its file, the processor time of all tests up to the one that fails, this test and its
-seconds. A test that fails without the mutation, too, catches nothing. Ends with 1 where a mutation survives.
+seconds. A test that fails without the mutation, too, catches nothing. Ends with 1 where a mutation survives, or cannot
+be made: where its old text does not occur once, it does not compile, or its tests do not run.
 
 Needs what `pip install '.[test]'` installs, cmake, nanobind and cmeel-eigen. Without `--folder` the kernel is compiled
 in a temporary folder, some minutes; a folder that is kept is compiled in once.
@@ -58,6 +59,10 @@ class Mutation:
         return self.file.startswith(f"{KERNEL}/src")
 
 
+class NotMadeError(Exception):
+    """A mutation that cannot be made, or tests that do not run; why."""
+
+
 @dataclass(frozen=True)
 class Tried:
     """The test that failed in a run, "" for none, its own seconds, and the processor time of the run in s."""
@@ -82,8 +87,6 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as temporary:
         copy = Copy((asked.folder or Path(temporary)).resolve(), asked.processes)
         copy.update()
-        for each in mutations:
-            copy.check(each)
         whole = None if asked.first else ["-m", "full"] if asked.full else []
         survivors = [each.name for each in chosen if not is_caught(copy, each, whole)]
     print(f"{len(chosen) - len(survivors)} of {len(chosen)} caught", *survivors, sep="\n  survived: ")
@@ -99,14 +102,18 @@ def read_table() -> list[Mutation]:
 def is_caught(copy: Copy, mutation: Mutation, whole: Sequence[str] | None) -> bool:
     """Apply a mutation, run the tests until one fails, and print the row of the table. `whole` are the arguments of the
     whole run, None for none."""
-    with copy.mutated(mutation):
-        tried = copy.test(*mutation.tests)
-        if not tried.caught_by and whole is not None:
-            again = copy.test(*whole)
-            tried = Tried(again.caught_by, again.seconds, tried.processor + again.processor)
-    if tried.caught_by.startswith("tests/") and copy.test(tried.caught_by).caught_by:
-        raise SystemExit(f"fails without a mutation: {tried.caught_by}")
-    said = f"{tried.caught_by} ({tried.seconds:.1f} s)" if tried.caught_by else "SURVIVED"
+    tried = Tried("", 0.0, 0.0)
+    try:
+        with copy.mutated(mutation):
+            tried = copy.test(*mutation.tests)
+            if not tried.caught_by and whole is not None:
+                again = copy.test(*whole)
+                tried = Tried(again.caught_by, again.seconds, tried.processor + again.processor)
+        if tried.caught_by.startswith("tests/") and copy.test(tried.caught_by).caught_by:
+            raise NotMadeError(f"fails without the mutation, too: {tried.caught_by}")
+        said = f"{tried.caught_by} ({tried.seconds:.1f} s)" if tried.caught_by else "SURVIVED"
+    except NotMadeError as error:
+        tried, said = Tried("", 0.0, tried.processor), f"NOT MADE: {error}"
     print(f"{mutation.name:32} {mutation.file.removeprefix('mbproj/'):48} {tried.processor:6.0f} s  {said}", flush=True)
     return bool(tried.caught_by)
 
@@ -150,22 +157,24 @@ class Copy:
             check=True,
             stdout=subprocess.DEVNULL,
         )
-        self._compile()
+        try:
+            self._compile()
+        except NotMadeError as error:
+            raise SystemExit(f"without a mutation: {error}") from None
         # The state to which each mutation is taken back: its files keep their times, so that nothing is compiled twice.
         shutil.rmtree(self._clean, ignore_errors=True)
         shutil.copytree(self._build, self._clean)
-
-    def check(self, mutation: Mutation) -> None:
-        """End where the old text does not occur exactly once."""
-        count = (self.tree / mutation.file).read_text().count(mutation.old)
-        if count != 1:
-            raise SystemExit(f"{mutation.name}: the old text occurs {count} times in {mutation.file}")
 
     @contextmanager
     def mutated(self, mutation: Mutation) -> Iterator[None]:
         """The copy with a mutation."""
         path = self.tree / mutation.file
         text, times = path.read_text(), path.stat()
+        if (count := text.count(mutation.old)) != 1:
+            raise NotMadeError(f"the old text occurs {count} times")
+        # Byte code counts as that of a file of the same second and size.
+        byte_code = Path(importlib.util.cache_from_source(path))
+        byte_code.unlink(missing_ok=True)
         path.write_text(text.replace(mutation.old, mutation.new))
         try:
             if mutation.is_compiled:
@@ -174,6 +183,7 @@ class Copy:
         finally:
             path.write_text(text)
             os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+            byte_code.unlink(missing_ok=True)
             if mutation.is_compiled:
                 shutil.rmtree(self._build)
                 shutil.copytree(self._clean, self._build)
@@ -182,24 +192,14 @@ class Copy:
     def test(self, *arguments: str) -> Tried:
         """Run pytest up to the first test that fails."""
         self._report.unlink(missing_ok=True)
-        command = [
-            sys.executable,
-            "-B",
-            "-m",
-            "pytest",
-            "-x",
-            "-n",
-            self._processes,
-            "--tb=no",
-            "-p",
-            "no:cacheprovider",
-        ]
+        command = [sys.executable, "-m", "pytest", "-x", "-n", self._processes, "--tb=no", "-p", "no:cacheprovider"]
         report = ["-o", "junit_family=xunit1", f"--junitxml={self._report}"]
+        own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
         before = _processor()
         with subprocess.Popen(
             [*command, *report, *arguments],
             cwd=self.tree,
-            env={**os.environ, "MBPROJ_KERNEL": "1", "PYTHONPATH": str(self.tree)},
+            env={**own, "MBPROJ_KERNEL": "1", "PYTHONPATH": str(self.tree)},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             start_new_session=True,
@@ -210,7 +210,7 @@ class Copy:
                 os.killpg(running.pid, signal.SIGKILL)
                 return Tried("no end", LONGEST, _processor() - before)
         if running.returncode not in (0, 1, 2):
-            raise SystemExit(f"pytest ended with {running.returncode}:\n{told}")
+            raise NotMadeError(f"pytest ended with {running.returncode}: {told.strip()[-1000:]}")
         return Tried(*self._failed(running.returncode), _processor() - before)
 
     def _failed(self, code: int) -> tuple[str, float]:
@@ -225,7 +225,8 @@ class Copy:
     def _compile(self) -> None:
         compiled = subprocess.run(["cmake", "--build", str(self._build), "-j2"], check=False, capture_output=True)
         if compiled.returncode:
-            raise SystemExit(f"does not compile:\n{compiled.stdout.decode()}{compiled.stderr.decode()}")
+            said = compiled.stdout.decode() + compiled.stderr.decode()
+            raise NotMadeError(f"does not compile: {said.strip()[-1000:]}")
         self._install()
 
     def _install(self) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 
-import pytest
-
 from mbproj.cli.main import COMMANDS
 from mbproj.mechanisms_folder import mechanism, mechanisms, validation_scenes
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
@@ -91,7 +89,6 @@ def test_examples_are_listed_and_copied_but_never_over_others(tmp_path):
     assert "here has already bennett.yaml, bicycle.yaml, bouncing_ball.yaml" in again.stderr
 
 
-@pytest.mark.full
 def test_paper_draws_its_eight_figures_and_says_what_is_not_converged(tmp_path):
     done = mbproj("paper", "--output", "figures", "--duration", "0.3", "--format", "svg", folder=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis.strategies import floats
 
 from mbproj import (
-    SimulationError,
     assemble,
     compile_system,
     initial_guess,
@@ -27,7 +26,7 @@ from tests.support import ROOT, Recorder
 QUICK_RETURN = """
 mbproj: 1
 gravity: [0, 0, -9.81]
-simulation: {duration: 2, integrator: dop853, tolerance: 0.021, output_step: 0.001}
+simulation: {duration: 2, integrator: dop853, tolerance: 0.021, output_step: 0.001, kinematic: false}
 bodies:
   crank: {mass: 1, shape: {rod: {length: 0.1, axis: x}}, position: [0.05, 0, 0.2]}
   rocker:
@@ -53,15 +52,13 @@ motions:
 @pytest.mark.parametrize("formulation", ["planar", "reduced"])
 @pytest.mark.parametrize("tolerance", [0.01, 0.021, 0.03, 0.1])
 def test_no_sample_is_recorded_with_an_open_joint(tolerance, formulation):
-    """Steps of up to 0.2 s pass the fast return of the ram; some samples within them have no pose near by."""
+    """Some ten steps pass the fast return of the ram twice: what is interpolated leaves the joints far open."""
     scene = read_scene_text(QUICK_RETURN, "f", {}, {"tolerance": tolerance, "formulation": formulation})
     system, recorder = compile_system(scene), Recorder()
-    try:
-        simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
-    except SimulationError as error:
-        assert 0.0 < error.time <= 2.0
-        assert error.hint
-    assert np.all(recorder["diagnostics/position_violation"] <= 1e-6)
+    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    assert report.counters["steps"] < 15
+    assert len(recorder["time"]) == 2001
+    assert recorder["diagnostics/position_violation"].max() <= 1e-13
 
 
 @needs_kernel

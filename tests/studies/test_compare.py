@@ -37,7 +37,6 @@ def test_several_formulations_are_not_compared_in_time(pendulum):
     assert any("cost is compared in factorisations and iterations" in note for note in found.notes)
 
 
-@pytest.mark.full
 def test_one_formulation_for_all_and_failures_are_entries(pendulum):
     found = compare(pendulum.scene, projections=("gpopm", "gpopm-pinv", "popm"), until=0.1, repetitions=1, processes=1)
     first, second, refused = found.entries

@@ -334,7 +334,6 @@ def test_the_order_is_seen_on_every_motion_of_what_only_turns():
         assert order is not None and order.value > 4.5, motion.name
 
 
-@pytest.mark.full
 def test_where_steps_are_split_for_a_short_move_no_order_is_claimed():
     short = FLYWHEEL.replace("[0, 0, 3]", "[0, 0, 9*exp(-((t - 0.03)/1e-5)**2)]")
     found = {check.name: check for check in verify(read_scene_text(short)).checks}["order"]

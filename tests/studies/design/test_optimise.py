@@ -21,7 +21,6 @@ def test_the_farthest_throw_that_is_still_in_the_air(tmp_path):
     assert design.searches[0].broken == 0.0
 
 
-@pytest.mark.full
 def test_evolution_finds_the_same(tmp_path):
     path = written(tmp_path, BALL, "vary: {parameters.angle: [0.1, 1.5]}\nstarts: 1\n" + FAR + LANDS)
     _, numbers = found(path, engine="cma")

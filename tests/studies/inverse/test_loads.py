@@ -212,7 +212,6 @@ motions: {drive: {joint: rail, displacement: 0.1*t}}
         loads(text)
 
 
-@pytest.mark.full
 def test_dry_friction_of_a_constant_force_acts_against_the_rate():
     """A box on a slope that goes to and fro, and rests in between: m (a + g sin β) + F sign v."""
     rise, back = ("max(0, min(1, (t - 0.2)/0.3))", "max(0, min(1, (t - 0.7)/0.3))")

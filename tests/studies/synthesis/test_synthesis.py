@@ -101,7 +101,6 @@ def test_three_positions_put_the_pivots_of_the_body_on_circles(tmp_path):
         np.testing.assert_allclose(np.abs(places - ground[pivot]), own[length], rtol=1e-11)
 
 
-@pytest.mark.full
 def test_a_body_is_carried_by_a_slider_crank(tmp_path):
     positions = np.array([[0.0, 0.0, 0.0], [0.3, 0.2, 0.3], [0.6, 0.25, 0.7]])
     path = written(tmp_path, "positions", "x (m),z (m),angle (rad)", positions.T, "starts: 4\n")
@@ -123,7 +122,6 @@ def test_a_look_finds_a_path_again_whatever_its_timing(timing, tmp_path):
     assert best["rms"] < (1e-9 if timing == "given" else 1e-12)
 
 
-@pytest.mark.full
 def test_six_bars_come_nearer_to_a_function_than_a_four_bar(tmp_path):
     x = np.linspace(0.0, 1.0, 12)
     path = written(tmp_path, "function", "input (rad),output (rad)", [x, x**1.5], "starts: 6\n")
