@@ -24,6 +24,13 @@ struct State {
     long steps = 0;
     Peaks peaks;
     Kept kept;
+
+    // Takes over the state that a step has led to; that one has the memory of this one then.
+    void take(State& made) {
+        t = made.t, steps = made.steps, peaks = made.peaks;
+        y.swap(made.y), slope.swap(made.slope), lambda.swap(made.lambda);
+        counted.angles.swap(made.counted.angles), counted.turns.swap(made.counted.turns);
+    }
 };
 
 // All that the next step depends on, and what was counted. A copy of it is a mark: a run can go on from there.

@@ -82,7 +82,7 @@ void sample_inside(Run& run) {
 }
 
 void commit(Run& run) {
-    std::swap(run.now, run.next);
+    run.now.take(run.next);
     if (const Invariants* rows = run.projector.invariants()) run.now.kept = rows->kept;
     if (run.to.due) sample(run, run.now, run.to.h);
     run.schedule.reach(run.to);
