@@ -11,7 +11,7 @@
 
 #include "bindings/from_numpy.hpp"
 #include "stepping/flush_to_zero.hpp"
-#include "stepping/time_loop.hpp"
+#include "stepping/run.hpp"
 
 namespace mbproj {
 

@@ -5,6 +5,7 @@
 
 #include "bindings/from_numpy.hpp"
 #include "bindings/record.hpp"
+#include "stepping/outcome.hpp"
 #include "stepping/samples.hpp"
 
 namespace mbproj {

@@ -4,9 +4,10 @@
 
 namespace mbproj {
 
-ContactPolicy::ContactPolicy(Equations& equations)
+ContactPolicy::ContactPolicy(Equations& equations, ContactState& state)
     : equations_(equations), model_(equations.mechanism()), thresholds_(model_.thresholds),
-      touching_(equations, undecided_), friction_(equations, undecided_), compliant_(equations), sharing_(equations) {}
+      touching_(equations, undecided_), friction_(equations, undecided_), compliant_(equations), sharing_(equations),
+      state_(state) {}
 
 bool ContactPolicy::begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts,
                           ContactState state, LoadedJoints joints_in_space) {
@@ -18,7 +19,8 @@ bool ContactPolicy::begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> fr
     touching_.begin(laws_, frictions, impacts);
     friction_.begin(std::move(frictions), std::move(sides));
     if (!fits(state)) return false;
-    resume(std::move(state));
+    state_ = std::move(state);
+    hold();
     return true;
 }
 
@@ -26,11 +28,6 @@ bool ContactPolicy::fits(const ContactState& state) const {
     const auto is_rigid = [this](int k) { return k < static_cast<int>(laws_.size()) && laws_[k].is_rigid(); };
     return std::all_of(state.held.begin(), state.held.end(), is_rigid) && friction_.fits(state) &&
            compliant_.fits(state);
-}
-
-void ContactPolicy::resume(ContactState state) {
-    state_ = std::move(state);
-    hold();
 }
 
 std::vector<double> ContactPolicy::forces(double t, const double* y, const std::vector<double>& lambda) {

@@ -13,13 +13,14 @@ class ContactPolicy final {
 public:
     using Vector = Eigen::VectorXd;
 
-    explicit ContactPolicy(Equations& equations);
+    ContactPolicy(Equations& equations, ContactState& state);
 
     // False where the state does not fit these laws.
     bool begin(std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts, ContactState state,
                LoadedJoints joints_in_space);
     bool fits(const ContactState& state) const;
-    void resume(ContactState state);
+    // The state was set: its rows hold.
+    void resume() { hold(); }
     bool any() const { return !laws_.empty() || friction_.any(); }
     // Whether no meeting has been decided yet, not even that at the start of a run.
     bool begins() const { return !std::isfinite(state_.met_at); }
@@ -93,7 +94,7 @@ private:
     CompliantStops compliant_;
     Sharing sharing_;
     std::vector<StopLaw> laws_;
-    ContactState state_;
+    ContactState& state_;
     std::vector<ContactEvent> events_;
     Vector after_;
 };

@@ -41,7 +41,7 @@ public:
 
     // Records a step from `before`.
     void enter_step(const double* before) {
-        before_step_ = kept, refused_ = false;
+        refused_ = false;
         before_.assign(before, before + own_.size());
     }
 

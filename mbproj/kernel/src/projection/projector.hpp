@@ -27,12 +27,9 @@ public:
 
     // A new balance begins at y at t.
     virtual void begin(double t, const double* y) = 0;
-    // The step is repeated, or was a trial: its counts are taken back.
-    void take_back() { kept = before_step_; }
 
 protected:
     Invariants() = default;
-    Kept before_step_;
 };
 
 class Projector {

@@ -10,7 +10,7 @@ void Stepper::at(const Vector& y, double h, double theta, Vector& out) const {
     combine(y, h, weights, static_cast<int>(weights.size()), out);
 }
 
-FirstStep Stepper::first_step(double t, const Vector& y, double tolerance, double longest) {
+FirstStep Stepper::first_step(double t, const Vector& y, const Vector& slope, double tolerance, double longest) {
     const auto norm = [&](const Vector& v) {
         double sum = 0.0;
         for (int i = 0; i < layout_.controlled(); ++i) {
@@ -19,13 +19,13 @@ FirstStep Stepper::first_step(double t, const Vector& y, double tolerance, doubl
         }
         return std::sqrt(sum / layout_.controlled());
     };
-    const double size = norm(y), speed = norm(k_[0]);
+    const double size = norm(y), speed = norm(slope);
     const double wanted = std::min(size, speed) <= 1e-5 ? 1e-6 : 0.01 * size / speed;
     double h = std::min(wanted, longest), bend = not_a_number;
-    Vector slope(y.size());
+    Vector ahead(y.size());
     for (int tried = 0; tried < most_first && !std::isfinite(bend); ++tried, h *= 0.1) {
-        stage_ = y + h * k_[0];
-        if (equations_.derivative(t + h, stage_.data(), slope.data())) bend = norm(slope - k_[0]) / h;
+        stage_ = y + h * slope;
+        if (equations_.derivative(t + h, stage_.data(), ahead.data())) bend = norm(ahead - slope) / h;
     }
     if (!std::isfinite(bend)) return {-1.0, wanted > longest};
     h *= 10.0;

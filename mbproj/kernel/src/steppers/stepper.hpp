@@ -36,9 +36,8 @@ public:
     Stepper& operator=(const Stepper&) = delete;
     virtual std::unique_ptr<Stepper> copy() const = 0;
 
-    // The slope with which the step begins.
-    Vector& first() { return k_[0]; }
-    const Vector& first() const { return k_[0]; }
+    // Sets the slope with which the next attempts begin.
+    void begin(const Vector& slope) { k_[0] = slope; }
 
     // Numbers of evaluations: of the last attempt after its first stage, its error, an extension, and the end's slope.
     virtual long attempt_cost() const = 0;
@@ -87,9 +86,9 @@ public:
     // Whether Newton's method closes each stage, so that nothing of the motion is integrated.
     virtual bool closes_stages() const { return false; }
 
-    // A first step size from f and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails or
-    // overflows however near to the start. Tells whether `longest` limits it.
-    FirstStep first_step(double t, const Vector& y, double tolerance, double longest);
+    // A first step size from f, the slope, and an estimate of f' (Hairer's hinit), at most `longest`; negative where f fails
+    // or overflows however near to the start. Tells whether `longest` limits it.
+    FirstStep first_step(double t, const Vector& y, const Vector& slope, double tolerance, double longest);
 
 protected:
     Stepper(const Tableau& tableau, Equations& equations, std::size_t kept)

@@ -2,13 +2,21 @@
 
 namespace mbproj {
 
-Schedule::Schedule(const Steps& steps) : steps_(steps) {
+void note_halved(std::vector<Halved>& halved, const Unsolved& cause, double t) {
+    for (Halved& each : halved)
+        if (each.cause.force == cause.force && (cause.force >= 0 || each.cause.body == cause.body)) {
+            ++each.times;
+            return;
+        }
+    halved.push_back({cause, t, 1});
+}
+
+Schedule::Schedule(const Steps& steps, Grid& grid) : steps_(steps), grid_(grid) {
     pass_break(steps.start);
     if (!steps.fixed()) next_sample_ = 1;
 }
 
-void Schedule::resume(double t, long grid, StepParts parts) {
-    grid_ = grid, parts_ = parts;
+void Schedule::resume(double t) {
     if (!steps_.fixed()) next_sample_ = first_after(t);
     passed_ = 0;
     pass_break(t);
@@ -30,8 +38,8 @@ bool Schedule::follow(std::vector<double> ends) {
 }
 
 bool Schedule::halve(double t, double h, int most) {
-    if (!parts_.below(most) || !resolves(t, 0.5 * h)) return false;
-    parts_.halve();
+    if (!grid_.part.below(most) || !resolves(t, 0.5 * h)) return false;
+    grid_.part.halve();
     return true;
 }
 
@@ -42,10 +50,10 @@ Target Schedule::to(double t, double time) const {
 
 void Schedule::reach(const Target& target) {
     if (keeps_ends) ends_.push_back(target.t);
-    grid_ += target.on_grid;
+    grid_.steps += target.on_grid;
     next_sample_ += target.due;
     inside_ = 0;
-    parts_.go_on();
+    grid_.part.go_on();
 }
 
 TimeWindow Schedule::window() const {
@@ -56,7 +64,7 @@ TimeWindow Schedule::window() const {
 }
 
 Target Schedule::on_grid(double t) const {
-    const long k = grid_ + 1;
+    const long k = grid_.steps + 1;
     const bool last = k == steps_.count;
     const double time = last ? steps_.end() : steps_.start + static_cast<double>(k) * steps_.step;
     if (next_break() < time - beside(time)) return {next_break(), next_break() - t, false, false, true, last};
@@ -64,10 +72,10 @@ Target Schedule::on_grid(double t) const {
 }
 
 Target Schedule::part_of(const Target& whole, double t) const {
-    if (parts_.is_last()) return whole;
-    const double grid = steps_.start + static_cast<double>(grid_) * steps_.step;
+    if (grid_.part.is_last()) return whole;
+    const double grid = steps_.start + static_cast<double>(grid_.steps) * steps_.step;
     const double from = passed_ > 0 ? std::max(grid, steps_.breaks[passed_ - 1].time) : grid;
-    const double time = from + parts_.end() * (whole.t - from);
+    const double time = from + grid_.part.end() * (whole.t - from);
     return {time, time - t, false, false, false, whole.shaped};
 }
 

@@ -23,30 +23,25 @@ struct Target {
 
 // A fixed step whose equations are not solved is made in halves, and these in halves again. The parts of a step are numbered as
 // the nodes of a binary tree: 1 is the whole, 2n and 2n + 1 are the halves of n.
-class StepParts {
-public:
-    explicit StepParts(long at = 1) : at_(at) {}
+struct StepParts {
+    long at = 1;  // the current part
 
-    long at() const { return at_; }
-    // Whether the current part ends where the whole does.
-    bool is_last() const { return (at_ & (at_ + 1)) == 0; }
+    // Whether it ends where the whole does.
+    bool is_last() const { return (at & (at + 1)) == 0; }
     // Where it ends, as a part of the whole.
     double end() const {
         long count = 1;
-        while (2 * count <= at_) count *= 2;
-        return (static_cast<double>(at_ - count) + 1.0) / static_cast<double>(count);
+        while (2 * count <= at) count *= 2;
+        return (static_cast<double>(at - count) + 1.0) / static_cast<double>(count);
     }
-    // Whether the part was halved less than so many times.
-    bool below(int halvings) const { return at_ < 1L << halvings; }
-    void halve() { at_ *= 2; }
+    // Whether it was halved less than so many times.
+    bool below(int halvings) const { return at < 1L << halvings; }
+    void halve() { at *= 2; }
     // The current part is made: the next one is as long as the halves allow that are made.
     void go_on() {
-        while (at_ > 1 && at_ % 2 == 1) at_ /= 2;
-        if (at_ > 1) ++at_;
+        while (at > 1 && at % 2 == 1) at /= 2;
+        if (at > 1) ++at;
     }
-
-private:
-    long at_;
 };
 
 // Fixed steps whose equations Newton's method has not solved, by their cause: the same body's accelerations, or the
@@ -57,29 +52,20 @@ struct Halved {
     long times;
 };
 
-class Halvings {
-public:
-    void note(const Unsolved& cause, double t) {
-        for (Halved& each : found_)
-            if (each.cause.force == cause.force && (cause.force >= 0 || each.cause.body == cause.body)) {
-                ++each.times;
-                return;
-            }
-        found_.push_back({cause, t, 1});
-    }
-    const std::vector<Halved>& all() const { return found_; }
-    void resume(std::vector<Halved> saved) { found_ = std::move(saved); }
+// Notes one more that starts at t.
+void note_halved(std::vector<Halved>& halved, const Unsolved& cause, double t);
 
-private:
-    std::vector<Halved> found_;
+// Where a run with fixed steps is: the steps of the grid that are made, and the part of the next.
+struct Grid {
+    long steps = 0;
+    StepParts part;
 };
 
 class Schedule {
 public:
-    explicit Schedule(const Steps& steps);
-    // A run goes on at t: so many steps of the grid are made, the parts of the next step before this one, and the
-    // samples up to t.
-    void resume(double t, long grid, StepParts parts);
+    Schedule(const Steps& steps, Grid& grid);
+    // A run goes on at t, where the grid says: the samples up to t are made.
+    void resume(double t);
     // Whether the run waits for values from outside, before it passes the breaks up to t or goes on from these.
     bool asks(double t) const;
     // Calls the actions of controllers, in their order, at passed breaks where they have not acted yet.
@@ -89,9 +75,6 @@ public:
                 if (!act(action)) return false;
         return true;
     }
-    long grid() const { return grid_; }
-    const StepParts& parts() const { return parts_; }
-
     // The end of the next step from t; with error control its size is at most h.
     Target target(double t, double h) const {
         return steps_.fixed() ? part_of(on_grid(t), t) : follows() ? along(t) : within(t, h);
@@ -113,11 +96,12 @@ public:
     }
     // The step to a target is taken.
     void reach(const Target& target);
-    bool finished() const { return steps_.fixed() ? grid_ == steps_.count : next_sample_ == steps_.samples.count; }
+    bool finished() const {
+        return steps_.fixed() ? grid_.steps == steps_.count : next_sample_ == steps_.samples.count;
+    }
 
     // Samples that lie inside a step, one by one.
     void enter(const Target& target) { inside_ = std::max(next_sample_, first_from(target.t)); }
-    void leave() { inside_ = 0; }
     bool inside() const { return next_sample_ < inside_; }
     double take() { return steps_.sample(next_sample_++); }
 
@@ -163,8 +147,7 @@ private:
     }
 
     const Steps& steps_;
-    long grid_ = 0;                             // steps of the grid that are made
-    StepParts parts_;                           // of the next
+    Grid& grid_;
     std::size_t next_sample_ = 0, inside_ = 0;  // samples up to `inside_` lie in the step that was just accepted
     std::size_t passed_ = 0, acted_ = 0;        // breaks
     std::vector<double> followed_, ends_;       // ends of steps: of another run, and its own

@@ -10,7 +10,7 @@ bool StepDoubling::is_near() const {
 }
 
 bool StepDoubling::repeat(double t, const Vector& y, const Vector& slope, double h, long& evaluations) {
-    half_->first() = slope;
+    half_->begin(slope);
     const bool reaches_middle = half_->attempt(t, y, 0.5 * h, middle_);
     evaluations += half_->attempt_cost();
     if (!reaches_middle || !projector_.anywhere(t + 0.5 * h, middle_.data()).regular) return false;

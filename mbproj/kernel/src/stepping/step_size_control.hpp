@@ -8,24 +8,24 @@
 
 namespace mbproj {
 
+// The last error, and whether the current step was rejected before.
+struct LastError {
+    double previous = 0.0;
+    bool rejected = false;
+};
+
 // PI controller: h_new = 0.9 h err^(-a) err_old^b with b = 0.2 / k, a = 1 / k - 0.75 b, k the estimate's order + 1.
 class StepSizeControl {
 public:
-    // The last error, and whether the current step was rejected before.
-    struct Saved {
-        double previous = 0.0;
-        bool rejected = false;
-    };
-
-    StepSizeControl(int error_order, const Thresholds& thresholds)
-        : thresholds_(thresholds), k_(error_order + 1), state_{thresholds.least_error_before, false} {}
+    StepSizeControl(int error_order, const Thresholds& thresholds, LastError& state)
+        : thresholds_(thresholds), k_(error_order + 1), state_(state) {
+        forget();
+    }
 
     // Forgets the last error: after a jump it says nothing about the next step.
     void forget() { state_ = {thresholds_.least_error_before, false}; }
     // Whether the current step was rejected before, and there is an error of a step before it.
     bool is_again() const { return state_.rejected && state_.previous > thresholds_.least_error_before; }
-    const Saved& save() const { return state_; }
-    void resume(const Saved& state) { state_ = state; }
 
     double after_accepted(double error, double h) {
         const double integral = 0.2 / k_;
@@ -45,7 +45,7 @@ public:
 private:
     const Thresholds& thresholds_;
     const double k_;
-    Saved state_;
+    LastError& state_;
 };
 
 // h, or the time left to the end, or half of it where one step more would be tiny.

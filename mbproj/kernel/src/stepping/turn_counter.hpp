@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "steppers/stepper.hpp"
-#include "stepping/samples.hpp"
+#include "stepping/outcome.hpp"
 
 namespace mbproj {
 

@@ -1,5 +1,4 @@
-// Events in the state: the switches of the laws, their branches, and where a branch changes. The time loop makes the
-// steps.
+// Events of switches: the branches of the laws, and where a step changes them. `cut_at_switch` of step.hpp makes the steps.
 #pragma once
 
 #include <tuple>
@@ -12,7 +11,7 @@ namespace mbproj {
 // The state of events, on which the next step depends: a branch for each instruction of the loads' programs; when each
 // switch has changed its branch, how often at that time, and how often in quick succession. Of the switches that fixed
 // steps pass over: when first, how many times, and the current branch.
-struct SavedEvents {
+struct Branches {
     std::vector<double> held, last;
     std::vector<int> at_once, in_a_row;
     std::vector<double> first;
@@ -20,17 +19,16 @@ struct SavedEvents {
     std::vector<double> told;
 };
 
-class StateEvents {
+class SwitchEvents {
 public:
     using Vector = Eigen::VectorXd;
     using Met = std::tuple<double, int, int>;      // time, switch, direction
     using Passed = std::tuple<int, double, long>;  // switch, first time, how many times
 
     // `fixed`: whether steps are fixed: these pass over a switch once the motion was pushed back from it.
-    StateEvents(Equations& equations, bool fixed);
-    const SavedEvents& save() const { return state_; }
-    // False where it is not of these laws.
-    bool resume(const SavedEvents& saved);
+    SwitchEvents(Equations& equations, Branches& state, bool fixed);
+    // Whether branches are of these laws.
+    bool fits(const Branches& saved) const;
 
     // Whether the scene has switches.
     bool any() const { return count_ > 0; }
@@ -118,7 +116,7 @@ private:
     const Thresholds& thresholds_;
     const bool fixed_;
     const std::size_t count_;
-    SavedEvents state_;
+    Branches& state_;
     std::vector<Interval> bounds_;
     CrossingSearch search_;
     std::vector<double> x_, before_, after_;

@@ -1,0 +1,187 @@
+// Events of contacts: a step that meets one is made again, to there, where the contact policy decides.
+#include "stepping/step.hpp"
+
+namespace mbproj {
+
+namespace {
+
+// The step at hand as the cubic through both ends. The slope at its end is known.
+CubicStep cubic_of(const Run& run) { return {run.to.h, run.now.y, run.now.slope, run.next.y, run.next.slope}; }
+
+// The multipliers at the part x of the step. Stiff forces are those of its extension: at a state beside it they are far off.
+bool solve_inside(Run& run, const CubicStep& step, double x, std::vector<double>& lambda) {
+    State& inside = run.inside;
+    const double t = run.now.t + x * step.h;
+    bool solved = false;
+    if (run.stepper.carries_slope()) {
+        run.stepper.at(run.now.y, step.h, x, inside.y);
+        solved = run.stepper.inside(t, step.h, x, inside.y, inside.slope, lambda.data());
+    } else {
+        step.at(x, inside.y);
+        solved = run.equations.own_derivative(t, inside.y.data(), inside.slope.data(), lambda.data());
+    }
+    if (solved) run.equations.variables_at(t, inside.y.data());
+    return solved;
+}
+
+// The margins at the end of the step. Where the slope is part of the state, forces are those of the last stage.
+bool margins_at_end(Run& run, MeetingSearch::Margins& found) {
+    State &next = run.next, &inside = run.inside;
+    if (run.watch.rows().empty() || run.stepper.carries_slope()) {
+        run.equations.set_pose(next.t, next.y.data());
+        run.equations.set_velocities(next.y.data(), false);
+    } else if (!run.equations.own_derivative(next.t, next.y.data(), inside.slope.data(), inside.lambda.data())) {
+        return false;
+    }
+    run.equations.variables_at(next.t, next.y.data());
+    run.watch.margins(next.counted.turns, inside.lambda, found);
+    return true;
+}
+
+// Holds the rows again with which the step began, at its start.
+bool back(Run& run) {
+    run.equations.set_pose(run.now.t, run.now.y.data());
+    return run.equations.start();
+}
+
+// Makes and closes a step of size h, and evaluates the margins at its end.
+bool reach(Run& run, double h, MeetingSearch::Margins& found) {
+    run.to = run.schedule.to(run.now.t, run.now.t + h);
+    if (!stages(run) && !(run.equations.hold_others() && stages(run))) return false;
+    run.halved = false;
+    const bool stops = closed_end(run).stops();
+    discard_end(run);
+    if (stops) return false;
+    State& inside = run.inside;
+    if (run.stepper.carries_slope()) run.stepper.arrive(run.next.y, inside.slope, inside.lambda.data());
+    return margins_at_end(run, found);
+}
+
+// Where the step meets something, by looks at the cubic: they are cheaper than steps. False where one fails.
+bool expect(Run& run, MeetingSearch& search, MeetingSearch::Margins& first, Meeting& expected) {
+    const CubicStep step = cubic_of(run);
+    const auto along = [&](double h, MeetingSearch::Margins& found) {
+        if (!solve_inside(run, step, h / step.h, run.inside.lambda)) return false;
+        return run.watch.margins(run.now.counted.turns, run.inside.lambda, found), true;
+    };
+    if (!along(0.0, first)) return false;
+    expected =
+        search.first(along, first, run.met.last, run.watch.parts(), step.h, run.thresholds.same_written * step.h);
+    return true;
+}
+
+// Sets which contact is met: number `which` among the margins.
+void set_met(Run& run, int which) {
+    const auto gaps = static_cast<int>(run.watch.gaps().size());
+    const bool is_force = which >= gaps;
+    run.met.released = is_force || run.watch.gaps()[which].begins;
+    run.met.stop = is_force ? run.watch.rows()[which - gaps].row - run.model.all_rows() : run.watch.gaps()[which].stop;
+    run.met.at_end = true;
+}
+
+}  // namespace
+
+bool begin_contacts(Run& run, std::vector<StopLaw> laws, std::vector<FrictionLaw> frictions, ImpactLaw impacts,
+                    ContactState state, double spacing, LoadedJoints joints_in_space) {
+    run.spacing = spacing;
+    if (!run.contacts.begin(std::move(laws), std::move(frictions), impacts, std::move(state),
+                            std::move(joints_in_space)))
+        return false;
+    run.contacts.watch(run.watch, spacing);
+    return true;
+}
+
+bool loses_contacts(Run& run) {
+    const bool lost = run.outcome.status == Status::singular || run.outcome.status == Status::vanished;
+    return lost && run.has_contacts() && run.equations.contacts().any() && !run.equations.contacts().cholesky().full();
+}
+
+bool meets(Run& run) {
+    const CubicStep step = cubic_of(run);
+    run.equations.variables_at(run.next.t, run.next.y.data());
+    const bool at_end = run.watch.met(step, run.next.counted.turns, run.next.lambda);
+    run.met.rests = run.watch.rests(step.h);
+    const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(run, step, x, found); };
+    if (!run.watch.gives_way_inside(step.h, solve) && !at_end && run.met.rests < 0) {
+        run.watch.pass();
+        if (run.contacts.finds_push(run.next.y, run.next.lambda)) run.stop({Status::undecided, run.next.t});
+        return false;
+    }
+    if (!run.halts) {
+        run.inside.lambda = run.next.lambda;
+        run.met.last_known = margins_at_end(run, run.met.last);
+    }
+    discard_end(run);
+    return true;
+}
+
+bool locate(Run& run) {
+    if (run.halts) return run.stop({Status::halted, run.now.t}), false;  // where the step began
+    const Target whole = run.to;
+    const double grain = 4.0 * run.schedule.grain(run.now.t);
+    MeetingSearch search(run.watch.slacks());
+    MeetingSearch::Margins first = run.watch.first_margins();
+    Meeting expected;
+    if (!run.met.last_known ||
+        (run.met.rests < 0 && !run.watch.rows().empty() && !expect(run, search, first, expected)) || !back(run))
+        return stop_at(run, run.now.t), false;
+    run.contacts.record_speed(run.now.y);
+    if (run.met.rests >= 0) {
+        run.met.stop = run.met.rests, run.met.released = false, run.met.at_end = true;
+        return meet_contact(run), false;
+    }
+    const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(run, h, found); };
+    const Meeting met = search.first(at, first, run.met.last, run.watch.parts(), whole.h, grain, expected);
+    if (!met.made || !back(run)) return stop_at(run, run.now.t), false;
+    run.to = whole;
+    if (met.which < 0) return true;  // nothing is met after all
+    set_met(run, met.which);
+    run.crossing.reset();
+    if (met.h < 4.0 * grain) return meet_contact(run), false;
+    const bool ends_there = whole.h - met.h <= (run.steps.fixed() ? run.thresholds.on_grid * run.steps.step : 0.0);
+    if (!ends_there) run.to = run.schedule.to(run.now.t, run.now.t + met.h);
+    if (!ends_there) run.to.shaped = whole.shaped;
+    return true;
+}
+
+void shorten_to_rest(Run& run) {
+    if (!run.has_contacts() || run.state.contacts.sliding.empty()) return;
+    if (const double h = run.watch.longest(run.now.y, run.now.slope, run.to.h); h < run.to.h)
+        run.to = run.schedule.to(run.now.t, run.now.t + h);
+}
+
+bool decide(Run& run, int stop, bool released) {
+    if (!run.contacts.meet(run.now.t, run.now.y, run.now.counted.turns, stop, released, run.steps.interval()))
+        return false;
+    run.contacts.watch(run.watch, run.spacing);
+    return true;
+}
+
+bool decide_first(Run& run) {
+    if (!decide(run, -1, false)) return false;
+    run.equations.set_pose(run.now.t, run.now.y.data());
+    run.equations.set_velocities(run.now.y.data(), true);
+    return true;
+}
+
+void watch_from_here(Run& run) {
+    run.equations.set_pose(run.now.t, run.now.y.data());
+    run.equations.set_velocities(run.now.y.data(), false);
+    run.watch.begin(run.now.counted.turns);
+}
+
+void record_contacts(Run& run, const std::vector<double>& lambda) {
+    const ContactState& state = run.state.contacts;
+    SampleBlock& block = run.block;
+    const double* y = block.y.data() + block.y.size() - run.now.y.size();
+    const std::vector<double> forces = run.contacts.forces(block.t.back(), y, lambda);
+    block.pushes.insert(block.pushes.end(), forces.begin(), forces.end());
+    const std::vector<double> slides = run.contacts.slides(forces);
+    block.slides.insert(block.slides.end(), slides.begin(), slides.end());
+    block.jumps.push_back(state.work);
+    block.jumps.push_back(state.lost);
+    for (std::size_t k = 0; k + run.contacts.stops() < forces.size(); ++k)
+        block.jumps.push_back(k < state.rubbed.size() ? state.rubbed[k] : 0.0);
+}
+
+}  // namespace mbproj
