@@ -1,6 +1,6 @@
 // Looks for the end of contacts and frictions within a step: gaps that close, or that open again, contacts that would
 // pull, sliding that comes to rest, friction that holds no longer. Such a step is made again, to there
-// (stepping/stop_events.hpp); the contact policy decides what happens then.
+// (stepping/contact_events.cpp); the contact policy decides what happens then.
 #pragma once
 
 #include <algorithm>
