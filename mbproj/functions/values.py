@@ -22,6 +22,11 @@ from mbproj.functions.taylor import LN10, direction, hypotenuse, smooth_step
 
 Function = Callable[..., Numbers]
 
+
+def _choose(first: Any, a: Numbers, b: Numbers) -> Numbers:
+    return np.where(first, a, b)
+
+
 FUNCTIONS: Mapping[Op, Function] = MappingProxyType(
     {
         Op.NEGATE: lambda x: -x,
@@ -32,8 +37,8 @@ FUNCTIONS: Mapping[Op, Function] = MappingProxyType(
         Op.POWER_OF: lambda a, b: a**b,
         Op.ATAN2: direction,
         Op.HYPOT: hypotenuse,
-        Op.MIN: lambda a, b: np.where(a <= b, a, b),
-        Op.MAX: lambda a, b: np.where(a >= b, a, b),
+        Op.MIN: lambda a, b: _choose(a <= b, a, b),
+        Op.MAX: lambda a, b: _choose(a >= b, a, b),
         Op.SIN: np.sin,
         Op.COS: np.cos,
         Op.TAN: np.tan,

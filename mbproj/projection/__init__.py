@@ -5,11 +5,10 @@ from __future__ import annotations
 from importlib import import_module
 
 from mbproj.projection.methods.method import Method, Projection
-from mbproj.projection.solve.schedule import ProjectedState, project_after
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
 
-__all__ = ["Method", "ProjectedState", "Projection", "make_method", "project_after"]
+__all__ = ["Method", "Projection", "make_method"]
 
 
 def make_method(settings: ProjectionSettings) -> Method:

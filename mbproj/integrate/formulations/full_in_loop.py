@@ -18,6 +18,7 @@ from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.reduced import Reduced, space_state
+from mbproj.integrate.numpy_loop import project, project_between
 from mbproj.model.contacts import Contacts, in_contact
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
@@ -139,7 +140,7 @@ class _Answers:
         with may_overflow():
             try:
                 formulation, y = self._formulation(at), self._full_y(at.y)
-                done = formulation.project(step, at.t, y, y) if step else formulation.project_copy(at.t, y)[1]
+                done = project(formulation, step, at.t, y) if step else project_between(formulation, at.t, y)[1]
             except SimulationError as failure:
                 self._fails(failure)
                 return None
@@ -220,7 +221,7 @@ class _Answers:
         stuck = {k - stops: value for k, value in sorted(at.rows) if k >= stops}
         system = in_contact(self._compiled.whole, Contacts(held, stuck=stuck))
         formulation = FullFormulation.of(system, self._state, self._settings, self._compiled.redundant)
-        self._full, self._rows, self._seen = replace(formulation, balance=None), at.rows, None
+        self._full, self._rows, self._seen = formulation, at.rows, None
         if self._saved:
             self._full.policy.restore(self._saved)
             self._saved = {}
