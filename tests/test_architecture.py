@@ -114,8 +114,8 @@ FOLDERS = {
     "scene": ("text", "expressions", "fields", "ranges", "solids", "blocks"),
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
-    "projection": ("methods", "solve"),
-    "integrate": ("steppers", "events", "reporting", "formulations", "stops", "loop", "stiff", "automatic"),
+    "projection": ("methods",),
+    "integrate": ("steppers", "events", "reporting", "formulations", "stops", "stiff", "automatic"),
     "results": ("file", "loads", "crash_safety", "linear", "sweep", "design", "views"),
     "studies": (
         "store",
@@ -319,7 +319,7 @@ def test_running_imports_neither_scipy_nor_matplotlib():
     )
     imported = imported_by(code)
     assert not imported & {"scipy", "matplotlib"}
-    for name in ("stops", "automatic", "formulations.full", "loop.march"):  # what this scene has no use for
+    for name in ("stops", "automatic", "formulations.full", "numpy_loop"):  # what this scene has no use for
         assert f"mbproj.integrate.{name}" not in imported
     assert not imported & {"mbproj.dynamics.derivatives", "mbproj.dynamics.friction", "mbproj.projection"}
 

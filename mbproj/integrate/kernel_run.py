@@ -1,7 +1,7 @@
 """A run: in the compiled kernel, in blocks of samples, or for explicit steps of the full formulation in NumPy's loop.
 
-A run in the kernel can pause between two steps, wait for inputs from Python, follow the steps of another run, and
-continue from a mark.
+Between two steps a run in the kernel can pause, or wait for inputs from Python. It can follow the steps of another run,
+and continue from a mark.
 """
 
 from __future__ import annotations

@@ -5,10 +5,11 @@ from __future__ import annotations
 from importlib import import_module
 
 from mbproj.projection.methods.method import Method, Projection
+from mbproj.projection.solve import ProjectedState, project_after
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
 
-__all__ = ["Method", "Projection", "make_method"]
+__all__ = ["Method", "ProjectedState", "Projection", "make_method", "project_after"]
 
 
 def make_method(settings: ProjectionSettings) -> Method:

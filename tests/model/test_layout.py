@@ -8,7 +8,6 @@ import pytest
 
 from mbproj.errors import SimulationError
 from mbproj.integrate import FullFormulation, simulate
-from mbproj.integrate.numpy_loop import project_between
 from mbproj.linear import stored_state
 from mbproj.results import ResultsWriter, open_results
 from tests.crossed import crossed, full
@@ -130,7 +129,7 @@ def test_a_projection_moves_the_blocks_that_say_so():
     layout = formulation.layout
     y = layout.vector_of(state.layout.common_blocks(state.y, layout))
     y = y + 1e-3 * np.random.default_rng(0).normal(size=len(y))
-    moved, _ = project_between(formulation, 0.0, y)
+    moved, _ = formulation.project_between(0.0, y)
     for block in layout.blocks:
         assert block.size
         assert np.array_equal(moved[layout[block.name]], y[layout[block.name]]) != block.projected

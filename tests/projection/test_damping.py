@@ -9,9 +9,9 @@ import pytest
 
 from mbproj.dynamics import RowSet, constraint_at, jacobian, mass_matrix, pose_of
 from mbproj.integrate import InPlane, Reduced
-from mbproj.integrate.numpy_loop import correct_position, damped
 from mbproj.kernel import core
 from mbproj.projection import make_method
+from mbproj.projection.solve import correct_position, damped
 from mbproj.registry import PROJECTIONS
 from mbproj.thresholds import THRESHOLDS
 from tests.crossed import full

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import constraint_at, constraint_velocity_at, pose_of
-from mbproj.integrate.numpy_loop import project_after, row_tolerances
 from mbproj.model import compile_system, initial_guess
 from mbproj.projection import make_method
+from mbproj.projection.solve import project_after, row_tolerances
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import ProjectionSettings
 from tests.support import random_body, random_chain, scene_of

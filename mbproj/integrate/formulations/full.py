@@ -34,8 +34,8 @@ from mbproj.integrate.reporting.failures import ill_conditioned, jammed, not_fin
 from mbproj.model.forces import NO_REFLECTED, Forces
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
-from mbproj.projection import Method, Projection, make_method
-from mbproj.scene.records import Settings
+from mbproj.projection import Method, ProjectedState, Projection, make_method, project_after
+from mbproj.scene.records import ProjectionSettings, Settings
 
 
 class Accelerations(NamedTuple):
@@ -234,6 +234,27 @@ class FullFormulation:
         return replace(
             terms, Q=terms.Q + carried @ pulls, power=np.array([loads.power, loads.dissipation, *loads.apart])
         )
+
+    def project(self, step: int, t: float, y: Array) -> ProjectedState:
+        """Return the state at y after step number `step`, projected according to the settings."""
+        projected = self._projected(step, self.settings.projection, t, y)
+        self.policy.see(projected.nearest)
+        return projected
+
+    def project_between(self, t: float, y: Array) -> tuple[Array, ProjectedState]:
+        """Return a state between two steps, projected on the levels that the settings switch on; and the projection."""
+        projected = self._projected(1, replace(self.settings.projection, every=1, threshold=None), t, y)
+        return self.layout.changed(y, {"positions": projected.q, "velocities": projected.v}), projected
+
+    def _projected(self, step: int, settings: ProjectionSettings, t: float, y: Array) -> ProjectedState:
+        q, v, expected = self.split(y)
+        if not isinstance(self.method, Projection):
+            return ProjectedState(q, v)
+        try:
+            drive, rows = self.drive(t, expected), self.policy.rows
+            return project_after(step, self.system, self.method, settings, q, v, drive, rows)
+        except np.linalg.LinAlgError as error:
+            raise self.singular(t, q, v) from error
 
     def lead(self, t: float, y: Array) -> Array:
         """Return y at a time, with driven joint coordinates at the values of their motions."""

@@ -18,7 +18,6 @@ from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.formulations.reduced import Reduced, space_state
-from mbproj.integrate.numpy_loop import project, project_between
 from mbproj.model.contacts import Contacts, in_contact
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
@@ -140,7 +139,7 @@ class _Answers:
         with may_overflow():
             try:
                 formulation, y = self._formulation(at), self._full_y(at.y)
-                done = project(formulation, step, at.t, y) if step else project_between(formulation, at.t, y)[1]
+                done = formulation.project(step, at.t, y) if step else formulation.project_between(at.t, y)[1]
             except SimulationError as failure:
                 self._fails(failure)
                 return None

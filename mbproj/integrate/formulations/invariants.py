@@ -12,9 +12,9 @@ from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.dynamics.symmetries import Fields, kept_fields, rigid_fields
-from mbproj.integrate.numpy_loop import correct_position
 from mbproj.model.system import System
 from mbproj.projection.methods.gpopm import Gpopm
+from mbproj.projection.solve import correct_position
 from mbproj.scene.records import ProjectionSettings
 
 

@@ -13,7 +13,7 @@ from mbproj.dataclass import dataclass
 from mbproj.integrate.events.time_events import Event
 
 if TYPE_CHECKING:
-    from mbproj.integrate.numpy_loop import ProjectedState
+    from mbproj.projection import ProjectedState
 
 
 @dataclass(frozen=True)
