@@ -114,7 +114,6 @@ FOLDERS = {
     "scene": ("text", "expressions", "fields", "ranges", "solids", "blocks"),
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
-    "projection": ("methods",),
     "integrate": ("steppers", "events", "reporting", "formulations", "stops", "stiff", "automatic"),
     "results": ("file", "loads", "crash_safety", "linear", "sweep", "design", "views"),
     "studies": (
@@ -173,7 +172,7 @@ SHORT_FILES = {
     "version.py": "read by the build",
 }
 #: Folders of which a file may be shorter: each is an entry.
-SHORT_IN = frozenset({"projection/methods", "scene/blocks/elements"})
+SHORT_IN = frozenset({"scene/blocks/elements"})
 
 
 def modules() -> list[Path]:

@@ -24,8 +24,7 @@ from mbproj.dynamics.equations.motions import NO_DRIVE, Drive
 from mbproj.dynamics.equations.round_off import position_grain
 from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.model.system import System
-from mbproj.projection.methods.gopm import Gopm
-from mbproj.projection.methods.method import Projection
+from mbproj.projection.methods import Gopm, Projection
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 

@@ -96,8 +96,8 @@ def test_the_kernel_has_each_correction_that_the_registry_names():
 
 
 def test_a_new_method_runs_in_the_full_formulation(monkeypatch):
-    """It is one file and one entry, which need not say anything of the kernel."""
-    methods = dict(PROJECTIONS, mine=ProjectionEntry("gopm", "1", "a copy of gopm"))
+    """It is one class and one entry, which need not say anything of the kernel."""
+    methods = dict(PROJECTIONS, mine=ProjectionEntry("Gopm", "1", "a copy of gopm"))
     for place in (module, "mbproj.projection", "mbproj.integrate.reporting.failures"):
         monkeypatch.setattr(place if place is module else import_module(place), "PROJECTIONS", methods)
     settings = Settings(duration=0.02, step=0.01, projection=ProjectionSettings(method="mine"))
