@@ -15,7 +15,7 @@ from mbproj.arrays import Array, Flags, Integers, Numbers, cross, numbers, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
+from mbproj.dynamics.equations.kinematics import Pose, body_rates
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
 
@@ -101,7 +101,7 @@ def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
 def law_coordinates(instant: Instant) -> tuple[Numbers, Numbers]:
     """Return the coordinates of the laws and their rates, (..., E)."""
     laws, pose, expected = instant.system.forces.laws, instant.pose, instant.expected
-    value = laws.coordinates.value(attached(pose, *slots_of(laws.coordinates)))
+    value = laws.coordinates.value(pose.places(laws.coordinates))
     turns = np.round((expected[..., laws.joint_coordinate] - value) / (2.0 * np.pi)) if laws.is_angle.any() else 0.0
     with np.errstate(divide="ignore", invalid="ignore"):  # `applied` reports points that coincide
         rate = set_velocity(laws.coordinates, pose, instant.twist)
@@ -217,7 +217,7 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
     """Return the forces and torques on the bodies of forces `size` (F,) along the coordinates. Every attachment of a
     law is pulled with F ∂s/∂x."""
     bound = forces.laws.coordinates
-    gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
+    gradient = bound.gradient_entries(pose.places(bound))
     pull = size[bound.entry_row, None] * gradient
     body, local = bound.body[bound.entry_slot], bound.local[bound.entry_slot]
     force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
