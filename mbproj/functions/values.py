@@ -7,9 +7,9 @@ are turned into a list of distinct terms, each of which names its arguments, bef
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -73,12 +73,17 @@ class _Terms(NamedTuple):
     results: tuple[int, ...]
 
 
+#: The most lists of terms that are kept for a set: one for each law, and again for each branch of its switches.
+MOST_KNOWN = 10_000
+_KNOWN: WeakKeyDictionary[ProgramSet, dict[tuple[tuple[int, ...], bytes | None], _Terms]] = WeakKeyDictionary()
+
+
 def values(
     programs: ProgramSet, indices: Sequence[int], variables: Sequence[Numbers], held: Array | None = None
 ) -> list[Numbers]:
     """Return the value of each of these programs, with the bits of `mbproj.functions.series.run`. Undefined values are
     NaN or infinite. A constant has no shape, whatever that of the variables. `held`: as for `run`."""
-    terms = _terms(programs, tuple(indices), None if held is None else held.tobytes())
+    terms = _known_terms(programs, tuple(indices), held)
     at: list[Any] = list(terms.constants)
     for term, variable in terms.variables:
         at[term] = numbers(variables[variable])
@@ -97,10 +102,19 @@ def value(programs: ProgramSet, index: int, variables: Sequence[Numbers], held: 
     return values(programs, (index,), variables, held)[0]
 
 
-@lru_cache(maxsize=256)
-def _terms(programs: ProgramSet, indices: tuple[int, ...], held: bytes | None) -> _Terms:
-    """Return the distinct terms of these programs, on the branches `held`."""
-    branches = [FREE] * len(programs.op) if held is None else np.frombuffer(held).tolist()
+def _known_terms(programs: ProgramSet, indices: tuple[int, ...], held: Array | None) -> _Terms:
+    """Return the terms of these programs, which are kept as long as the set is."""
+    known = _KNOWN.setdefault(programs, {})
+    key = indices, None if held is None else held.tobytes()
+    if key not in known:
+        if len(known) >= MOST_KNOWN:
+            known.clear()
+        known[key] = _terms(programs, indices, [FREE] * len(programs.op) if held is None else held.tolist())
+    return known[key]
+
+
+def _terms(programs: ProgramSet, indices: tuple[int, ...], branches: list[float]) -> _Terms:
+    """Return the distinct terms of these programs, on these branches, one for each instruction."""
     numbered: dict[tuple[object, ...], int] = {}
     constants, variables, operations, results = list[Numbers | None](), [], [], []
     for index in indices:
