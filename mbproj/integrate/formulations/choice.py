@@ -22,7 +22,7 @@ from mbproj.kernel.bound import without_form
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS, is_explicit
-from mbproj.scene.records import Settings
+from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.thresholds import THRESHOLDS
 
 #: The reason for a formulation that the settings name.
@@ -73,8 +73,12 @@ def choose(system: System, state: State, settings: Settings, kernel: Any = None)
     if choice.degrees_of_freedom == 0:
         _refuse_locked(system, state)
     choice = replace(choice, kinematic=_is_kinematic(_undecided(system, state, choice), settings))
-    if choice.compiled is None:
-        _refuse_beyond_numpy(choice, settings, kernel or core())
+    if choice.compiled is not None:
+        return choice
+    used = replace(settings, projection=ProjectionSettings(), acceleration="bordered")
+    if choice.kinematic and settings.formulation == "auto" and used != settings:  # a kinematic run uses none of these
+        return choose(system, state, used, kernel)
+    _refuse_beyond_numpy(choice, settings, kernel or core())
     return choice
 
 
