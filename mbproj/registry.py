@@ -1,6 +1,6 @@
 """The choices of a user, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
 
-A new projection method is one file under `mbproj/projection/methods` and one entry here; a new integrator is one
+A new projection method is one class in `mbproj/projection/methods.py` and one entry here; a new integrator is one
 tableau under `mbproj/integrate/steppers`, in `tableaus` or `implicit_tableaus`. Plug-ins add theirs by a call. The
 reader, the command line, did-you-mean and the tests ask here.
 """
@@ -53,12 +53,12 @@ def types_of(package: str, path: Iterable[str]) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class ProjectionEntry:
-    """A projection method: its module in `mbproj.projection.methods`, its equations in the paper, a summary, and the
+    """A projection method: its class in `mbproj.projection.methods`, its equations in the paper, a summary, and the
     names of its own options. `corrects` says whether it corrects the state after a step. `correction` names the same
     correction in the kernel; a method without one runs in the full formulation alone. `factory` makes the method of a
-    plug-in, which has no module here."""
+    plug-in, which has no class there."""
 
-    module: str
+    name: str
     equations: str
     summary: str
     options: tuple[str, ...] = ()
@@ -76,9 +76,11 @@ class ProjectionEntry:
 PROJECTIONS: Registry[ProjectionEntry] = Registry(
     "projection method",
     {
-        "none": ProjectionEntry("none", "14", "no correction: shows the drift", corrects=False, correction="none"),
+        "none": ProjectionEntry(
+            "Unprojected", "14", "no correction: shows the drift", corrects=False, correction="none"
+        ),
         "baumgarte": ProjectionEntry(
-            "baumgarte",
+            "Baumgarte",
             "ref. 9",
             "stabilised accelerations, C̈ + 2αĊ + β²C = 0; no correction",
             ("gains",),
@@ -86,19 +88,19 @@ PROJECTIONS: Registry[ProjectionEntry] = Registry(
             correction="baumgarte",
         ),
         "gopm": ProjectionEntry(
-            "gopm", "39, 41", "geometric: the smallest correction of the coordinates", correction="coordinates"
+            "Gopm", "39, 41", "geometric: the smallest correction of the coordinates", correction="coordinates"
         ),
         "popm": ProjectionEntry(
-            "popm", "44, 45", "physical: weighted by M, which must be positive definite", correction="mass"
+            "Popm", "44, 45", "physical: weighted by M, which must be positive definite", correction="mass"
         ),
         "mass-orthogonal": ProjectionEntry(
-            "mass_orthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",), correction="penalty"
+            "MassOrthogonal", "52, 55", "penalty α on the violation, iterated", ("alpha",), correction="penalty"
         ),
-        "mmopm": ProjectionEntry("mmopm", "60, 61", "weighted by M + α C_qᵀC_q with a large α", ("alpha",)),
+        "mmopm": ProjectionEntry("Mmopm", "60, 61", "weighted by M + α C_qᵀC_q with a large α", ("alpha",)),
         "gpopm": ProjectionEntry(
-            "gpopm", "73, 74", "physical for singular M: the smallest correction in energy", correction="mass"
+            "Gpopm", "73, 74", "physical for singular M: the smallest correction in energy", correction="mass"
         ),
-        "gpopm-pinv": ProjectionEntry("gpopm_pinv", "62-66", "GPOPM by a rank-revealing pseudo-inverse"),
+        "gpopm-pinv": ProjectionEntry("GpopmPinv", "62-66", "GPOPM by a rank-revealing pseudo-inverse"),
     },
 )
 

@@ -22,7 +22,7 @@ from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.model import System
-from mbproj.projection.methods.method import weighted_correction
+from mbproj.projection.methods import weighted_correction
 
 ALPHAS = [10.0**power for power in range(15)]
 

@@ -115,8 +115,7 @@ FOLDERS = {
     "scene": ("text", "expressions", "fields", "ranges", "solids", "blocks"),
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
-    "projection": ("methods", "solve"),
-    "integrate": ("steppers", "events", "reporting", "formulations", "stops", "loop", "stiff", "automatic"),
+    "integrate": ("steppers", "events", "reporting", "formulations", "stops", "stiff", "automatic"),
     "results": ("file", "loads", "crash_safety", "linear", "sweep", "design", "views"),
     "studies": (
         "store",
@@ -174,7 +173,7 @@ SHORT_FILES = {
     "version.py": "read by the build",
 }
 #: Folders of which a file may be shorter: each is an entry.
-SHORT_IN = frozenset({"projection/methods", "scene/blocks/elements"})
+SHORT_IN = frozenset({"scene/blocks/elements"})
 
 
 def modules() -> list[Path]:
@@ -320,7 +319,7 @@ def test_running_imports_neither_scipy_nor_matplotlib():
     )
     imported = imported_by(code)
     assert not imported & {"scipy", "matplotlib"}
-    for name in ("stops", "automatic", "formulations.full", "loop.march"):  # what this scene has no use for
+    for name in ("stops", "automatic", "formulations.full", "numpy_loop"):  # what this scene has no use for
         assert f"mbproj.integrate.{name}" not in imported
     assert not imported & {"mbproj.dynamics.derivatives", "mbproj.dynamics.friction", "mbproj.projection"}
 

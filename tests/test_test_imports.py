@@ -18,7 +18,7 @@ REACHED = {
         integrate.steppers.order_conditions model.euler_parameters scene.blocks.forces.coulomb scene.blocks.oversights
         scene.expressions.syntax_tree scene.fields.rotations""",
     "a test replaces or counts what the module calls": """
-        dynamics.equations integrate.formulations integrate.loop integrate.reporting""",
+        dynamics.equations integrate.formulations integrate.reporting""",
     "it is an entry of a table, which others ask for it": "constraints parts.classes projection.methods",
     "a command, and what it prints, is looked at from the package whose results it shows": "cli",
 }

@@ -120,7 +120,7 @@ def _step(
         stack.append(variables[int(operand)])
     elif op is TABLE:
         x = stack.pop()
-        stack.append(chain(_table(programs, int(operand), x[0]), x))
+        stack.append(chain(table_series(programs, int(operand), x[0]), x))
     elif op is POWER:
         stack.append(chain(power(stack[-1][0], operand), stack.pop()))
     elif op in FUNCTIONS:
@@ -139,11 +139,11 @@ def _on_branch(programs: ProgramSet, at: int, stack: list[Series], branch: float
     if op is Op.ABS:
         return branch * x[0], branch * x[1], branch * x[2]
     if op is Op.TABLE:
-        return chain(_table(programs, int(programs.operand[at]), x[0], branch), x)
+        return chain(table_series(programs, int(programs.operand[at]), x[0], branch), x)
     return constant_series(np.full_like(x[0], branch))
 
 
-def _table(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) -> Series:
+def table_series(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) -> Series:
     """Return the piece of table `number` that contains x, or the nearest piece of a branch, at x."""
     start, end = programs.table_start[number : number + 2]
     x = lifted(programs, number, x, branch)

@@ -13,7 +13,8 @@ from mbproj.functions.program import Op
 #: A value with its first and second derivative, arrays of one shape; or g, dg/dx and d²g/dx² at x.
 Series = tuple[Numbers, Numbers, Numbers]
 
-_LN10 = float(np.log(10.0))
+#: The natural logarithm of 10.
+LN10 = float(np.log(10.0))
 
 
 def chain(g: Series, x: Series) -> Series:
@@ -45,7 +46,7 @@ def _power_of(a: Series, b: Series) -> Series:
     return a[0] ** b[0], grown[1], grown[2]
 
 
-def _direction(y: Numbers, x: Numbers) -> Numbers:
+def direction(y: Numbers, x: Numbers) -> Numbers:
     """Return atan2, also of complex numbers, to first order in their imaginary parts; NumPy's takes real ones only."""
     real = np.arctan2(y.real, x.real)
     if not (np.iscomplexobj(x) or np.iscomplexobj(y)):
@@ -57,12 +58,16 @@ def _atan2(y: Series, x: Series) -> Series:
     r2 = x[0] * x[0] + y[0] * y[0]
     rate = (x[0] * y[1] - y[0] * x[1]) / r2
     bend = (x[0] * y[2] - y[0] * x[2]) / r2
-    return _direction(y[0], x[0]), rate, bend - 2.0 * rate * (x[0] * x[1] + y[0] * y[1]) / r2
+    return direction(y[0], x[0]), rate, bend - 2.0 * rate * (x[0] * x[1] + y[0] * y[1]) / r2
+
+
+def hypotenuse(a: Numbers, b: Numbers) -> Numbers:
+    """Return √(a² + b²), also of complex numbers; NumPy's takes real ones only."""
+    return np.sqrt(a * a + b * b) if np.iscomplexobj(a) or np.iscomplexobj(b) else np.hypot(a, b)
 
 
 def _hypot(a: Series, b: Series) -> Series:
-    complex_ = np.iscomplexobj(a[0]) or np.iscomplexobj(b[0])
-    h = np.sqrt(a[0] * a[0] + b[0] * b[0]) if complex_ else np.hypot(a[0], b[0])
+    h = hypotenuse(a[0], b[0])
     h1 = (a[0] * a[1] + b[0] * b[1]) / h
     return h, h1, (a[1] * a[1] + a[0] * a[2] + b[1] * b[1] + b[0] * b[2] - h1 * h1) / h
 
@@ -133,7 +138,8 @@ def _acos(x: Numbers) -> Series:
     return np.arccos(x), -rate, -bend
 
 
-def _smooth_step(x: Numbers) -> Series:
+def smooth_step(x: Numbers) -> Series:
+    """Return 0 up to x = 0, 1 from x = 1, and a polynomial of degree 5 between, which joins them twice smoothly."""
     x = np.clip(x, 0.0, 1.0)
     y = 1.0 - x
     return x**3 * (10.0 - 15.0 * x + 6.0 * x * x), 30.0 * (x * y) ** 2, 60.0 * x * y * (1.0 - 2.0 * x)
@@ -160,12 +166,12 @@ FUNCTIONS: Mapping[Op, Callable[[Numbers], Series]] = MappingProxyType(
         Op.TANH: _tanh,
         Op.EXP: _exp,
         Op.LOG: _log,
-        Op.LOG10: lambda x: _scaled(1.0 / _LN10, _log(x)),
+        Op.LOG10: lambda x: _scaled(1.0 / LN10, _log(x)),
         Op.SQRT: _sqrt,
         Op.ABS: lambda x: (np.sign(x.real) * x, np.sign(x.real), np.zeros_like(x)),  # also for complex steps
         Op.SIGN: lambda x: _flat(np.sign(x.real)),
         Op.FLOOR: lambda x: _flat(np.floor(x.real)),
         Op.CEIL: lambda x: _flat(np.ceil(x.real)),
-        Op.SMOOTH_STEP: _smooth_step,
+        Op.SMOOTH_STEP: smooth_step,
     }
 )

@@ -17,7 +17,7 @@ __getattr__ = lazily(
         "formulations.planar": "InPlane",
         "formulations.reduced": "Reduced from_space",
         "formulations.redundant_rows": "count_redundant settle_rows",
-        "loop.followed_steps": "FollowedSteps",
+        "kernel_run": "FollowedSteps",
         "reporting.marks": "Keeping Mark Marks START",
         "reporting.report": "EnergyWatch",
         "steppers.order_conditions": "holds_up_to",

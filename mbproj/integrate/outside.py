@@ -14,7 +14,7 @@ from mbproj.functions.program import CHANNELS
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.loop.one_method import march_by_one_method
+from mbproj.integrate.kernel_run import march
 from mbproj.integrate.reporting.marks import Marks
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.kernel.models import programs
@@ -92,7 +92,7 @@ def march_with(
         raise InputError(Problem(f"a controller acts each period, a time in s, found {period!r}", hint="give a period"))
     refuse_outside(system, settings, has_kernel=choice.compiled is not None)
     outside = Acting(function, period)
-    return march_by_one_method(choice, system, state, settings, tally=tally, marks=marks, outside=outside)
+    return march(choice, system, state, settings, tally=tally, marks=marks, outside=outside)
 
 
 def refuse_outside(system: System, settings: Settings, *, has_kernel: bool) -> None:

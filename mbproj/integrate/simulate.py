@@ -20,8 +20,8 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.splits import splits_of, unresolved
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event, crowded, events_of
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.loop.interruption import in_blocks, interruption
-from mbproj.integrate.loop.one_method import march_by_one_method
+from mbproj.integrate.interruption import in_blocks, interruption
+from mbproj.integrate.kernel_run import march
 from mbproj.integrate.reporting.marks import START, Keeping, Mark, Marks
 from mbproj.integrate.reporting.report import (
     EnergyWatch,
@@ -41,7 +41,7 @@ from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
     from mbproj.integrate.automatic.march import AutomaticMarch
-    from mbproj.integrate.loop.followed_steps import FollowedSteps
+    from mbproj.integrate.kernel_run import FollowedSteps
     from mbproj.integrate.outside import Function
     from mbproj.integrate.stiff.stiffness import StiffnessWatch
 
@@ -258,7 +258,7 @@ def _march(
 ) -> Iterator[Samples | None]:
     """Return the samples of a run of any mechanism."""
     if automatic is None:
-        return march_by_one_method(choice, system, state, settings, tally=tally, marks=marks, steps=steps)
+        return march(choice, system, state, settings, tally=tally, marks=marks, steps=steps)
     return automatic.march(choice, system, state, settings, tally, marks or Marks())
 
 

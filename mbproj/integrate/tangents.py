@@ -17,7 +17,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.leg import kernel_breaks, kernel_tableau
 from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.loop.followed_steps import Trace
+from mbproj.integrate.kernel_run import Trace
 from mbproj.integrate.steppers.tableau import tableau_of
 
 

@@ -1,11 +1,10 @@
-"""The projection methods, one file each in `methods`; `make_method` finds them by the names of `mbproj.registry`."""
+"""Projection: the methods, and the iteration to C = 0. `make_method` finds one by its name."""
 
 from __future__ import annotations
 
-from importlib import import_module
-
-from mbproj.projection.methods.method import Method, Projection
-from mbproj.projection.solve.schedule import ProjectedState, project_after
+from mbproj.projection import methods
+from mbproj.projection.methods import Method, Projection
+from mbproj.projection.solve import ProjectedState, project_after
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings
 
@@ -15,6 +14,6 @@ __all__ = ["Method", "ProjectedState", "Projection", "make_method", "project_aft
 def make_method(settings: ProjectionSettings) -> Method:
     """Return the method that the settings name, made with its options from them (`ProjectionEntry.options`)."""
     entry = PROJECTIONS[settings.method]
-    make = entry.factory or import_module(f"mbproj.projection.methods.{entry.module}").METHOD
+    make = entry.factory or getattr(methods, entry.name)
     method: Method = make(**{option: getattr(settings, option) for option in entry.options})
     return method

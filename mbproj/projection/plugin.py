@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem
 from mbproj.plugins import blamed
-from mbproj.projection.methods.method import Method, Projection
+from mbproj.projection.methods import Method, Projection
 from mbproj.registry import PROJECTIONS, ProjectionEntry
 
 #: The options that a scene may give to a method.

@@ -116,7 +116,7 @@ class Passages:
     told_part: float = threshold(
         0.1,
         "1",
-        "both",
+        "kernel",
         "a stage of a kinematic run is on its branch where Newton's method corrects less than this part of "
         "displacement and velocity",
         "a fold is met at 1/2; tests/integrate/kinematic",
@@ -124,23 +124,16 @@ class Passages:
     told_way: float = threshold(
         1e-3,
         "length",
-        "both",
+        "kernel",
         "away from singular poses, a stage of a kinematic run is also on its branch where its correction is shorter",
         "no case: tests/integrate/kinematic/test_motions.py begins at rest with 1e-9 too",
     )
     crossed_way: float = threshold(
         1e-4,
         "length",
-        "both",
+        "kernel",
         "in a kinematic step no longer than this the determinant of rows may change its sign: branches cross there",
         "lengths that are off by 1e-8 keep branches so far apart",
-    )
-    turning_step: float = threshold(
-        1e-6,
-        "intervals of samples",
-        "numpy",
-        "a kinematic step that is shorter is at a turning point",
-        "no case: tests/integrate/kinematic/test_motions.py turns back with 1e-12 and 0.3 too",
     )
 
 

@@ -197,7 +197,7 @@ class Invariants:
     row_rests: float = threshold(
         0.25,
         "1",
-        "both",
+        "kernel",
         "the energy row is singular where the speed is below this part of its change in a step",
         "a quarter of a step from rest",
     )
@@ -218,7 +218,7 @@ class Invariants:
     row_tolerated: float = threshold(
         10.0,
         "tolerance",
-        "both",
+        "kernel",
         "a correction within so many tolerances is a step's error, and never refused; a T within them of W "
         "counts as rest",
         "a quarter car that comes to rest",

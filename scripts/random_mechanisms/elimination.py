@@ -11,7 +11,7 @@ from mbproj.arrays import Array
 from mbproj.dynamics.equations.constraint_equations import jacobian
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.integrate.formulations.terms import Accelerations
+from mbproj.integrate.formulations.full import Accelerations
 
 from .round_off import RoundOff
 

@@ -14,10 +14,9 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import Samples, join, stack
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.formulations.terms import Accelerations
-from mbproj.integrate.loop.compiled_march import march as march_compiled
-from mbproj.integrate.loop.march import march
+from mbproj.integrate.formulations.full import Accelerations, FullFormulation
+from mbproj.integrate.kernel_run import march_in_kernel
+from mbproj.integrate.numpy_loop import march
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.scene.records import Settings
 
@@ -44,7 +43,7 @@ def run(system: System, state: State, settings: Settings) -> Motion:
 def _run(system: System, state: State, settings: Settings, finer: Motion | None) -> Motion:
     choice, tally = choose(system, state, settings), Tally()
     if choice.compiled is not None:
-        samples = join([part for part in march_compiled(choice.compiled, state, settings, tally) if part is not None])
+        samples = join([part for part in march_in_kernel(choice.compiled, state, settings, tally) if part is not None])
     else:
         samples = stack(list(march(FullFormulation.of(system, state, settings, choice.redundant), state, tally)))
     return Motion(choice, samples, Observer(system, state).at(samples), tally, finer)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
 from mbproj.dynamics import law_state, state_rates
-from mbproj.functions import series
+from mbproj.functions import values
 
 HEAD = "mbproj: 1\ngravity: [0, 0, -9.81]\nsimulation: {duration: 0.02, step: 0.001, integrator: rk4}\n"
 
@@ -25,8 +25,8 @@ def chain(links: int) -> str:
 
 def test_programs_make_the_variables_that_they_name(monkeypatch):
     """Each of a chain of n names two or three of the 3 n; all of them would be a cost by n squared."""
-    counted, made = [], series.constant_series
-    monkeypatch.setattr(series, "constant_series", lambda x: counted.append(x) or made(x))
+    counted, made = [], values.numbers
+    monkeypatch.setattr(values, "numbers", lambda x: counted.append(x) or made(x))
     numbers = []
     for links in (10, 20):
         scene = read_scene_text(chain(links))

@@ -9,12 +9,14 @@ import pytest
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from mbproj.functions.program import ARGUMENTS, CHANNELS, TIME, Op, Program, apply, variable
+from mbproj.functions import values as values_module
+from mbproj.functions.program import ARGUMENTS, CHANNELS, TIME, Op, Program, apply, number, variable
 from mbproj.functions.program_set import flatten
 from mbproj.functions.series import constant_series, failure, run, slope, slopes, time_series
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
 from mbproj.functions.switches import SWITCHING
 from mbproj.functions.table import polygon, spline
+from mbproj.functions.values import value, values
 from mbproj.scene import ExpressionError, Unavailable, Value, evaluate
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
@@ -95,6 +97,32 @@ def test_values_are_those_of_the_expression(text, t):
         return
     found = float(series(code, np.array(t))[0])
     assert found == pytest.approx(exact, rel=1e-12, abs=1e-12)
+    assert float(value(flatten([Program(code)]), 0, [t])) == found
+
+
+@pytest.mark.parametrize("times", [T, np.array(0.37)])
+def test_values_without_derivatives_have_the_same_bits(times):
+    """Also a term that stands in several programs, which is computed once."""
+    codes = [expression(text) for text in SMOOTH] + [
+        smooth_step(0.2, 1.3, 0.5, 2.0),
+        tabulated(spline(ROWS, "natural")),
+    ]
+    codes += [apply(Op.ADD, codes[0], each) for each in codes]
+    programs = flatten([Program(code) for code in codes])
+    for index, found in enumerate(values(programs, range(programs.size), [times])):
+        np.testing.assert_array_equal(
+            np.broadcast_to(found, times.shape), run(programs, index, [time_series(times)])[0]
+        )
+
+
+def test_a_term_that_several_programs_share_is_computed_once(monkeypatch):
+    counted = []
+    counting = {**values_module.FUNCTIONS, Op.SIN: lambda x: counted.append(x) or np.sin(x)}
+    monkeypatch.setattr(values_module, "FUNCTIONS", counting)
+    sine = apply(Op.SIN, apply(Op.MULTIPLY, variable(TIME), number(3.0)))
+    programs = flatten([Program(apply(Op.ADD, sine, sine)), Program(apply(Op.MULTIPLY, sine, number(-2.0)))])
+    assert values(programs, (0, 1), [0.5]) == [2.0 * np.sin(1.5), -2.0 * np.sin(1.5)]
+    assert len(counted) == 1
 
 
 def test_standard_motions():

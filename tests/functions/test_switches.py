@@ -13,6 +13,7 @@ from mbproj.functions.series import constant_series, run, time_series
 from mbproj.functions.standard import polynomial
 from mbproj.functions.switches import FREE, natural, switches
 from mbproj.functions.table import polygon, spline
+from mbproj.functions.values import values
 
 S = variable(COORDINATE)
 ROWS = [(-1.0, 0.3), (0.0, 1.0), (0.5, -0.2), (1.2, -0.2), (2.0, -0.2)]
@@ -70,13 +71,16 @@ def test_a_branch_is_the_function_where_it_holds(name, s):
 def test_a_branch_goes_on_smoothly_beyond_its_end(name, inside, outside, value):
     programs, switch = only_switch(LAWS[name])
     branch = natural(programs, switch, argument(name, inside))
-    assert run(programs, 0, at(programs, outside), held(programs, switch, branch))[0] == pytest.approx(value)
+    found = run(programs, 0, at(programs, outside), held(programs, switch, branch))[0]
+    assert found == pytest.approx(value)
+    assert values(programs, [0], [0.0, outside, 0.0], held(programs, switch, branch)) == [found]
 
 
 def test_a_branch_without_a_value_beyond_gives_way():
     """sqrt(max(0, s)): the branch s has no root below 0, and the function is 0 there."""
     programs, switch = only_switch(apply(Op.SQRT, apply(Op.MAX, number(0.0), S)))
     assert run(programs, 0, at(programs, -0.3), held(programs, switch, -1.0))[0] == 0.0
+    assert values(programs, [0, 0], [0.0, -0.3, 0.0], held(programs, switch, -1.0)) == [0.0, 0.0]
 
 
 def test_what_depends_on_time_alone_or_has_no_kink_is_no_switch():

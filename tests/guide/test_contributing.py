@@ -21,6 +21,7 @@ from tests.support import ROOT
 TABLES = {
     "mbproj/joints/table.py": "JOINTS: Mapping[str, JointType] = MappingProxyType(\n    {\n",
     "mbproj/registry.py": 'Registry(\n    "projection method",\n    {\n',
+    "mbproj/projection/methods.py": "    return -X @ np.linalg.solve(C_q @ X, violation)\n",
     "mbproj/constraints/__init__.py": "HOMES: Mapping[str, str] = {\n",
 }
 SCENE = """

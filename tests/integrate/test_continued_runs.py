@@ -13,7 +13,7 @@ from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import time_events
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.loop.march import march
+from mbproj.integrate.numpy_loop import march
 from mbproj.integrate.reporting.marks import Marks
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.model import compile_system, initial_guess

@@ -74,7 +74,7 @@ LOCKS = {
     "bars stretched": (STRETCHED, "D.displacement", "m", 0.2, 1.0),
 }
 BY_ERROR = {"integrator": "dop853", "step": None, "tolerance": "1e-6", "output_step": "0.1"}
-IN_NUMPY = {"formulation": "full"}
+IN_NUMPY = {"formulation": "full", "kinematic": "false"}
 RUNS = [
     pytest.param(IN_NUMPY, id="full"),
     pytest.param({"formulation": "auto"}, id="kernel"),

@@ -11,7 +11,7 @@ from mbproj import assemble, compile_system, initial_guess, read_scene, settings
 from mbproj.dynamics import NO_DRIVE, RowPolicy, RowSet, jacobian, pose_of
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.loop.march import march
+from mbproj.integrate.numpy_loop import march
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.scene import read_scene_text
 from tests.crossed import full
@@ -76,7 +76,7 @@ def test_derivatives_have_the_same_bits_in_any_order_of_calls(name):
         # A stage of a step that looks at the pose, and a projection in between, have no say.
         other = cases[int(rng.integers(len(cases)))]
         formulation.watched_derivative(*other)
-        formulation.project_copy(*other)
+        formulation.project_between(*other)
         np.testing.assert_array_equal(formulation.derivative(*cases[k]), first[k])
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.loop.step_size import error_norm
+from mbproj.integrate.numpy_loop import error_norm
 from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.registry import explicit_integrators, integrators

@@ -129,7 +129,7 @@ def test_a_projection_moves_the_blocks_that_say_so():
     layout = formulation.layout
     y = layout.vector_of(state.layout.common_blocks(state.y, layout))
     y = y + 1e-3 * np.random.default_rng(0).normal(size=len(y))
-    moved, _ = formulation.project_copy(0.0, y)
+    moved, _ = formulation.project_between(0.0, y)
     for block in layout.blocks:
         assert block.size
         assert np.array_equal(moved[layout[block.name]], y[layout[block.name]]) != block.projected

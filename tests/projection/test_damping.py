@@ -11,7 +11,7 @@ from mbproj.dynamics import RowSet, constraint_at, jacobian, mass_matrix, pose_o
 from mbproj.integrate import InPlane, Reduced
 from mbproj.kernel import core
 from mbproj.projection import make_method
-from mbproj.projection.solve.position import correct_position, damped
+from mbproj.projection.solve import correct_position, damped
 from mbproj.registry import PROJECTIONS
 from mbproj.thresholds import THRESHOLDS
 from tests.crossed import full

@@ -13,7 +13,7 @@ import pytest
 import mbproj
 from mbproj import plugins
 from mbproj.guide.pages import pages
-from mbproj.projection.methods.method import Method
+from mbproj.projection.methods import Method
 from mbproj.registry import PROJECTIONS
 from tests.guide.fences import fences
 from tests.support import ROOT

@@ -7,8 +7,8 @@ import pytest
 
 from mbproj.dynamics import constraint_at, constraint_velocity_at, pose_of
 from mbproj.model import compile_system, initial_guess
-from mbproj.projection import make_method, project_after
-from mbproj.projection.solve.position import row_tolerances
+from mbproj.projection import make_method
+from mbproj.projection.solve import project_after, row_tolerances
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import ProjectionSettings
 from tests.support import random_body, random_chain, scene_of

@@ -20,7 +20,7 @@ from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability.judge import Limits, Subject, judged
 from mbproj.studies.tradeoff.ladders import tradeoff
 from mbproj.studies.verify import verify
-from tests.crossed import full, once
+from tests.crossed import once
 from tests.support import ROOT
 
 FOUR_BAR = ROOT / "mechanisms" / "planar_four_bar.yaml"
@@ -47,7 +47,7 @@ def test_compare_shows_what_the_row_gives_and_takes():
 
 @pytest.mark.parametrize(
     "setting",
-    [Setting(step=0.01), Setting("gopm", step=0.005, every=3), full(Setting(step=0.01, formulation="full"))],
+    [Setting(step=0.01), Setting("gopm", step=0.005, every=3)],
     ids=str,
 )
 def test_the_rows_work_is_that_of_the_projection(slider_crank, setting):

@@ -15,9 +15,7 @@ from mbproj.dynamics.equations import equations_of_motion as equations
 from mbproj.dynamics.equations import teeth
 from mbproj.errors import SimulationError
 from mbproj.integrate import load_tableau
-from mbproj.projection.methods.gpopm import Gpopm
-from mbproj.projection.methods.mmopm import Mmopm
-from mbproj.projection.methods.popm import Popm
+from mbproj.projection.methods import Gpopm, Mmopm, Popm
 from mbproj.scene import BodyForce
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.variants.moved import RigidMotion

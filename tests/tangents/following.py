@@ -12,7 +12,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.errors import InputError
 from mbproj.integrate import Compiled, numbers_of
 from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.loop.followed_steps import Trace
+from mbproj.integrate.kernel_run import Trace
 from mbproj.integrate.tangents import Directions, slopes_along
 from mbproj.scene import Settings
 

@@ -15,7 +15,7 @@ from mbproj.arrays import Array, Flags, Integers, Numbers, cross, numbers, total
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.equations.constraint_equations import set_velocity
 from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import Pose, attached, body_rates, slots_of
+from mbproj.dynamics.equations.kinematics import Pose, body_rates
 from mbproj.model.forces import Forces, Laws
 from mbproj.thresholds import THRESHOLDS
 
@@ -67,13 +67,13 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
     value, rate = law_coordinates(instant)
     given, damper = np.zeros_like(value), -laws.damping * rate
     for law in np.flatnonzero(laws.program >= 0):
-        from mbproj.functions.series import run
+        from mbproj.functions.values import value as value_of
 
         speed = rate[..., law]
         if laws.partner[law] >= 0:
             speed = np.hypot(speed, rate[..., laws.partner[law]])
-        variables = instant.variables(value[..., law], speed)
-        force = run(forces.programs, int(laws.program[law]), variables, held)[0]
+        variables = instant.values(value[..., law], speed)
+        force = value_of(forces.programs, int(laws.program[law]), variables, held)
         if laws.partner[law] >= 0:
             force = force * _along_sliding(laws, rate, int(law))
         if laws.bearing[law] >= 0:
@@ -101,7 +101,7 @@ def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
 def law_coordinates(instant: Instant) -> tuple[Numbers, Numbers]:
     """Return the coordinates of the laws and their rates, (..., E)."""
     laws, pose, expected = instant.system.forces.laws, instant.pose, instant.expected
-    value = laws.coordinates.value(attached(pose, *slots_of(laws.coordinates)))
+    value = laws.coordinates.value(pose.places(laws.coordinates))
     turns = np.round((expected[..., laws.joint_coordinate] - value) / (2.0 * np.pi)) if laws.is_angle.any() else 0.0
     with np.errstate(divide="ignore", invalid="ignore"):  # `applied` reports points that coincide
         rate = set_velocity(laws.coordinates, pose, instant.twist)
@@ -158,15 +158,15 @@ def state_rates(instant: Instant, held: Array | None = None) -> Array:
     system = instant.system
     if not len(instant.x):
         return instant.x
-    from mbproj.functions.series import run
+    from mbproj.functions.values import values
 
-    variables, first = instant.variables(), system.first_rate
-    of_states = np.array([run(system.programs, first + k, variables, held)[0] for k in range(len(instant.x))])
+    rates = range(system.first_rate, system.first_rate + len(instant.x))
+    of_states = np.array(values(system.programs, rates, instant.values(), held))
     if not np.isfinite(of_states).all():
         k = int(np.flatnonzero(~np.isfinite(of_states))[0])
         from mbproj.dynamics.equations.force_errors import program_fails
 
-        raise program_fails(instant, first + k, f"state '{system.names.states[k]}'", variables)
+        raise program_fails(instant, rates[k], f"state '{system.names.states[k]}'", instant.variables())
     return of_states
 
 
@@ -181,17 +181,17 @@ def require_values(instant: Instant) -> None:
 def action_values(instant: Instant, action: int) -> Array:
     """Return the values that a controller's action gives to its states. Raises SimulationError that names a controller
     with a value that is not finite."""
-    from mbproj.functions.series import run
+    from mbproj.functions.values import values
 
-    system, variables = instant.system, instant.variables()
+    system = instant.system
     sets = system.actions.sets(action)
-    values = np.array([run(system.actions.programs, k, variables)[0] for k in sets])
-    if not np.isfinite(values).all():
-        k = sets[int(np.flatnonzero(~np.isfinite(values))[0])]
+    given = np.array(values(system.actions.programs, sets, instant.values()))
+    if not np.isfinite(given).all():
+        k = sets[int(np.flatnonzero(~np.isfinite(given))[0])]
         from mbproj.dynamics.equations.force_errors import program_fails
 
-        raise program_fails(instant, k, system.actions.names[action], variables, system.actions.programs)
-    return values
+        raise program_fails(instant, k, system.actions.names[action], instant.variables(), system.actions.programs)
+    return given
 
 
 def generalised(pose: Pose, force: Array, torque: Array) -> Array:
@@ -217,7 +217,7 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
     """Return the forces and torques on the bodies of forces `size` (F,) along the coordinates. Every attachment of a
     law is pulled with F ∂s/∂x."""
     bound = forces.laws.coordinates
-    gradient = bound.gradient_entries(attached(pose, *slots_of(bound)))
+    gradient = bound.gradient_entries(pose.places(bound))
     pull = size[bound.entry_row, None] * gradient
     body, local = bound.body[bound.entry_slot], bound.local[bound.entry_slot]
     force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
@@ -240,11 +240,11 @@ def _stands_too_far(forces: Forces, bent: Deflection) -> Flags:
 
 def given_components(instant: Instant, held: Array | None = None) -> Array:
     """Return the values of the programs of given forces and torques, (..., W, 3)."""
-    from mbproj.functions.series import run
+    from mbproj.functions.values import values
 
-    forces, variables, samples = instant.system.forces, instant.variables(), np.shape(instant.t)
+    forces, samples = instant.system.forces, np.shape(instant.t)
     programs = forces.on_bodies.program.ravel().tolist()
-    each = [np.broadcast_to(run(forces.programs, index, variables, held)[0], samples) for index in programs]
+    each = [np.broadcast_to(own, samples) for own in values(forces.programs, programs, instant.values(), held)]
     return np.moveaxis(numbers(each), 0, -1).reshape(*samples, len(programs) // 3, 3)
 
 

@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 def of_signals(instant: Instant) -> Numbers:
     """Return the values of the signals of a scene, (..., S)."""
-    from mbproj.functions.series import run
+    from mbproj.functions.values import values
 
-    programs, variables = instant.system.signals, instant.variables()
-    values = (run(programs, at, variables)[0] for at in range(programs.size))
-    return np.stack([np.broadcast_to(value, instant.channels.shape[:-1]) for value in values], axis=-1)
+    programs = instant.system.signals
+    each = values(programs, range(programs.size), instant.values())
+    return np.stack([np.broadcast_to(own, instant.channels.shape[:-1]) for own in each], axis=-1)
 
 
 def no_states() -> Array:

@@ -104,11 +104,11 @@ def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
     if not (energies.stored.size or energies.lost.size):
         none = np.zeros(instant.pose.position.shape[:-2])
         return none, none
-    from mbproj.functions.series import run
+    from mbproj.functions.values import values
 
-    variables = instant.variables()
+    variables = instant.values()
     kept, lost = (
-        sum((run(programs, k, variables)[0] for k in range(programs.size)), np.zeros(instant.pose.position.shape[:-2]))
+        sum(values(programs, range(programs.size), variables), np.zeros(instant.pose.position.shape[:-2]))
         for programs in (energies.stored, energies.lost)
     )
     return kept, lost

@@ -11,8 +11,7 @@ from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.automatic.plan import Plan, Since, Switch
 from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.loop.compiled_march import Halted
-from mbproj.integrate.loop.pauses import Pauses, Standing
+from mbproj.integrate.kernel_run import Halted, Pauses, Standing
 from mbproj.integrate.reporting.marks import Mark
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, against

@@ -10,12 +10,12 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples
 from mbproj.errors import InputError, SimulationError
+from mbproj.integrate import kernel_run
 from mbproj.integrate.automatic.decision import decide, handed_over
 from mbproj.integrate.automatic.plan import Plan, methods_taken
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.loop.one_method import march_by_one_method
-from mbproj.integrate.loop.pauses import Pauses, Standing
+from mbproj.integrate.kernel_run import Pauses, Standing
 from mbproj.integrate.reporting.marks import START, Mark, Marks, resuming
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, can_be_fast
@@ -68,7 +68,7 @@ class AutomaticMarch:
 
         def by(method: str, own: Marks, counted: Tally, pauses: Pauses | None) -> Iterator[Samples | None]:
             of_method = replace(settings, integrator=method)
-            return march_by_one_method(choice, system, start, of_method, tally=counted, marks=own, pauses=pauses)
+            return kernel_run.march(choice, system, start, of_method, tally=counted, marks=own, pauses=pauses)
 
         def modes(standing: Standing) -> FastModes:
             if not system.has_contacts:

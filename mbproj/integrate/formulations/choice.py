@@ -22,8 +22,11 @@ from mbproj.kernel.bound import without_form
 from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS, is_explicit
-from mbproj.scene.records import Settings
+from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.thresholds import THRESHOLDS
+
+#: The reason for a formulation that the settings name.
+AS_ASKED = "as asked for"
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +72,30 @@ def choose(system: System, state: State, settings: Settings, kernel: Any = None)
     choice = _formulation(system, state, settings, kernel)
     if choice.degrees_of_freedom == 0:
         _refuse_locked(system, state)
-    return replace(choice, kinematic=_is_kinematic(_undecided(system, state, choice), settings))
+    choice = replace(choice, kinematic=_is_kinematic(_undecided(system, state, choice), settings))
+    if choice.compiled is not None:
+        return choice
+    used = replace(settings, projection=ProjectionSettings(), acceleration="bordered")
+    if choice.kinematic and settings.formulation == "auto" and used != settings:  # a kinematic run uses none of these
+        return choose(system, state, used, kernel)
+    _refuse_beyond_numpy(choice, settings, kernel or core())
+    return choice
+
+
+def _refuse_beyond_numpy(choice: Choice, settings: Settings, kernel: Any) -> None:
+    """Raise InputError for a run in NumPy's loop that asks for kinematic steps, or for rows of energy and momentum."""
+    projection = settings.projection
+    keeps = PROJECTIONS[projection.method].corrects and (projection.energy or projection.momentum)
+    if not (choice.kinematic or keeps):
+        return
+    what = "kinematic steps" if choice.kinematic else "rows of energy and momentum"
+    if kernel is None:
+        raise InputError(Problem(f"{what} need the kernel", hint="install a C++ compiler, or a wheel"))
+    why = "" if choice.why == AS_ASKED else f", and {choice.why}"
+    hint = "use reduced" + (", which takes gpopm and bordered accelerations" if why else ": 'formulation: reduced'")
+    hint += "; or integrate the motion, with 'kinematic: false'" if choice.kinematic else ""
+    key = ("simulation", "formulation")
+    raise InputError(Problem(f"the full formulation has no {what}{why}", key=key, hint=hint))
 
 
 def _is_kinematic(degrees_of_freedom: int, settings: Settings) -> bool:
@@ -110,12 +136,12 @@ def _formulation(system: System, state: State, settings: Settings, kernel: Any) 
             from mbproj.kernel.absence import warn_of_absence
 
             warn_of_absence(str(build_info()))
-        return _full(system, state, settings, obstacle or "as asked for", kernel or core())
+        return _full(system, state, settings, obstacle or AS_ASKED, kernel or core())
     plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
     if isinstance(plane, NotPlanar):
         if asked == "planar":
             raise InputError(Problem(f"the scene is not planar: {plane.reason}", key=("simulation", "formulation")))
-        why = f"not planar: {plane.reason}" if plane.reason else "as asked for"
+        why = f"not planar: {plane.reason}" if plane.reason else AS_ASKED
         return _solvable(Reduced(kernel or core(), system), system, state, settings, why)
     normal = ", ".join(f"{component + 0.0:.3g}" for component in plane.axes[:, 2])
     why = f"the joints keep every body in the plane normal to [{normal}]"

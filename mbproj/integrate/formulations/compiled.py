@@ -236,7 +236,7 @@ class Compiled(ABC):
         if outcome.status == status.not_finite or not np.isfinite(outcome.open_by):
             return failures.not_finite(t)
         if settings.kinematic is True and outcome.status in (status.vanished, status.singular, status.unsolved):
-            from mbproj.integrate.steppers.kinematic_steps import branch_untold
+            from mbproj.integrate.reporting.failures import branch_untold
 
             return branch_untold(t)
         if outcome.status == status.vanished:

@@ -6,7 +6,7 @@ The layout names the other blocks of y: states of elements, the work of forces, 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
 from mbproj.dynamics.equations.equations_of_motion import SOLVERS, Solver, generalised_force, mass_matrix
 from mbproj.dynamics.equations.forces import applied, generalised, law_state, state_rates, unit_pull
+from mbproj.dynamics.equations.independent_rows import HeldRows
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.equations.motions import Drive, drive_at
@@ -25,28 +26,52 @@ from mbproj.dynamics.equations.turning import driven_to
 from mbproj.dynamics.friction.loads import Jammed, settled_loads
 from mbproj.dynamics.observe.bearings import supports
 from mbproj.dynamics.rank.row_policy import RowPolicy
-from mbproj.dynamics.rank.row_set import in_lengths
 from mbproj.dynamics.rank.row_space import independent
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.events.breaks import TimeWindow
 from mbproj.integrate.events.law_switches import on_branches
-from mbproj.integrate.formulations.balance import Balance
-from mbproj.integrate.formulations.terms import Accelerations, Terms
-from mbproj.integrate.reporting.failures import (
-    LostStep,
-    branches_near,
-    ill_conditioned,
-    jammed,
-    not_finite,
-    other_branch,
-    singular,
-)
+from mbproj.integrate.reporting.failures import ill_conditioned, jammed, not_finite, singular
 from mbproj.model.forces import NO_REFLECTED, Forces
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
 from mbproj.projection import Method, ProjectedState, Projection, make_method, project_after
 from mbproj.scene.records import ProjectionSettings, Settings
-from mbproj.thresholds import THRESHOLDS
+
+
+class Accelerations(NamedTuple):
+    """q'' (7n,), λ (m,), and the `power` in W of forces and motions, of dampers, and of separate losses of laws, (2 +
+    apart,); empty without any.
+
+    `nearness`: the pose's distance from a singular one, as a part of the largest of the run."""
+
+    acceleration: Array
+    multipliers: Array
+    power: Array
+    nearness: float
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """M, C_q, Q and γ; each reflected inertia has a coordinate and a row of its own after those of `held`. `lasting`
+    (m,): multipliers of combinations that are not held. `power` (2,) of forces, and the rates of motions, `driven`."""
+
+    M: Array
+    C_q: Array
+    Q: Array
+    gamma: Array
+    held: HeldRows
+    lasting: Array
+    power: Array
+    driven: Array
+
+    def solved(self, acceleration: Array, multipliers: Array) -> Accelerations:
+        """Return the accelerations and the multipliers of all rows for a solution of Eq. 14 in these terms."""
+        rows, size = self.held.C_q.shape
+        spread = self.held.multipliers(multipliers[:rows]) + self.lasting
+        power = self.power
+        if len(self.driven):
+            power = power - np.append(spread[-len(self.driven) :] @ self.driven, np.zeros(len(power) - 1))
+        return Accelerations(acceleration[:size], spread, power, self.held.nearness)
 
 
 @final
@@ -64,7 +89,6 @@ class FullFormulation:
     window: TimeWindow
     held: Array | None = None
     on_branches: System | None = None  # the system with its rows and laws on these branches
-    balance: Balance | None = None  # rows for conserved quantities, if any
 
     @classmethod
     def of(cls, system: System, state: State, settings: Settings, redundant: int = 0) -> FullFormulation:
@@ -75,8 +99,7 @@ class FullFormulation:
         start = state.instant(system)
         sums = sums_at_start(system, start.pose, start.expected)
         bodies, policy = replace(system, reflected=NO_REFLECTED), RowPolicy(system, redundant)
-        balance = Balance.of(system, state, method, settings.projection)
-        return cls(system, settings, method, policy, sums, bodies, TimeWindow(), balance=balance)
+        return cls(system, settings, method, policy, sums, bodies, TimeWindow())
 
     @property
     def layout(self) -> Layout:
@@ -212,17 +235,16 @@ class FullFormulation:
             terms, Q=terms.Q + carried @ pulls, power=np.array([loads.power, loads.dissipation, *loads.apart])
         )
 
-    def project(self, step: int, t: float, before: Array, y: Array) -> ProjectedState:
-        """Return the state after step number `step` from `before`, projected according to the settings."""
+    def project(self, step: int, t: float, y: Array) -> ProjectedState:
+        """Return the state at y after step number `step`, projected according to the settings."""
         projected = self._projected(step, self.settings.projection, t, y)
         self.policy.see(projected.nearest)
-        return projected if self.balance is None else self.balance.after_step(self, t, before, y, projected)
+        return projected
 
-    def project_copy(self, t: float, y: Array) -> tuple[Array, ProjectedState]:
+    def project_between(self, t: float, y: Array) -> tuple[Array, ProjectedState]:
         """Return a state between two steps, projected on the levels that the settings switch on; and the projection."""
         projected = self._projected(1, replace(self.settings.projection, every=1, threshold=None), t, y)
-        closed = self.layout.changed(y, {"positions": projected.q, "velocities": projected.v})
-        return closed if self.balance is None else self.balance.inside_step(self, t, closed, projected), projected
+        return self.layout.changed(y, {"positions": projected.q, "velocities": projected.v}), projected
 
     def _projected(self, step: int, settings: ProjectionSettings, t: float, y: Array) -> ProjectedState:
         q, v, expected = self.split(y)
@@ -246,31 +268,6 @@ class FullFormulation:
         system, pose, drive = self.system, pose_of(q), self.drive(t, expected)
         twist = twist_of(pose, v)
         return np.abs(constraint(system, pose, drive)), np.abs(constraint_velocity(system, pose, twist, drive))
-
-    def check_branch(self, t: float, h: float, y: Array, projected: ProjectedState) -> None:
-        """Raise SimulationError where the step has lost the motion. Near a pose at which C_q loses its rank, branches
-        of the motion may cross at an angle. The projection may then change the velocities of y by more than a step of
-        size h can err, or leave rows without a gradient open: both count as lost."""
-        v = self.split(y)[1]
-        part = self.change(v, projected.v)
-        moved = float(np.linalg.norm(in_lengths(self.system, projected.v - v))) * h
-        if (
-            self.policy.nearest < THRESHOLDS.near_singular
-            and part > THRESHOLDS.branch_change
-            and moved > THRESHOLDS.at_rest
-        ):
-            raise other_branch(t, part)
-        if part > THRESHOLDS.lost_velocity and moved > THRESHOLDS.lost_way and not self.system.driven:
-            raise LostStep(t, part)  # driven coordinates cannot lose their motions
-        if projected.left_open > THRESHOLDS.least_violation or (
-            projected.failures and self.policy.nearest < THRESHOLDS.near_singular
-        ):
-            raise branches_near(t)
-
-    def change(self, v: Array, to: Array) -> float:
-        """Return the difference of two velocities divided by the first, with lengths in units of the mechanism's."""
-        size = np.linalg.norm(in_lengths(self.system, v))
-        return float(np.linalg.norm(in_lengths(self.system, to - v)) / max(size, np.finfo(float).tiny))
 
     def arrive(self, q: Array) -> float:
         """Record an accepted pose; return the smallest distance in the step from a singular one."""

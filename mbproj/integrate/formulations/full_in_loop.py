@@ -139,7 +139,7 @@ class _Answers:
         with may_overflow():
             try:
                 formulation, y = self._formulation(at), self._full_y(at.y)
-                done = formulation.project(step, at.t, y, y) if step else formulation.project_copy(at.t, y)[1]
+                done = formulation.project(step, at.t, y) if step else formulation.project_between(at.t, y)[1]
             except SimulationError as failure:
                 self._fails(failure)
                 return None
@@ -220,7 +220,7 @@ class _Answers:
         stuck = {k - stops: value for k, value in sorted(at.rows) if k >= stops}
         system = in_contact(self._compiled.whole, Contacts(held, stuck=stuck))
         formulation = FullFormulation.of(system, self._state, self._settings, self._compiled.redundant)
-        self._full, self._rows, self._seen = replace(formulation, balance=None), at.rows, None
+        self._full, self._rows, self._seen = formulation, at.rows, None
         if self._saved:
             self._full.policy.restore(self._saved)
             self._saved = {}

@@ -13,8 +13,8 @@ from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.dynamics.symmetries import Fields, kept_fields, rigid_fields
 from mbproj.model.system import System
-from mbproj.projection.methods.gpopm import Gpopm
-from mbproj.projection.solve.position import correct_position
+from mbproj.projection.methods import Gpopm
+from mbproj.projection.solve import correct_position
 from mbproj.scene.records import ProjectionSettings
 
 

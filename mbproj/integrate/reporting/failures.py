@@ -31,6 +31,16 @@ def singular(t: float, where: str | None) -> SimulationError:
     return SimulationError(t, cause, where=where, hint="start from another pose, or change the lengths a little")
 
 
+def branch_untold(t: float, where: str | None = None) -> SimulationError:
+    """Return the error of a motion without degrees of freedom, where Newton's method may come to another branch, or to
+    none, however short the step."""
+    cause = (
+        "what the motions prescribe cannot be followed beyond here: the mechanism is at a dead centre, or branches of "
+        "its motion cross"
+    )
+    return SimulationError(t, cause, where=where, hint="turn back before, drive another joint, or change the lengths")
+
+
 def ill_conditioned(t: float, *, penalty: float | None) -> SimulationError:
     """Return the error of a matrix that is singular to working precision although the constraints are independent: its
     entries are too far apart. `penalty`: the projection's α, None where its method has none."""

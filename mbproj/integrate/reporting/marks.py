@@ -14,7 +14,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.reporting.tally import Peak, RowsKept, Tally
+from mbproj.integrate.reporting.tally import Peak, Tally
 from mbproj.thresholds import THRESHOLDS
 
 #: A state between two steps, with all that the next step depends on, by name: the time "t", arrays (n,) of float64, and
@@ -101,7 +101,6 @@ def saved_tally(tally: Tally) -> dict[str, Any]:
     return {
         "counters": {name: int(value) for name, value in tally.counters().items()},
         "peaks": {name: list(astuple(getattr(tally, name))) for name in PEAKS},
-        **({"rows": list(astuple(tally.rows))} if tally.rows != RowsKept() else {}),
     }
 
 
@@ -111,4 +110,3 @@ def restore_tally(tally: Tally, saved: Mapping[str, Any]) -> None:
     for name in PEAKS:
         value, row, time = saved["peaks"][name]
         setattr(tally, name, Peak(float(value), int(row), float(time)))
-    tally.rows = RowsKept(*saved.get("rows", ()))

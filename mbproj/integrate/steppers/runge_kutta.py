@@ -20,9 +20,7 @@ RightHandSide = Callable[[float, Array], Array]
 @dataclass(frozen=True, eq=False)
 class Step:
     """A step from (t, y) over h to `y_new` (N,), with its stages k (s, N), and f at the new point, `last`, where its
-    error was estimated.
-
-    A kinematic step has its closed `stages` (s, N)."""
+    error was estimated."""
 
     t: float
     h: float
@@ -30,7 +28,6 @@ class Step:
     y_new: Array
     k: Array
     last: Array | None = None
-    stages: Array | None = None
 
 
 @dataclass(frozen=True, eq=False)

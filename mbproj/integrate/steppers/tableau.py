@@ -1,11 +1,11 @@
-"""The coefficients of an explicit Runge-Kutta method: Butcher's tableau, read from a data file. The stepper and the
-tableau of any integrator by its name in the registry."""
+"""The coefficients of an explicit Runge-Kutta method: Butcher's tableau, read from a data file. The tableau of
+any integrator by its name in the registry."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +15,9 @@ from mbproj.registry import IntegratorEntry, integrators
 
 if TYPE_CHECKING:
     from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
-    from mbproj.integrate.steppers.kinematic_steps import KinematicSteps
-    from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
 
 #: The name of the method of a kinematic run, for `tableau_of`; no scene names it.
 QUADRATURE = "quadrature"
-Stepper: TypeAlias = "ExplicitRungeKutta | KinematicSteps"
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,17 +106,3 @@ def tableau_of(integrator: str) -> Tableau | ImplicitTableau:
     from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 
     return load_implicit_tableau(integrator)
-
-
-def stepper_of(integrator: str, *, kinematic: bool = False) -> Stepper:
-    """Return the stepper of an explicit method for runs in NumPy. `kinematic`: whether steps close the bodies at each
-    stage."""
-    from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
-
-    tableau = tableau_of(integrator)
-    assert isinstance(tableau, Tableau)
-    if not kinematic:
-        return ExplicitRungeKutta(tableau)
-    from mbproj.integrate.steppers.kinematic_steps import KinematicSteps
-
-    return KinematicSteps(tableau)

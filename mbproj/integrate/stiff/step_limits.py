@@ -14,12 +14,11 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.loop.step_end import first_point
-from mbproj.integrate.loop.step_size import error_norm
-from mbproj.integrate.point import Slopes, attempted
+from mbproj.integrate.numpy_loop import attempted, error_norm, first_point
 from mbproj.integrate.reporting.failures import UNSOLVED
 from mbproj.integrate.reporting.tally import Tally
-from mbproj.integrate.steppers.tableau import stepper_of
+from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
+from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.integrate.stiff.modes_at_a_step import FastModes, against
 from mbproj.model.system import System
 from mbproj.registry import is_explicit
@@ -70,10 +69,10 @@ class _TriedStep(NamedTuple):
 def _explicit(choice: Choice, system: System, state: State, settings: Settings) -> _TriedStep:
     """Return the error of an explicit step. Raises SimulationError where it cannot be made."""
     formulation = FullFormulation.of(system, state, settings, choice.redundant)
-    stepper, step = stepper_of(settings.integrator), settings.duration or 0.0
+    stepper, step = ExplicitRungeKutta(load_tableau(settings.integrator)), settings.duration or 0.0
     point = first_point(formulation, state, Tally())
-    tried = attempted(stepper, formulation, point, step)
-    tried, estimates = stepper.error(Slopes(formulation), state.t + step, tried)
+    tried = attempted(stepper, formulation.derivative, point, step)
+    tried, estimates = stepper.error(formulation.derivative, state.t + step, tried)
     layout, tolerance = formulation.layout, settings.tolerance or 0.0
     part = estimates[0] / (layout.scale + np.maximum(np.abs(tried.y), np.abs(tried.y_new)))
     of_bodies = np.array(formulation.split(part)[:2]).reshape(2, -1, 7)

@@ -20,8 +20,8 @@ from mbproj.integrate.events.time_events import events_of
 from mbproj.integrate.formulations.choice import choose, obstacle_to_kernel
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.kinematic import settings_along
-from mbproj.integrate.loop.compiled_march import RETURN_SECONDS
-from mbproj.integrate.loop.interruption import TimeIsUp, interruption, time_limit
+from mbproj.integrate.interruption import TimeIsUp, interruption, time_limit
+from mbproj.integrate.kernel_run import RETURN_SECONDS
 from mbproj.kernel import core
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system

@@ -27,9 +27,9 @@ from mbproj.dynamics.rank.lasting import NO_CONDITIONS
 from mbproj.errors import SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.events.time_events import Event
+from mbproj.integrate.reporting.failures import branch_untold
 from mbproj.integrate.reporting.report import sharing_stops
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
-from mbproj.integrate.steppers.kinematic_steps import branch_untold
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene, Settings

@@ -23,7 +23,7 @@ from mbproj.dynamics.observe.total_energy import total_energy
 from mbproj.integrate import simulate
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.loop.march import march
+from mbproj.integrate.numpy_loop import march
 from mbproj.integrate.reporting.marks import START, Mark
 from mbproj.integrate.reporting.tally import Tally
 from mbproj.registry import PROJECTIONS

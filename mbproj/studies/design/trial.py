@@ -19,7 +19,7 @@ from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.loop.followed_steps import FollowedSteps
+from mbproj.integrate.kernel_run import FollowedSteps
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse

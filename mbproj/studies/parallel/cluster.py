@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
-from mbproj.integrate.loop.interruption import interruption
+from mbproj.integrate.interruption import interruption
 from mbproj.studies.parallel.client import UNREACHABLE, Cluster, ClusterLost, connected
 from mbproj.studies.parallel.workers import OVERDUE
 from mbproj.version import __version__

@@ -15,7 +15,7 @@ from time import monotonic
 from typing import Any, TypeAlias, TypeVar
 
 from mbproj.errors import warn_once
-from mbproj.integrate.loop.interruption import interruption
+from mbproj.integrate.interruption import interruption
 from mbproj.studies.parallel.client import Cluster
 from mbproj.studies.parallel.cluster import on_cluster
 from mbproj.studies.parallel.workers import Worker, WorkerLost

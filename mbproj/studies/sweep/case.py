@@ -17,7 +17,7 @@ from mbproj.dynamics import unique_components
 from mbproj.ending import ending
 from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
+from mbproj.integrate.interruption import TimeIsUp, time_limit
 from mbproj.integrate.reporting.report import Report, summary
 from mbproj.integrate.simulate import Keep
 from mbproj.results import OutputError, ResultsWriter

@@ -13,8 +13,7 @@ from mbproj.dynamics import State
 from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.model import System, compile_system
 from mbproj.model.euler_parameters import product
-from mbproj.projection.methods.gopm import Gopm
-from mbproj.projection.methods.gpopm import Gpopm
+from mbproj.projection.methods import Gopm, Gpopm
 from mbproj.scene.blocks.control.known_names import names_channels
 from mbproj.scene.records import Scene
 from mbproj.studies.variants.moved import RigidMotion

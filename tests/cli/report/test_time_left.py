@@ -11,7 +11,7 @@ import pytest
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.cli.report import progress
 from mbproj.cli.report.progress import Bar, Pace
-from mbproj.integrate.loop import compiled_march
+from mbproj.integrate import kernel_run
 from tests.cli.commands import FIVE_BAR
 from tests.cli.report.watched import Clock, Terminal
 from tests.kernel.scenes import needs_kernel
@@ -97,7 +97,7 @@ def test_a_pace_is_not_known_where_no_time_has_passed() -> None:
 @needs_kernel
 def test_a_run_without_samples_tells_how_far_it_is(monkeypatch) -> None:
     """Its first sample after the start is its last."""
-    monkeypatch.setattr(compiled_march, "RETURN_SECONDS", 0.0)
+    monkeypatch.setattr(kernel_run, "RETURN_SECONDS", 0.0)
     scene = read_scene(FIVE_BAR, {}, {"duration": "1", "step": "1e-4", "output_step": "1"})
     system, told = compile_system(scene), list[float]()
     simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), progress=told.append)

@@ -6,12 +6,11 @@ import numpy as np
 
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
-from mbproj.kernel import core
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.support import Recorder
 
-FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]
+FORMULATIONS = ["reduced", "planar"]
 #: Of the crank, coupler, rocker and ground, m.
 CRANK, COUPLER, ROCKER, GROUND = 0.2, np.hypot(0.4, 0.4), np.hypot(0.1, 0.4), 0.7
 SPEED = 2.0 * np.pi

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import Mechanism, simulate_certified
+from mbproj import Mechanism, check, simulate_certified
 from mbproj.errors import InputError
+from mbproj.integrate.formulations import choice
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.studies.compare.comparison import compare
 from tests.integrate.kinematic.scenes import (
@@ -24,7 +25,7 @@ COORDINATE, SPEED = "joints/coordinate", "joints/speed"
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_driven_four_bar_is_where_the_cosine_rule_puts_it(formulation):
-    report, found, _ = run(FOUR_BAR, formulation=formulation, duration="0.1 s" if formulation == "full" else "2 s")
+    report, found, _ = run(FOUR_BAR, formulation=formulation, duration="2 s")
     assert report.kinematic and report.formulation == formulation
     rocker = found[COORDINATE][:, 3]
     np.testing.assert_allclose(rocker - rocker[0], rocker_angle(found["time"]) - rocker_angle(0.0), atol=4e-13)
@@ -112,6 +113,20 @@ def test_a_certificate_compares_with_poses_of_another_method():
     _, trust = simulate_certified(Mechanism.of(scene), settings_to_run(scene))
     assert trust.error.max() < 1e-12 and trust.uncertainty.max() < 1e-12
     assert "Gauss-Newton" in trust.solution
+
+
+def test_full_says_to_use_reduced(monkeypatch):
+    """Its steps in NumPy integrate; contacts and implicit steps, which the kernel makes for it, may be kinematic."""
+    with pytest.raises(InputError, match="the full formulation has no kinematic steps; use reduced: 'form") as refused:
+        run(FOUR_BAR, formulation="full")
+    assert "or integrate the motion, with 'kinematic: false'" in str(refused.value)
+    assert run(FOUR_BAR, projection="gpopm-pinv", duration="0.1 s")[0].formulation == "planar"  # it is not used
+    assert not run(FOUR_BAR, formulation="full", kinematic=False, duration="0.05 s")[0].kinematic
+    found = check(read_scene_text(FOUR_BAR, simulation={"formulation": "full"}))
+    assert [each.message for each in found.problems] == ["the full formulation has no kinematic steps"]
+    monkeypatch.setattr(choice, "core", lambda: None)
+    with pytest.raises(InputError, match="kinematic steps need the kernel; install a C\\+\\+ compiler, or a wheel"):
+        run(FOUR_BAR, formulation="full")
 
 
 def test_studies_say_that_there_is_no_setting_to_choose():

@@ -62,7 +62,7 @@ def test_a_leaning_four_bar_is_as_free_as_an_upright_one(angle, driven):
     assert found.diagnosis.conditioning.distance == pytest.approx(upright.diagnosis.conditioning.distance, rel=1e-6)
     assert found.diagnosis.conditioning.distance > 0.1
     assert found.diagnosis.conditioning.scaled < 100.0
-    assert mbproj.check(leaning(angle, driven), formulation="full").choice.redundant == 3
+    assert mbproj.check(leaning(angle, driven), formulation="full", kinematic=False).choice.redundant == 3
 
 
 @pytest.mark.parametrize(("tilt", "formulation"), once([1e-10, 1e-9, 1e-8], ["auto", "full"]))

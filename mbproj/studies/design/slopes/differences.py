@@ -13,7 +13,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, SimulationError
 from mbproj.integrate import simulate
-from mbproj.integrate.loop.followed_steps import FollowedSteps
+from mbproj.integrate.kernel_run import FollowedSteps
 from mbproj.scene.ranges.family import column_of
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.studies.design.slopes.derivative import CENTRAL, GRAIN, grain_of, is_exact

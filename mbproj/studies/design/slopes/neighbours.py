@@ -19,7 +19,7 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.breaks import breaks_of
 from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.loop.followed_steps import FollowedSteps, Trace, TracedSteps
+from mbproj.integrate.kernel_run import FollowedSteps, Trace, TracedSteps
 from mbproj.integrate.tangents import Directions, slopes_along
 from mbproj.linear.equilibrium.started import start_state
 from mbproj.model import compile_system

@@ -1,5 +1,4 @@
-"""The projection of a position, Eqs. 39, 45, 52, 60, 66, 73, iterated until C = 0.
-
+"""The projection of a state, Eqs. 37-74: when it is due, and the iteration to C = 0 with any method's correction.
 
 Where the full correction does not reduce the violation, or turns a body too far for its linearised rows, smaller ones
 are tried in turn. A metric by masses turns bodies of small inertia by large angles to avoid motions of heavy bodies.
@@ -18,25 +17,41 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.constraint_equations import constraint
+from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
 from mbproj.dynamics.equations.equations_of_motion import mass_matrix
 from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.equations.motions import NO_DRIVE, Drive
 from mbproj.dynamics.equations.round_off import position_grain
 from mbproj.dynamics.rank.row_set import RowSet
 from mbproj.model.system import System
-from mbproj.projection.methods.gopm import Gopm
-from mbproj.projection.methods.method import Projection
+from mbproj.projection.methods import Gopm, Projection
 from mbproj.scene.records import ProjectionSettings
 from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)
+class ProjectedState:
+    """The state (q, v) after a projection, and counts: whether it was projected, passes at both levels, positions that
+    did not meet their test, and uses of the fallback.
+
+    `left_open`: the violation of rows that were not held, near a singular pose, in units of the mechanism's length.
+    `nearest`: the smallest distance of the poses from a singular one, as a part of the largest of the run."""
+
+    q: Array
+    v: Array
+    projections: int = 0
+    position_iterations: int = 0
+    velocity_iterations: int = 0
+    failures: int = 0
+    fallbacks: int = 0
+    left_open: float = 0.0
+    nearest: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
 class Position:
     """q after a projection, the passes taken, whether the stop test was met, and whether the fallback was needed.
-
-    `left_open`: the violation of rows that were not held, near a singular pose. `nearest`: the smallest distance of the
-    poses from a singular one."""
+    `left_open` and `nearest` are those of `ProjectedState`."""
 
     q: Array
     passes: int
@@ -44,6 +59,63 @@ class Position:
     fell_back: bool = False
     left_open: float = 0.0
     nearest: float = 1.0
+
+
+def project_after(
+    step: int,
+    system: System,
+    method: Projection,
+    settings: ProjectionSettings,
+    q: Array,
+    v: Array,
+    drive: Drive = NO_DRIVE,
+    rows: RowSet | None = None,
+) -> ProjectedState:
+    """Return the state (q, v) after step number `step` (from 1), projected if it is due. It is due at every k-th step;
+    with a threshold only for levels whose violation exceeds it, and for velocities always after a moved position.
+
+    `drive` holds the motions' values at the time of the state, where the system has any. `rows` decides which rows are
+    held; all of them without it."""
+    rows = rows or RowSet.regular(system)
+    if step % settings.every:
+        return ProjectedState(q, v)
+    position, velocity = settings.position, settings.velocity
+    if settings.threshold is not None:
+        pose = pose_of(q)
+        position = position and float(np.abs(constraint(system, pose, drive)).max()) > settings.threshold
+        excess = float(np.abs(jacobian(system, pose) @ v + time_derivative(system, drive)).max()) > settings.threshold
+        velocity = velocity and (position or excess)
+    if not (position or velocity):
+        return ProjectedState(q, v)
+    closed = correct_position(system, method, settings, rows, q, drive) if position else Position(q, 0, met=True)
+    passes, nearest = 0, closed.nearest
+    if velocity:
+        v, passes, nearness = correct_velocity(system, method, settings, rows, pose_of(closed.q), v, drive)
+        nearest = min(nearest, nearness)
+    counts = 1, closed.passes, passes, int(not closed.met), int(closed.fell_back)
+    return ProjectedState(closed.q, v, *counts, closed.left_open, nearest)
+
+
+def correct_velocity(
+    system: System,
+    method: Projection,
+    settings: ProjectionSettings,
+    rows: RowSet,
+    pose: Pose,
+    v: Array,
+    drive: Drive = NO_DRIVE,
+) -> tuple[Array, int, float]:
+    """Return v with C_q v + C_t = 0 at this pose, the number of passes, and the pose's distance from a singular one.
+    One pass is enough (Eq. 46), except for a penalty method."""
+    M, held, C_t = mass_matrix(system, pose), rows.to_move(pose, drive), time_derivative(system, drive)
+    C_t = held.combined(C_t)
+    C_dot = held.C_q @ v + C_t
+    for passes in range(settings.max_iterations):
+        v = v + method.correction(M, held.C_q, C_dot)
+        previous, C_dot = C_dot, held.C_q @ v + C_t
+        if not method.iterates_velocity or not np.abs(C_dot).max() < 0.5 * np.abs(previous).max():
+            return v, passes + 1, held.nearness
+    return v, settings.max_iterations, held.nearness
 
 
 def correct_position(

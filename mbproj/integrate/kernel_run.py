@@ -1,29 +1,33 @@
-"""The march in the compiled kernel, in blocks of samples."""
+"""A run: in the compiled kernel, in blocks of samples, or for explicit steps of the full formulation in NumPy's loop.
+
+Between two steps a run in the kernel can pause, or wait for inputs from Python. It can follow the steps of another run,
+and continue from a mark.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
-from mbproj.arrays import Integers, may_overflow
+from mbproj.arrays import Array, Integers, may_overflow
+from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.observe.samples import Samples, block_samples
+from mbproj.dynamics.observe.samples import Samples, block_samples, stack
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.leg import Leg
 from mbproj.integrate.events.time_events import SHARED, Event
+from mbproj.integrate.formulations.choice import Choice
 from mbproj.integrate.formulations.compiled import PHASES, Compiled
 from mbproj.integrate.reporting.marks import START, Mark, Marks, restored_events, resuming, saved_events
 from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept, Tally, with_another
 from mbproj.model.system import System
+from mbproj.registry import is_explicit
 from mbproj.scene.records import Settings
-
-if TYPE_CHECKING:
-    from mbproj.integrate.loop.followed_steps import FollowedSteps
-    from mbproj.integrate.loop.pauses import Pauses, Standing
+from mbproj.scene.sampling import output_interval
 
 #: The kernel returns for Ctrl-C and for progress at least this often, in s.
 RETURN_SECONDS = 0.1
@@ -69,7 +73,140 @@ class LoopContacts(Protocol):
         """Return a block of samples with the forces of contacts."""
 
 
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """The state of a run between two steps: its counts so far, and the mark from which another method can continue.
+
+    `shaped`: whether the run's end has influenced the way here. `state` returns the state of the system."""
+
+    steps: int
+    rejected: int
+    evaluations: int
+    shaped: bool
+    mark: Mark
+    state: Callable[[], State]
+
+    @property
+    def attempts(self) -> int:
+        """The number of steps tried since the start."""
+        return self.steps + self.rejected
+
+
+@dataclass
+class Pauses:
+    """The pauses of one run by one method. When `due` steps were tried since the start, `look` is called: it returns
+    whether the run ends here, and sets `due` anew. The steps do not depend on it. `sampled`: whether the run also makes
+    samples."""
+
+    due: int
+    look: Callable[[Standing], bool]
+    sampled: bool = True
+
+
+@dataclass
+class FollowedSteps:
+    """The ends of the steps of a run with error control, in s, and its breaks. A run follows these ends; where there
+    are none, it records the ends of its own steps here. `left`: whether a run could not follow, because its breaks or
+    its end differ."""
+
+    ends: tuple[float, ...] = ()
+    breaks: tuple[float, ...] = ()
+    left: bool = False
+
+    @property
+    def are_recorded(self) -> bool:
+        """Whether a run has recorded its steps."""
+        return bool(self.ends)
+
+    def of_another(self) -> FollowedSteps:
+        """Return the steps for another run to follow."""
+        return FollowedSteps(self.ends, self.breaks)
+
+    def begin(self, run: Any, leg: Leg) -> None:
+        """Prepare a run in the kernel before its first step: it follows the known steps, or records its own."""
+        if leg.step is not None:
+            return
+        if not self.ends:
+            run.keep_ends()
+        elif self.breaks == _times(leg) and self.ends[-1] == leg.end:
+            run.follow(list(self.ends))
+        else:
+            self.left = True
+
+    def finish(self, compiled: Compiled, run: Any, leg: Leg, settings: Settings) -> None:
+        """Record the steps after the last one."""
+        if leg.step is None and not self.ends:
+            self.ends, self.breaks = tuple(run.ends), _times(leg)
+
+
+@dataclass(frozen=True, eq=False)
+class Trace:
+    """A run in the kernel: its model, its settings and its leg; the ends `t` (n,) of its steps, their sizes `h` (n,),
+    and the kernel's states `y` (n, S) there."""
+
+    compiled: Compiled
+    settings: Settings
+    leg: Leg
+    t: Array
+    h: Array
+    y: Array
+
+
+@dataclass
+class TracedSteps(FollowedSteps):
+    """Steps that also record the states at their ends: `trace`, for a run that came to its end."""
+
+    trace: Trace | None = None
+
+    def begin(self, run: Any, leg: Leg) -> None:
+        """Prepare a run before its first step."""
+        super().begin(run, leg)
+        run.keep_path()
+
+    def finish(self, compiled: Compiled, run: Any, leg: Leg, settings: Settings) -> None:
+        """Record the steps and the trace after the last step."""
+        super().finish(compiled, run, leg, settings)
+        self.trace = Trace(compiled, settings, leg, *run.path)
+
+
+def _times(leg: Leg) -> tuple[float, ...]:
+    return tuple(each.time for each in leg.breaks)
+
+
 def march(
+    choice: Choice,
+    system: System,
+    state: State,
+    settings: Settings,
+    *,
+    tally: Tally,
+    marks: Marks | None = None,
+    pauses: Pauses | None = None,
+    outside: Outside | None = None,
+    steps: FollowedSteps | None = None,
+) -> Iterator[Samples | None]:
+    """Yield samples in the order of time, in portions as they come; None where time has passed without a sample."""
+    marks = marks or Marks()
+    if choice.compiled is not None:
+        inside = None
+        if system.has_contacts:
+            from mbproj.integrate.stops.inside import Inside
+
+            is_trial = pauses is not None and not pauses.sampled
+            inside, steps = Inside(choice, system, state, output_interval(settings), halts=is_trial), None
+        is_smooth = is_explicit(settings.integrator) or settings.kinematic is True
+        own = steps if is_smooth and choice.name != "full" else None  # stages solved to a tolerance are not smooth
+        yield from march_in_kernel(choice.compiled, state, settings, tally, marks, pauses, inside, outside, own)
+    else:  # a run in the kernel does not need these imports
+        from mbproj.integrate import numpy_loop
+        from mbproj.integrate.formulations.full import FullFormulation
+
+        formulation = FullFormulation.of(system, state, settings, choice.redundant)
+        for sample in numpy_loop.march(formulation, state, tally, marks):
+            yield stack([sample])
+
+
+def march_in_kernel(
     compiled: Compiled,
     state: State,
     settings: Settings,
@@ -212,8 +349,6 @@ def _until(met: Sequence[Event], mark: Mapping[str, Any]) -> list[Event]:
 def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
     """Return the standing of a run that has returned between two steps."""
     mark = run.here()
-    from mbproj.integrate.loop.pauses import Standing
-
     return Standing(
         steps=tally.steps,
         rejected=tally.rejected_steps,

@@ -1,1 +1,0 @@
-"""The time loop: steps, step-size control, projection, samples, interruption."""
