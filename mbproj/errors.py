@@ -11,6 +11,7 @@ from dataclasses import replace
 from enum import IntEnum
 from functools import cache
 from itertools import islice
+from pathlib import Path
 from warnings import warn
 
 from mbproj.dataclass import dataclass
@@ -90,13 +91,15 @@ class InputError(MbprojError):
 
 class SimulationError(MbprojError):
     """The simulation cannot go on: the time in s, the cause, where ("joint 'A'") if it has a place, what to try.
-    `formulation` is the one that ran, where `simulate` has begun."""
+    `formulation` is the one that ran, where `simulate` has begun; `output` is the results file with the samples until
+    then, where there is one."""
 
     exit_code = ExitCode.FAILED
 
     def __init__(self, time: float, cause: str, *, where: str | None = None, hint: str | None = None) -> None:
         self.time, self.cause, self.where, self.hint = time, cause, where, hint
         self.formulation: str | None = None
+        self.output: Path | None = None
         place = f" at {where}" if where else ""
         super().__init__(f"stopped at t = {time:.6g} s{place}: {cause}" + (f"; {hint}" if hint else ""))
 

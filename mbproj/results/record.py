@@ -15,6 +15,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.errors import choose_from
 from mbproj.results import events as happening
 from mbproj.results import members, provenance
+from mbproj.results import notes as noting
 from mbproj.results import trust as trusting
 from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint
@@ -25,6 +26,7 @@ from mbproj.results.file.contents import Contents, KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
+from mbproj.results.notes import Note
 from mbproj.results.provenance import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.records import Settings, Vector
@@ -248,6 +250,11 @@ class Results(Shown):
             return settings_from(provenance.as_json(self.contents, "settings"))
         except UnfitSettings as error:
             raise self.contents.damaged("scene/settings", f"is wrong: {error}") from error
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """The notes on the run and its scene, as `mbproj run` shows them."""
+        return noting.read(self.attributes, self.path)
 
     @property
     def gravity(self) -> Vector:

@@ -199,6 +199,9 @@ def _lines(results: Results) -> Iterator[str]:
     if results.events:
         yield "\nevents"
         yield from _events(results)
+    if results.notes:
+        yield "\nnotes"
+        yield from (f"  {note.place}: {note.text}" if note.place else f"  {note.text}" for note in results.notes)
     if results.trust is not None:
         yield "\ntrust"
         yield from lines_on(results.trust)
