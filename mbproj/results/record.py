@@ -23,7 +23,7 @@ from mbproj.results.display import Shown
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file.contents import Contents, KeptArrays
-from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
+from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, MARKS, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
 from mbproj.results.notes import Note
@@ -77,11 +77,15 @@ class Results(Shown):
 
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         """The array of a dataset of the layout, first axis time; floats, or integers where it counts. The names of
-        columns, as "joints/names", are an array of strings. Raises KeyError with the nearest path."""
+        columns, as "joints/names", are an array of strings. What does not change has no time, as in `constant`. Raises
+        KeyError with the nearest path."""
         if path in NAMES_BY_PATH:
             return np.array(self.names(NAMES_BY_PATH[path]))
+        if path in MARKS and (marks := self.constant(path)) is not None:
+            return marks
         if path not in BY_PATH or BY_PATH[path] not in self.datasets:
-            raise KeyError(f"results have no dataset '{path}'; {choose_from(path, BY_PATH)}")
+            known = "the run did not know it" if path in MARKS else choose_from(path, [*BY_PATH, *MARKS])
+            raise KeyError(f"results have no dataset '{path}'; {known}")
         return self._arrays.get(path, lambda: self._read(BY_PATH[path]))
 
     def _read(self, dataset: Dataset) -> npt.NDArray[Any]:

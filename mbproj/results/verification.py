@@ -13,6 +13,7 @@ import h5py
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
+from mbproj.outputs import check_replaceable, hdf5
 from mbproj.rehearsal import rehearse
 from mbproj.results.faults import ELSEWHERE, cannot_write, damaged, not_ours
 from mbproj.results.file.checksums import stamp_attributes
@@ -107,7 +108,7 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
     such file, or it is of another scene."""
     import shutil
 
-    from mbproj.outputs import hdf5, replacing
+    from mbproj.outputs import replacing
 
     check_store(path, scene)
     with replacing(path, hdf5(FORMAT), force=True, hint=ELSEWHERE) as copy:
@@ -153,6 +154,7 @@ def check_store(path: Path, scene: Scene) -> None:
     if not path.exists():
         still = f"its run is not at its end: '{part_path(path)}'" if part_path(path).exists() else "there is none yet"
         raise InputError(Problem(f"cannot store in '{path}': {still}", hint=f"mbproj run SCENE -o {path}"))
+    check_replaceable(path, hdf5(FORMAT), force=True, hint=ELSEWHERE)
     with open_rehearsed(path, _run_of, "run") as contents:
         text, changed = _run_of(contents)
     if (text, changed) != (scene.text, dict(scene.overrides)):

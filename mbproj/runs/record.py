@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 from mbproj.dynamics.assembly.assemble import State, assemble
 from mbproj.dynamics.rank.uniqueness import unique_components
 from mbproj.errors import SimulationError
@@ -93,6 +93,8 @@ class Run:
     frictions: Mapping[str, FrictionHistory] | None = None
     creep: Mapping[str, CreepHistory] | None = None
     ropes: Mapping[str, Pushed] | None = None
+
+    __repr__ = brief
 
 
 class Interrupted(KeyboardInterrupt):

@@ -125,7 +125,7 @@ def test_a_motion_that_steps_do_not_resolve_is_refused_and_said_so() -> None:
     report, _ = run("heavy_top", integrator="rk4", step=0.02, duration=1, output_step=0.1, energy_row="true")
     assert report.rows.refused > 40 and report.energy_drift_relative > 1e-3
     (said,) = (each for each in notes_on_rows(report) if "refused" in each.text)
-    assert f"refused at {report.rows.refused} of 50 steps" in said and report.doubt > 1.0
+    assert f"refused at {report.rows.refused} of 50 steps" in said.text and report.doubt > 1.0
 
 
 def test_of_more_freedoms_a_balance_that_is_kept_does_not_hide_what_a_note_would_say_without_it() -> None:

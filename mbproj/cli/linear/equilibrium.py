@@ -79,6 +79,7 @@ def command(
     from mbproj.linear.equilibrium.steady import refuse_unsteady
     from mbproj.linear.equilibrium.write_back import write_pose
     from mbproj.model import compile_system
+    from mbproj.outputs import check_rewritable
     from mbproj.results import check_output
     from mbproj.runs.record import record_equilibrium
     from mbproj.scene import read_scene
@@ -89,6 +90,8 @@ def command(
     if write and steady is not None:
         raise InputError(Problem("a steady turn is no pose at rest", Place("--write"), "leave out one of the two"))
     what = read_scene(scene, parameters(settings))
+    if write:
+        check_rewritable(what.path)
     try:
         with placed_in(what):
             system = compile_system(what)
