@@ -21,9 +21,8 @@ KERNEL = PACKAGE / "kernel" / "src"
 LEAVES = {
     "arrays",
     "dataclass",
-    "ending",
     "errors",
-    "escapes",
+    "control_characters",
     "facts",
     "mechanisms_folder",
     "plugins",
@@ -166,7 +165,7 @@ KERNEL_FOLDERS = (
 FEWEST_LINES = 25
 #: Files of the package that may be shorter, and why.
 SHORT_FILES = {
-    "escapes.py": "a rule of safety, imported alone",
+    "control_characters.py": "a rule of safety, imported alone",
     "plain_number.py": "a rule for all readers of numbers",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
     "scene/expressions/formula.py": "formulas as functions, which types of force import",

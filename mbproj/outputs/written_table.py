@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from mbproj.control_characters import escaped
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.escapes import escaped
 from mbproj.outputs.csv_table import write_csv
 from mbproj.outputs.kinds import MARKDOWN_MARK, FileKind, csv, latex, markdown
 from mbproj.outputs.latex_table import write_latex

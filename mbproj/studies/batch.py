@@ -14,8 +14,7 @@ from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
 from mbproj.dataclass import dataclass
-from mbproj.ending import ending
-from mbproj.errors import ExitCode, InputError, MbprojError, Problem, SimulationError
+from mbproj.errors import ExitCode, InputError, MbprojError, Problem, SimulationError, message_and_code
 from mbproj.outputs import make_folder
 from mbproj.results import check_results, open_results
 from mbproj.results.files import part_path
@@ -119,7 +118,7 @@ def run_task(task: Task, folder: Path = HERE) -> SceneResult:
         formulation = error.formulation if isinstance(error, SimulationError) else None
         result = SceneResult(task.scene, error.exit_code, str(error), (), formulation=formulation)
     except Exception as error:
-        message, code = ending(error)
+        message, code = message_and_code(error)
         result = SceneResult(task.scene, code, message, ())
     kept = task.output if task.keep and (folder / task.output).exists() else None
     return replace(result, seconds=perf_counter() - started, output=kept)

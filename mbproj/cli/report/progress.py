@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 from mbproj.cli.streams import commanding
-from mbproj.escapes import escaped
+from mbproj.control_characters import escaped
 from mbproj.integrate.simulate import Progress
 
 if TYPE_CHECKING:

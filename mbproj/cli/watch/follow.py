@@ -17,8 +17,7 @@ import click
 
 from mbproj.calls.check.checked import assembled, checked
 from mbproj.cli.watch.server import Board, ShownPage
-from mbproj.ending import ending
-from mbproj.errors import InputError, SimulationError
+from mbproj.errors import InputError, SimulationError, message_and_code
 from mbproj.pages.data.pages import PageData, page_of
 from mbproj.pages.page.three_js import three_js
 from mbproj.pages.page.write import html, waiting
@@ -145,7 +144,7 @@ def build(
     except Superseded:
         raise
     except Exception as error:  # any error is shown: the next save may remove its cause
-        message, _ = ending(error)
+        message, _ = message_and_code(error)
         return Built(f"{_time()} {path.name}: not run", None, message, files=files)
     return Built(f"{_time()} {path.name}: {said}, {perf_counter() - began:.2f} s", page, problem, notes, files)
 
@@ -183,7 +182,7 @@ def _ran(
     except SimulationError as error:
         if error.output is None:
             raise
-        problem, _ = ending(error)
+        problem, _ = message_and_code(error)
     with open_own_results(results) as opened:
         page = page_of([opened], [path.stem])
         until = float(opened.time[-1])

@@ -13,8 +13,7 @@ import numpy as np
 
 from mbproj.analysis.expectations import measured
 from mbproj.dataclass import dataclass
-from mbproj.ending import ending
-from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError
+from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError, message_and_code
 from mbproj.integrate import simulate
 from mbproj.integrate.loop.interruption import TimeIsUp, time_limit
 from mbproj.integrate.reporting.report import Report
@@ -77,7 +76,7 @@ def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
     except MbprojError as error:
         row = _failed(error)
     except Exception as error:
-        message, code = ending(error)
+        message, code = message_and_code(error)
         row = CaseRow(Status.CRASHED if code == ExitCode.FAILED else Status.FAILED, message=message)
     return replace(row, seconds=perf_counter() - started)
 
