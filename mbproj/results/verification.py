@@ -150,16 +150,16 @@ def read(contents: Contents) -> Verification | None:
 
 
 def check_store(path: Path, scene: Scene) -> None:
-    """Raises InputError unless the file holds finished results of this scene."""
+    """Raises InputError unless the file holds finished results of this scene, and can be replaced."""
     if not path.exists():
         still = f"its run is not at its end: '{part_path(path)}'" if part_path(path).exists() else "there is none yet"
         raise InputError(Problem(f"cannot store in '{path}': {still}", hint=f"mbproj run SCENE -o {path}"))
-    check_replaceable(path, hdf5(FORMAT), force=True, hint=ELSEWHERE)
     with open_rehearsed(path, _run_of, "run") as contents:
         text, changed = _run_of(contents)
     if (text, changed) != (scene.text, dict(scene.overrides)):
         message = f"'{path}' holds results of another scene, or of other parameters"
         raise InputError(Problem(message, hint="verify the scene and --set that it was run with, or run it again"))
+    check_replaceable(path, hdf5(FORMAT), force=True, hint=ELSEWHERE)
 
 
 def _run_of(contents: Contents) -> tuple[str, Any]:
