@@ -61,7 +61,9 @@ from mbproj.results import (
     Verification as Verification,
     open_results as open_results,
 )
+from mbproj.results.notes import Note as Note
 from mbproj.results.views.table import Table as Table
+from mbproj.runs.record import Run as Run, record_run as record_run
 from mbproj.scene import (
     Scene as Scene,
     read_scene as read_scene,

@@ -117,5 +117,25 @@ def _repr(self: Any) -> str:
     return f"{self.__class__.__qualname__}({shown})"
 
 
+#: The most lines of `brief`, and the most characters of one.
+LINES, LETTERS = 15, 79
+
+
+def brief(self: Any) -> str:
+    """A `__repr__` for values that a prompt or a notebook shows: a line for each field, arrays by their shape."""
+    lines = [self.__class__.__qualname__]
+    for each in fields(self):
+        value = getattr(self, each.name)
+        shape = getattr(value, "shape", ())
+        if shape or isinstance(value, (tuple, list, dict)):
+            what = f"array {shape}" if shape else f"{type(value).__name__} of {len(value)}"
+        else:
+            what = getattr(type(value), "__qualname__", "") if hasattr(value, "__dataclass_fields__") else repr(value)
+        line = f"  {each.name:18} {what}"
+        lines.append(line if len(line) <= LETTERS else f"{line[: LETTERS - 3]}...")
+    more = len(lines) - LINES
+    return "\n".join(lines if more <= 0 else [*lines[: LINES - 1], f"  and {more + 1} more"])
+
+
 def _refuse(self: object, name: str, *value: object) -> None:
     raise FrozenInstanceError(f"cannot {'assign to' if value else 'delete'} field {name!r}")

@@ -5,12 +5,14 @@ The next step is often the name that was meant: `did_you_mean`, `choose_from`.
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from enum import IntEnum
 from functools import cache
 from itertools import islice
+from pathlib import Path
 from warnings import warn
 
 from mbproj.dataclass import dataclass
@@ -90,13 +92,15 @@ class InputError(MbprojError):
 
 class SimulationError(MbprojError):
     """The simulation cannot go on: the time in s, the cause, where ("joint 'A'") if it has a place, what to try.
-    `formulation` is the one that ran, where `simulate` has begun."""
+    `formulation` is the one that ran, where `simulate` has begun; `output` is the results file with the samples until
+    then, where there is one."""
 
     exit_code = ExitCode.FAILED
 
     def __init__(self, time: float, cause: str, *, where: str | None = None, hint: str | None = None) -> None:
         self.time, self.cause, self.where, self.hint = time, cause, where, hint
         self.formulation: str | None = None
+        self.output: Path | None = None
         place = f" at {where}" if where else ""
         super().__init__(f"stopped at t = {time:.6g} s{place}: {cause}" + (f"; {hint}" if hint else ""))
 
@@ -148,3 +152,37 @@ def shortened(words: Sequence[str], most: int) -> str:
     """The first `most` words, and the number of the others."""
     more = f" and {len(words) - most} more" if len(words) > most else ""
     return ", ".join(words[:most]) + more
+
+
+#: Errors of the operating system on a path that the user gave, which the user can mend.
+WRONG_PATH = frozenset({
+    errno.ENOENT, errno.EACCES, errno.EPERM, errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EROFS,
+    errno.EEXIST, errno.ENXIO, errno.ENODEV, errno.ENOTEMPTY, errno.EXDEV,
+})  # fmt: skip
+#: Errors of the operating system where it is out of space, memory or open files, or where a device fails.
+NO_MORE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.ENOMEM, errno.EMFILE, errno.ENFILE,
+                     errno.EAGAIN})  # fmt: skip
+OUR_FAULT = "error: this is a fault of mbproj, not of your input; please report it with the lines above"
+
+
+def message_and_code(error: Exception) -> tuple[str, ExitCode]:
+    """Return the message and the exit code for an exception that nobody caught. An exception that neither the input nor
+    the state of the machine explains is a fault of mbproj. Its message has the traceback, for a report."""
+    if isinstance(error, InputError):
+        return str(error), error.exit_code
+    if isinstance(error, MbprojError):
+        return f"error: {error}", error.exit_code
+    if isinstance(error, MemoryError):
+        return "error: out of memory; record less (a longer --output-step), or use a larger machine", ExitCode.FAILED
+    if isinstance(error, OSError) and error.errno in NO_MORE:
+        return f"error: {_refused(error)}; make room, or use another place", ExitCode.FAILED
+    if isinstance(error, OSError) and error.errno in WRONG_PATH and error.filename is not None:
+        return f"error: {_refused(error)}; give another path", ExitCode.BAD_INPUT
+    import traceback  # for the faults of ours alone
+
+    return f"{''.join(traceback.format_exception(error))}{OUR_FAULT}", ExitCode.INTERNAL
+
+
+def _refused(error: OSError) -> str:
+    where = "" if error.filename is None else f"'{error.filename}': "
+    return f"{where}{error.strerror}"

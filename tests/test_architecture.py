@@ -21,9 +21,8 @@ KERNEL = PACKAGE / "kernel" / "src"
 LEAVES = {
     "arrays",
     "dataclass",
-    "ending",
     "errors",
-    "escapes",
+    "control_characters",
     "facts",
     "mechanisms_folder",
     "plugins",
@@ -51,6 +50,7 @@ MAY_IMPORT = {
     "results": {"outputs", "scene"},
     "analysis": {"results", "scene"},
     "linear": {"functions", "scene", "model", "dynamics", "integrate", "outputs", "results"},
+    "runs": {"analysis", "dynamics", "integrate", "linear", "model", "results", "scene"},
     "templates": {"scene"},
     "formats": {"functions", "elements", "joints", "scene", "model", "dynamics", "linear"},
     "guide": set(),
@@ -69,6 +69,7 @@ MAY_IMPORT = {
         "outputs",
         "results",
         "analysis",
+        "runs",
     },
     "calls": {
         "analysis",
@@ -82,6 +83,7 @@ MAY_IMPORT = {
         "outputs",
         "pages",
         "results",
+        "runs",
         "scene",
         "studies",
         "templates",
@@ -100,6 +102,7 @@ MAY_IMPORT = {
         "results",
         "analysis",
         "linear",
+        "runs",
         "studies",
         "calls",
         "pages",
@@ -162,7 +165,7 @@ KERNEL_FOLDERS = (
 FEWEST_LINES = 25
 #: Files of the package that may be shorter, and why.
 SHORT_FILES = {
-    "escapes.py": "a rule of safety, imported alone",
+    "control_characters.py": "a rule of safety, imported alone",
     "plain_number.py": "a rule for all readers of numbers",
     "thresholds/entry.py": "the form of an entry, which all groups of them import",
     "scene/expressions/formula.py": "formulas as functions, which types of force import",

@@ -109,12 +109,12 @@ def _share_of_bound(number: float, bound: float) -> float:
 
 def outcomes(expectations: Iterable[Expectation], results: Results) -> list[Outcome]:
     """The outcomes of all expectations, in their order."""
-    return [outcome(expectation, results) for expectation in expectations]
+    duration = results.settings.duration
+    return [_outcome(expectation, results, duration) for expectation in expectations]
 
 
-def outcome(expectation: Expectation, results: Results) -> Outcome:
-    """The outcome of one expectation on the samples of `results`."""
-    measurement = measured(expectation, results, results.settings.duration)
+def _outcome(expectation: Expectation, results: Results, duration: float | None) -> Outcome:
+    measurement = measured(expectation, results, duration)
     if measurement is None:
         return Outcome(expectation)
     values, time, unique = measurement.values, measurement.time, is_unique(expectation, results)

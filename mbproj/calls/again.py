@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 from mbproj.calls.arguments import Quantity, amount, by_arguments
-from mbproj.calls.recorded import Earlier
 from mbproj.calls.run import run_to_file
 from mbproj.errors import InputError, Place, Problem, warn_once
 from mbproj.integrate.simulate import Progress
@@ -18,6 +17,7 @@ from mbproj.model import compile_system
 from mbproj.results import Results, open_results
 from mbproj.results.crash_safety.checkpoint import Checkpoint
 from mbproj.results.file.lock import is_locked
+from mbproj.runs.record import Earlier
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import Scene
 from mbproj.scene.sampling import output_interval
@@ -33,7 +33,7 @@ def rerun(
     """
     with by_arguments(), opened(results) as before:
         require_whole(before)
-        scene, _ = stored_scene(before)
+        scene = stored_scene(before)
         if output is not None:
             require_another(str(output), before.path, "to repeat")
         limits = before.certified
@@ -51,20 +51,26 @@ def continue_run(
 ) -> Results:
     """Continues the run that wrote `results`, also a killed one, to the time `until` in s from its start.
 
-    Returns the samples that follow, in the file `output` or a temporary one. With `append`, all samples, old and new,
-    replace `results`. Raises InputError where the run cannot be continued. On the same build and machine the numbers
-    are those of one long run, to the last bit.
+    Returns the samples that follow, in the file `output` or a temporary one. With `append`, they are all samples, old
+    and new, and replace `results` where there is no `output`. Raises InputError where the run cannot be continued. On
+    the same build and machine the numbers are those of one long run, to the last bit.
     """
     with by_arguments(), opened(results) as before:
-        checkpoint, (scene, _) = checkpoint_of(before), stored_scene(before)
+        checkpoint = checkpoint_of(before)
         end = None if until is None else amount(until, "until", "s", above=0.0)
-        if append and output is not None:
-            raise InputError(Problem("it does not go with 'append'", Place("output"), "leave out one of the two"))
-        if output is not None:
-            require_another(str(output), before.path, "to go on with")
-        earlier = Earlier(checkpoint, before if append else None)
-        where = before.path if append else output
-        return run_to_file(longer(scene, checkpoint, end, before), where, None, progress, earlier)
+        scene = longer(stored_scene(before), checkpoint, end, before)
+        where = continued_in(before, output, append=append)
+        return run_to_file(scene, where, None, progress, Earlier(checkpoint, before if append else None))
+
+
+def continued_in(before: Results, output: str | Path | None, *, append: bool) -> str | Path | None:
+    """The file of a continued run; None where it is open. Raises InputError where new samples alone would replace the
+    old ones."""
+    if append and output is None:
+        return str(before.path).removesuffix(".part") if before.partial else before.path
+    if output is not None and not append:
+        require_another(str(output), before.path, "to go on with")
+    return output
 
 
 @contextmanager
@@ -77,13 +83,12 @@ def opened(results: Results | str | Path) -> Iterator[Results]:
         yield opened_results
 
 
-def stored_scene(results: Results) -> tuple[Scene, str]:
-    """The scene of a run, and its name in messages: that of its file, or of the results. Raises InputError where the
-    stored scene is damaged."""
+def stored_scene(results: Results) -> Scene:
+    """The scene of a run. Messages name its file, or else the results. Raises InputError where it is damaged."""
     name = str(results.scene_path or results.path)
     scene = read_scene_text(results.scene_text, name, results.overrides)
     _require_all(scene, results)
-    return replace(scene, path=results.scene_path, settings=results.settings), name
+    return replace(scene, path=results.scene_path, settings=results.settings)
 
 
 def require_whole(results: Results) -> None:

@@ -5,21 +5,19 @@ from __future__ import annotations
 import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from time import perf_counter
 from typing import TYPE_CHECKING
+from warnings import warn
 
 import numpy as np
 
 from mbproj.calls.arguments import Given, by_arguments, refuse_earlier_names, scene_of
-from mbproj.calls.recorded import Acting, Earlier, record, start_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
-from mbproj.dynamics import unique_components
-from mbproj.errors import InputError, Place, Problem
-from mbproj.integrate.reporting.report import summary
+from mbproj.errors import InputError, MbprojWarning, Place, Problem, placed_at
 from mbproj.integrate.simulate import Progress
 from mbproj.integrate.stepwise import Stepwise
 from mbproj.model import compile_system
-from mbproj.results import Results, ResultsWriter, open_own_results
+from mbproj.results import Results, open_own_results
+from mbproj.runs.record import Acting, Certificate, Earlier, record_run, start_of
 from mbproj.scene.records import Scene
 from mbproj.scene.settings import placed_in, settings_to_run
 
@@ -70,7 +68,11 @@ def run(
             raise InputError(Problem("a controller from Python is not certified", Place("certify"), "leave it out"))
         outside = None if controller is None else (controller, period)
         what = scene_of(scene, parameters, options)
-        return run_to_file(what, output, _limits(limits) if certify else None, progress, outside=outside)
+        if not certify:
+            return run_to_file(what, output, None, progress, outside=outside)
+        from mbproj.studies.certify.horizon import limits_of
+
+        return run_to_file(what, output, limits_of(limits), progress)
 
 
 @with_settings
@@ -101,14 +103,19 @@ def run_to_file(
     outside: Acting | None = None,
 ) -> Results:
     """Run a scene into the file `output`, or a temporary file that is removed with the results."""
+    certified: Certificate | None = None
+    if limits is not None:
+        from mbproj.studies.certify.certified import Certified
+
+        certified = Certified(limits)
     if output is not None:
-        return _recorded(scene, Path(output), limits, progress, earlier, outside)
+        return _recorded(scene, output, certified, progress, earlier, outside)
     import shutil
     import tempfile
 
     folder = Path(tempfile.mkdtemp(prefix="mbproj-"))
     try:
-        results = _recorded(scene, folder / "results.h5", limits, progress, earlier, outside)
+        results = _recorded(scene, folder / "results.h5", certified, progress, earlier, outside)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
@@ -116,30 +123,18 @@ def run_to_file(
     return results
 
 
-def _limits(limits: Sequence[float]) -> tuple[float, ...]:
-    """The limits of a certificate, m."""
-    from mbproj.studies.certify.horizon import limits_of
-
-    return limits_of(limits)
-
-
 def _recorded(
     scene: Scene,
-    path: Path,
-    limits: Sequence[float] | None,
+    path: str | Path,
+    certified: Certificate | None,
     progress: Progress | None,
     earlier: Earlier | None,
     outside: Acting | None,
 ) -> Results:
-    """Run a scene into a file at `path`, and open it."""
-    started, system = perf_counter(), compile_system(scene)
-    with placed_in(scene):
-        state = start_of(scene, system)
-        unique = unique_components(system, state)
-        marks = {} if outside is None or outside[1] is None else {"controller_period": outside[1]}
-        names = system.names.as_mapping()
-        with ResultsWriter(path, scene, names, unique, certified=limits, marks=marks) as recorder:
-            report, _ = record(scene, system, state, recorder, progress, limits, earlier=earlier, outside=outside)
-            seconds = perf_counter() - started
-            recorder.attributes(summary(str(scene.path or "scene"), str(path), report, total_seconds=seconds))
+    """Run a scene into a file at `path`, warn of notes that put its motion in doubt, and open it."""
+    with placed_at(Place("--output")):
+        run = record_run(scene, path, certified=certified, earlier=earlier, outside=outside, progress=progress)
+    doubts = [note.text for note in run.notes if note.doubts_motion]
+    if doubts:
+        warn("\n".join(doubts), MbprojWarning, stacklevel=4)  # at the line that called `run` or another function here
     return open_own_results(path)

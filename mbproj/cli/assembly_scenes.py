@@ -21,15 +21,20 @@ from mbproj.thresholds import THRESHOLDS
 HINT = "choose another folder with --write"
 
 
-def write_starts(
-    scene: Scene, system: System, all_assemblies: Assemblies, held: Conditions, folder: Path, *, force: bool
-) -> Iterator[Path]:
-    """Write DIR/<scene>_<number>.yaml for each assembly, from 1 on. Raises InputError where parameters were changed, or
-    the text cannot be changed so that the scene starts there."""
+def check_starts(scene: Scene, folder: Path) -> None:
+    """Make the folder. Raises InputError where it cannot be made, or parameters were changed."""
     if scene.overrides:
         problem = Problem("--set has changed parameters, which the file does not have", Place("--write"))
         raise InputError(problem)
-    stem = make_folder(folder, HINT) / (scene.path.stem if scene.path is not None else "scene")
+    make_folder(folder, HINT)
+
+
+def write_starts(
+    scene: Scene, system: System, all_assemblies: Assemblies, held: Conditions, folder: Path, *, force: bool
+) -> Iterator[Path]:
+    """Write DIR/<scene>_<number>.yaml for each assembly, from 1 on. Raises InputError where the text cannot be changed
+    so that the scene starts there."""
+    stem = folder / (scene.path.stem if scene.path is not None else "scene")
     for number, each in enumerate(all_assemblies.found, 1):
         try:
             text = with_changes(scene.text, _changes(scene, system, each, held))

@@ -11,7 +11,7 @@ import click
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, option
 from mbproj.cli.quantity import Millimetres
-from mbproj.errors import InputError, Place, Problem
+from mbproj.errors import InputError, Place, Problem, placed_at
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 FORMATS = (".png", ".svg", ".pdf")
@@ -58,13 +58,14 @@ def plot_option(command: Command) -> Command:
     return option(Part.OUTPUT, "--plot", "picture_path", **own)(look(command))
 
 
-def check_picture(path: Path | None, *, force: bool) -> None:
-    """Raises InputError where `--plot` names no picture, or a file that may not be replaced."""
+def check_picture(path: Path | None, *, force: bool, option: str = "--plot") -> None:
+    """Raises InputError where the option names no picture, or a file that cannot or may not be written."""
     from mbproj.outputs import check_replaceable, picture
 
     if path is None:
         return
     if path.suffix not in FORMATS:
         message = f"'{path}' has no ending of a picture"
-        raise InputError(Problem(message, Place("--plot"), f"end it in {', '.join(FORMATS)}"))
-    check_replaceable(path, picture(path.suffix[1:]), force=force)
+        raise InputError(Problem(message, Place(option), f"end it in {', '.join(FORMATS)}"))
+    with placed_at(Place(option)):
+        check_replaceable(path, picture(path.suffix[1:]), force=force, hint=f"choose another with {option}")

@@ -16,8 +16,7 @@ from typing import Any
 import click
 
 from mbproj.cli.streams import protect_streams
-from mbproj.ending import ending
-from mbproj.errors import ExitCode, MbprojWarning
+from mbproj.errors import ExitCode, MbprojWarning, message_and_code
 from mbproj.version import __version__
 
 #: The commands by their purpose, with a line on each. Each is the object `command` of the module of its name.
@@ -185,7 +184,7 @@ def _exit_code() -> int:
         _complain("interrupted")
         return ExitCode.INTERRUPTED
     except Exception as error:
-        message, code = ending(error)
+        message, code = message_and_code(error)
         _complain(message)
     return code
 

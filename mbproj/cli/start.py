@@ -21,18 +21,25 @@ if TYPE_CHECKING:
 FORMATS = ("png", "svg", "pdf", "html")
 
 
-def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
-    """Write the picture or the page. Raises InputError where the name is of neither, or the file may not be
-    replaced."""
-    from mbproj.outputs import PAGE, write_text
-    from mbproj.pages.appearance.motion import motion_at
+def check_start(path: Path) -> None:
+    """Raises InputError where the name is of no picture or page, or the file may not be written."""
+    from mbproj.outputs import PAGE, check_replaceable, picture
 
     ending = path.suffix[1:].lower()
     if ending not in FORMATS:
         message = f"--picture: '{path}' is not the name of a picture"
         raise InputError(Problem(message, hint=f"end it in one of .{', .'.join(FORMATS)}"))
+    kind = PAGE if ending == "html" else picture(ending)
+    check_replaceable(path, kind, hint="choose another with --picture")
+
+
+def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
+    """Write the picture or the page."""
+    from mbproj.outputs import PAGE, write_text
+    from mbproj.pages.appearance.motion import motion_at
+
     motion = motion_at(system, state.q)
-    if ending == "html":
+    if path.suffix.lower() == ".html":
         from mbproj.pages.data.pages import start_of
         from mbproj.pages.page.write import html
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from mbproj.facts import Fact
-from mbproj.facts.run import EXPECTATIONS
+from dataclasses import replace
+
+from mbproj.facts import ALWAYS, Fact
+from mbproj.facts.run import EXPECTATIONS, NOTES
 
 #: What `fit` and `optimise` say.
 DESIGN = (
@@ -116,6 +118,7 @@ BATCH = (
             FORMULATION,
             Fact("message", "string | null", "", "why it could not run; null where it could"),
             Fact("output", "string | null", "", "the results file; null without --keep"),
+            replace(NOTES, when=ALWAYS),
             EXPECTATIONS,
         ),
     ),

@@ -7,7 +7,7 @@ from dataclasses import replace
 from mbproj.facts import ALWAYS, Fact, facts_of
 from mbproj.facts.check import NOT_UNIQUE
 from mbproj.facts.designs import VERIFICATION
-from mbproj.facts.run import ACCURACY, COUNTS, CREEP, FRICTIONS, LENGTHS, RATES, RECORDED, ROWS, TRUST
+from mbproj.facts.run import ACCURACY, COUNTS, CREEP, FRICTIONS, LENGTHS, NOTES, RATES, RECORDED, ROWS, TRUST
 from mbproj.facts.settings import SETTINGS
 
 #: The attributes that a results file has from its start.
@@ -68,6 +68,7 @@ INFO = (
     Fact("gravity", "array of number", "m/s^2", "acceleration of gravity, global axes"),
     NOT_UNIQUE,
     Fact("shared_at_contacts", "map of number", "s", "by contact: since when it shares a force arbitrarily"),
+    replace(NOTES, when=ALWAYS),
     Fact("settings", "object", "", "settings of the run with all defaults", fields=SETTINGS),
     Fact("overrides", "map of string", "", "by name: values that --set changed"),
     Fact("attributes", "object", "", "attributes of the file"),

@@ -168,6 +168,18 @@ CREEP = Fact(
         Fact("creep", "number", LENGTHS, "how far it crept"),
     ),
 )
+NOTES = Fact(
+    "notes",
+    "array of object",
+    "",
+    "what its reader should know of the run",
+    COMPLETE,
+    fields=(
+        Fact("text", "string", "", "the note"),
+        Fact("place", "string", "", 'place in the scene, file:line:column; "" where it has none'),
+        Fact("doubts_motion", "boolean", "", "whether the motion may be wrong"),
+    ),
+)
 _BOUND = "null where it is a value"
 _OVER, _BETWEEN = "where it is a ratio", "where it is a transmission angle"
 _VALUES = "number | array of number | null"
@@ -216,6 +228,7 @@ RUN = (
     *RECORDED,
     *ROWS,
     *ACCURACY,
+    NOTES,
     TRUST,
     FRICTIONS,
     CREEP,

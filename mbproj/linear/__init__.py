@@ -9,7 +9,7 @@ __getattr__ = lazily(
     __name__,
     {
         "equilibrium.balance": "EquilibriumProblem",
-        "equilibrium.recorded": "write_results",
+        "equilibrium.observed": "observed",
         "equilibrium.solve": "NoEquilibrium",
         "equilibrium.started": "assembled_start start_state",
         "equilibrium.steady": "steady_turn",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers, numbers
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.model.channels import (
@@ -143,6 +143,8 @@ class System:
     adjustments: tuple[Adjustment, ...] = ()
     touching: Touching | None = None
     thresholds: Thresholds = THRESHOLDS
+
+    __repr__ = brief
 
     @cached_property
     def layout(self) -> Layout:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
         picture,
     )
     from mbproj.outputs.latex_table import write_latex
-    from mbproj.outputs.replace import check_replaceable, make_folder, replacing, write_text
+    from mbproj.outputs.replace import check_replaceable, check_rewritable, make_folder, replacing, write_text
 
 __getattr__ = lazily(
     __name__,
@@ -38,6 +38,6 @@ __getattr__ = lazily(
         "kinds": "DESIGN_DRAWN DESIGNED JUNIT LOOPS MODEL NOTEBOOK PAGE SCENE SCHEMA "
         "FileKind csv film hdf5 latex picture",
         "latex_table": "write_latex",
-        "replace": "check_replaceable make_folder replacing write_text",
+        "replace": "check_replaceable check_rewritable make_folder replacing write_text",
     },
 )

@@ -6,7 +6,7 @@ import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from mbproj.escapes import escaped
+from mbproj.control_characters import escaped
 from mbproj.outputs import kinds
 from mbproj.outputs.replace import ELSEWHERE, replacing
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from math import isnan
 from pathlib import Path
 
-from mbproj.escapes import escaped
+from mbproj.control_characters import escaped
 from mbproj.outputs import kinds
 from mbproj.outputs.replace import ELSEWHERE, replacing
 

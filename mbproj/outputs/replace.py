@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mbproj.errors import InputError, Problem
-from mbproj.outputs.kinds import FileKind
+from mbproj.outputs.kinds import SCENE, FileKind
 
 ELSEWHERE = "choose another with -o"
 #: Endings of the files that mbproj writes: no directory is made with such a name.
@@ -50,10 +50,11 @@ def write_text(path: Path, text: str, kind: FileKind, *, force: bool = False, hi
 def check_replaceable(path: Path, kind: FileKind, *, force: bool = False, hint: str = ELSEWHERE) -> Path:
     """Return where a file for `path` is to be written: `path`, or the target where that is a link.
 
-    Raises InputError where `path` is no regular file, or, unless `force`, a file that mbproj did not write as one of
-    this `kind`."""
+    Raises InputError where its folder takes no new files, or `path` is no regular file. Unless `force`, it is also
+    raised for a file that mbproj did not write as one of this `kind`."""
     try:
         target = Path(os.path.realpath(path)) if path.is_symlink() else path
+        _check_folder(target, hint)
         mode = target.stat().st_mode
     except FileNotFoundError:
         if path.is_symlink():
@@ -69,6 +70,27 @@ def check_replaceable(path: Path, kind: FileKind, *, force: bool = False, hint: 
         message = f"'{path}' exists and is not {kind.what} of mbproj, so it is not replaced"
         raise InputError(Problem(message, hint=f"remove it, give --force, or {hint}"))
     return target
+
+
+def check_rewritable(path: Path | None) -> Path:
+    """Return the path of a scene that is to be written into. Raises InputError where the scene is no file, or its file
+    cannot be replaced."""
+    if path is None:
+        raise InputError("the scene is not a file, so nothing can be written into it")
+    check_replaceable(path, SCENE, force=True, hint="write by hand")
+    return path
+
+
+def _check_folder(target: Path, hint: str) -> None:
+    """Raises InputError where no new file can be made beside `target`. May raise OSError."""
+    folder = target.parent
+    if not folder.exists():
+        problem = f"the directory '{folder}' of '{target}' does not exist"
+        raise InputError(Problem(problem, hint=f"create it, or {hint}"))
+    if not folder.is_dir():
+        raise InputError(Problem(f"'{folder}' is a file, not a directory", hint=hint))
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(Problem(f"cannot write '{target}': its directory takes no new files", hint=hint))
 
 
 def make_folder(folder: Path, hint: str = ELSEWHERE) -> Path:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mbproj.errors import InputError, Place, Problem
-from mbproj.escapes import escaped
+from mbproj.control_characters import escaped
+from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.outputs.csv_table import write_csv
 from mbproj.outputs.kinds import MARKDOWN_MARK, FileKind, csv, latex, markdown
 from mbproj.outputs.latex_table import write_latex
@@ -21,7 +21,8 @@ def check_table(path: Path | None, first: Sequence[str], *, force: bool = False)
 
     Raises InputError at --write-table where the name has another ending, or `path` holds something else."""
     if path is not None:
-        check_replaceable(path, _kind(path, first), force=force)
+        with placed_at(OPTION):
+            check_replaceable(path, _kind(path, first), force=force, hint=f"choose another with {OPTION}")
 
 
 def write_table(path: Path, headings: Sequence[str], rows: Iterable[Sequence[Any]], *, force: bool = False) -> Path:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from mbproj.arrays import Array
 from mbproj.results.file.contents import Contents
-from mbproj.results.layout import Dataset
+from mbproj.results.layout import MARKS, Dataset
 from mbproj.results.members import Coordinate, Over
 from mbproj.scene.records import Scene
 
@@ -32,8 +32,10 @@ class Shown(ABC):
     def __getitem__(self, path: str) -> npt.NDArray[Any]: ...
 
     def __contains__(self, path: object) -> bool:
-        """Whether the file has a dataset of the layout at a path, as "joints/coordinate"."""
-        return any(path == dataset.path for dataset in self.datasets)
+        """Whether the file has an array of the layout at a path, as "joints/coordinate"."""
+        return any(path == dataset.path for dataset in self.datasets) or (
+            path in MARKS and self.contents.has(str(path))
+        )
 
     @abstractmethod
     def names(self, kind: str) -> tuple[str, ...]:

@@ -43,6 +43,8 @@ def _check_directory(path: Path) -> None:
         raise InputError(Problem(message, hint=f"create it, or {ELSEWHERE}"))
     if not directory.is_dir():
         raise InputError(Problem(f"'{directory}' is a file, not a directory", hint=ELSEWHERE))
+    if not os.access(directory, os.W_OK | os.X_OK):
+        raise InputError(Problem(f"cannot write '{path}': its directory takes no new files", hint=ELSEWHERE))
 
 
 def _check_kind(path: Path) -> None:

@@ -189,6 +189,9 @@ CONSTANTS: tuple[Constant, ...] = (
     Constant("joints/reaction_torque_open", ("nj", 3, 3), OPEN, GLOBAL, dtype=float),
 )
 
+#: The paths of these marks.
+MARKS = frozenset(each.path for each in CONSTANTS)
+
 #: The counters, cumulated since the start of the run.
 COUNTERS = tuple(dataset.path for dataset in DATASETS if dataset.dtype == COUNT)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 
 #: The kinds of items that act along a coordinate.
 ACTING = ("forces", "motions", "stops", "frictions")
@@ -30,6 +30,8 @@ class BodyResults:
     acceleration: Array
     angular_acceleration: Array
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class MarkerResults:
@@ -38,6 +40,8 @@ class MarkerResults:
     position: Array
     velocity: Array
     acceleration: Array
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class JointResults:
     reaction_force: Array
     reaction_torque: Array
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class ForceResults:
@@ -59,6 +65,8 @@ class ForceResults:
     coordinate: Array
     rate: Array
     force: Array
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)
@@ -70,6 +78,8 @@ class MotionResults:
     rate: Array
     force: Array
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class Stop:
@@ -78,6 +88,8 @@ class Stop:
     gap: Array
     rate: Array
     force: Array
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)
@@ -90,6 +102,8 @@ class Friction:
     state: Array
     dissipation: Array
 
+    __repr__ = brief
+
 
 @dataclass(frozen=True)
 class Coordinate:
@@ -98,6 +112,8 @@ class Coordinate:
     value: Array
     speed: Array
     unit: str
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True)
@@ -110,3 +126,5 @@ class Over:
     values: Array
     rate: Array
     modulo: bool
+
+    __repr__ = brief

@@ -27,6 +27,7 @@ BESIDE_SAMPLES = (
     "certified",
     "checkpoint",
     "events",
+    "notes",
     "stored_loads",
     "trust",
     "verification",

@@ -15,6 +15,7 @@ from mbproj.arrays import Array, Integers
 from mbproj.errors import choose_from
 from mbproj.results import events as happening
 from mbproj.results import members, provenance
+from mbproj.results import notes as noting
 from mbproj.results import trust as trusting
 from mbproj.results.crash_safety import checkpoint as restarting
 from mbproj.results.crash_safety.checkpoint import Checkpoint
@@ -22,9 +23,10 @@ from mbproj.results.display import Shown
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file.contents import Contents, KeptArrays
-from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, Dataset, datasets_for, trailing
+from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, MARKS, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
+from mbproj.results.notes import Note
 from mbproj.results.provenance import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.records import Settings, Vector
@@ -75,11 +77,15 @@ class Results(Shown):
 
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         """The array of a dataset of the layout, first axis time; floats, or integers where it counts. The names of
-        columns, as "joints/names", are an array of strings. Raises KeyError with the nearest path."""
+        columns, as "joints/names", are an array of strings. What does not change has no time, as in `constant`. Raises
+        KeyError with the nearest path."""
         if path in NAMES_BY_PATH:
             return np.array(self.names(NAMES_BY_PATH[path]))
+        if path in MARKS and (marks := self.constant(path)) is not None:
+            return marks
         if path not in BY_PATH or BY_PATH[path] not in self.datasets:
-            raise KeyError(f"results have no dataset '{path}'; {choose_from(path, BY_PATH)}")
+            known = "the run did not know it" if path in MARKS else choose_from(path, [*BY_PATH, *MARKS])
+            raise KeyError(f"results have no dataset '{path}'; {known}")
         return self._arrays.get(path, lambda: self._read(BY_PATH[path]))
 
     def _read(self, dataset: Dataset) -> npt.NDArray[Any]:
@@ -248,6 +254,11 @@ class Results(Shown):
             return settings_from(provenance.as_json(self.contents, "settings"))
         except UnfitSettings as error:
             raise self.contents.damaged("scene/settings", f"is wrong: {error}") from error
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """The notes on the run and its scene, as `mbproj run` shows them."""
+        return noting.read(self.attributes, self.path)
 
     @property
     def gravity(self) -> Vector:

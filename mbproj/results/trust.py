@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.whole import create_text
@@ -27,6 +27,8 @@ class Poses:
 
     position: Array
     orientation: Array
+
+    __repr__ = brief
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +57,8 @@ class Trust:
     solution: str
     remark: str = ""
     better: Poses | None = None
+
+    __repr__ = brief
 
     def untrusted_from(self, limit: float, name: str | None = None) -> float | None:
         """The first time (s) at which the error of the point `name` may exceed `limit` (m), or that of any point where

@@ -13,6 +13,7 @@ import h5py
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
+from mbproj.outputs import check_replaceable, hdf5
 from mbproj.rehearsal import rehearse
 from mbproj.results.faults import ELSEWHERE, cannot_write, damaged, not_ours
 from mbproj.results.file.checksums import stamp_attributes
@@ -107,7 +108,7 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
     such file, or it is of another scene."""
     import shutil
 
-    from mbproj.outputs import hdf5, replacing
+    from mbproj.outputs import replacing
 
     check_store(path, scene)
     with replacing(path, hdf5(FORMAT), force=True, hint=ELSEWHERE) as copy:
@@ -149,7 +150,7 @@ def read(contents: Contents) -> Verification | None:
 
 
 def check_store(path: Path, scene: Scene) -> None:
-    """Raises InputError unless the file holds finished results of this scene."""
+    """Raises InputError unless the file holds finished results of this scene, and can be replaced."""
     if not path.exists():
         still = f"its run is not at its end: '{part_path(path)}'" if part_path(path).exists() else "there is none yet"
         raise InputError(Problem(f"cannot store in '{path}': {still}", hint=f"mbproj run SCENE -o {path}"))
@@ -158,6 +159,7 @@ def check_store(path: Path, scene: Scene) -> None:
     if (text, changed) != (scene.text, dict(scene.overrides)):
         message = f"'{path}' holds results of another scene, or of other parameters"
         raise InputError(Problem(message, hint="verify the scene and --set that it was run with, or run it again"))
+    check_replaceable(path, hdf5(FORMAT), force=True, hint=ELSEWHERE)
 
 
 def _run_of(contents: Contents) -> tuple[str, Any]:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypeAlias, final
+from typing import TYPE_CHECKING, Any, TypeAlias, final
 
 import h5py
 import numpy as np
@@ -39,6 +39,7 @@ from mbproj.results.datasets import (
 from mbproj.results.events import Happening
 from mbproj.results.faults import OutputError, cannot_write, status_of
 from mbproj.results.file.checksums import crc32, put, stamp, stamp_attributes
+from mbproj.results.file.contents import Contents
 from mbproj.results.file.dataset import CHUNK_CACHE
 from mbproj.results.file.whole import as_text
 from mbproj.results.files import check_output, part_path
@@ -48,6 +49,9 @@ from mbproj.results.loads.stored import recorded_loads
 from mbproj.results.provenance import Attribute, root_attributes, write_scene
 from mbproj.results.trust import Trust
 from mbproj.scene.records import Scene
+
+if TYPE_CHECKING:
+    from mbproj.results.record import Results
 
 #: Names by kind: "bodies", "markers", "joints", "coordinates" ("A.angle"), "coordinate_units" ("rad" | "m").
 Names: TypeAlias = Mapping[str, Sequence[str]]
@@ -98,8 +102,11 @@ class ResultsWriter:
         self._certified, self._marks = certified, marks or {}
         self._trust: Trust | None = None
         self._events: tuple[Happening, ...] = ()
+        #: Those that are in the file already; None as long as none is.
+        self._met: list[Happening] | None = None
         self._slots = Slots()
-        self._constants = {path: self._constant(path, values) for path, values in (constants or {}).items()}
+        self._constants: dict[str, npt.NDArray[Any]] = {}
+        self.mark(constants or {})
         self._summary: dict[str, Attribute] = {}
         self._pending: list[dict[str, npt.NDArray[Any]]] = []
         self._pending_bytes = self._samples = 0
@@ -130,6 +137,10 @@ class ResultsWriter:
         self._flushed = time.monotonic()
         return self
 
+    def mark(self, constants: Constants) -> None:
+        """Set the layout's marks by path, before the file is made."""
+        self._constants |= {path: self._constant(path, values) for path, values in constants.items()}
+
     def write(self, block: Block) -> None:
         """Append the samples of `block`, which has every dataset of the layout. The arrays may be reused afterwards.
 
@@ -153,8 +164,8 @@ class ResultsWriter:
         self._summary.update({**values, **texts})
 
     def events(self, events: Sequence[Happening]) -> None:
-        """Set the events of the run, which are written at its end."""
-        self._events = tuple(events)
+        """Set the events of the run, which are written when its results are read, or at its end."""
+        self._events, self._met = tuple(events), None
 
     def keep(self, formulation: str, build: str, state: Mapping[str, Any]) -> None:
         """Set the state from which the run can be continued, to be written with the samples so far."""
@@ -163,6 +174,18 @@ class ResultsWriter:
     def trust(self, trust: Trust) -> None:
         """Set the comparison with a better solution, which is written at the end; its limits must be `certified`."""
         self._trust = trust
+
+    def results(self) -> Results:
+        """The results so far, with the events, read from the file that is open here. They close with it."""
+        from mbproj.results.members import ShownPart
+        from mbproj.results.record import Results
+
+        self._flush()
+        with self._breaking():
+            self._write_events()
+        names = {kind: tuple(own) for kind, own in self._names.items()}
+        contents = Contents(self._file, self.part, unfinished=True)
+        return Results(contents, {"status": "running"}, names, ShownPart(slice(0, self._samples), {}))
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -246,11 +269,7 @@ class ResultsWriter:
             if self._trust is not None:
                 reserve(self._descriptor, self._room_for(self._samples) + trusting.room(self._trust))
                 trusting.write(self._file, self._trust)
-            met = [event for event in self._events if event.time <= self._last_time]
-            # Half of the margin that each flush has reserved: so there is room for the end even on a full disk.
-            end = self._room_for(self._samples) - MARGIN // 2
-            reserve(self._descriptor, end + happening.room(met) + self._slots.room)
-            happening.write(self._file, met)
+            met, end = self._write_events()
             if has_room(self._descriptor, end + stored_loads.room(self._names)):
                 stored_loads.write(self._file, recorded_loads(self._targets, self._names, self._constants, met))
             self._slots.write(self._file)
@@ -262,6 +281,16 @@ class ResultsWriter:
             restarting.seal(self._file)
             self._file.flush()
         self._finished = True
+
+    def _write_events(self) -> tuple[list[Happening], int]:
+        """Write the events until the last sample; return them, and the size that the file has at its end."""
+        # Half of the margin that each flush has reserved: so there is room for the end even on a full disk.
+        met, end = self._met, self._room_for(self._samples) - MARGIN // 2
+        if met is None:
+            self._met = met = [event for event in self._events if event.time <= self._last_time]
+            reserve(self._descriptor, end + happening.room(met) + self._slots.room)
+            happening.write(self._file, met)
+        return met, end
 
     def _room_for(self, samples: int) -> int:
         return room_for(self._file, self._rows, self._samples, samples)

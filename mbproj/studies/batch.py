@@ -7,25 +7,20 @@ import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
 from mbproj.analysis import Outcome, outcomes
 from mbproj.dataclass import dataclass
-from mbproj.dynamics import unique_components
-from mbproj.ending import ending
-from mbproj.errors import ExitCode, InputError, MbprojError, Problem, SimulationError
-from mbproj.integrate import simulate
-from mbproj.integrate.reporting.report import summary
-from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import compile_system
+from mbproj.errors import ExitCode, InputError, MbprojError, Problem, SimulationError, message_and_code
 from mbproj.outputs import make_folder
-from mbproj.results import ResultsWriter, check_results, open_own_results, open_results
+from mbproj.results import check_results, open_results
 from mbproj.results.files import part_path
-from mbproj.scene import settings_to_run
+from mbproj.results.notes import Note
+from mbproj.runs.record import record_run
 from mbproj.scene.read import SceneText
-from mbproj.scene.settings import placed_in
 from mbproj.scene.text.source import read_text
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 from mbproj.studies.store import key_of
@@ -60,15 +55,16 @@ class Task:
 class SceneResult:
     """The result of a scene in a batch. `code` is the exit code of the scene alone, `message` the whole error message.
     `outcomes` are those of its expectations, in their order. `seconds` is the time by the clock. `output` is the file
-    with its results, `formulation` that of the run; None where there is none."""
+    with its results, `formulation` that of the run; None where there is none. `notes` are on the scene and its run."""
 
     scene: Path
     code: ExitCode
     message: str
     outcomes: tuple[Outcome, ...]
-    seconds: float
+    seconds: float = 0.0
     output: Path | None = None
     formulation: str | None = None
+    notes: tuple[Note, ...] = ()
 
     @property
     def word(self) -> str:
@@ -115,20 +111,17 @@ def run_task(task: Task, folder: Path = HERE) -> SceneResult:
     """Runs one scene and checks its expectations. The task's paths are relative to `folder`, wherever this process is.
     Any error is part of the result."""
     started = perf_counter()
-    judged: tuple[Outcome, ...] = ()
-    code, message, formulation = ExitCode.DONE, "", None
     try:
         with _output(task, folder) as output:
-            judged, formulation = _outcomes(task, folder / task.scene, output)
-        if not all(outcome.holds for outcome in judged):
-            code = ExitCode.CHECK_FAILED
+            result = _run(task, folder / task.scene, output)
     except MbprojError as error:
-        code, message = error.exit_code, str(error)
         formulation = error.formulation if isinstance(error, SimulationError) else None
+        result = SceneResult(task.scene, error.exit_code, str(error), (), formulation=formulation)
     except Exception as error:
-        message, code = ending(error)
+        message, code = message_and_code(error)
+        result = SceneResult(task.scene, code, message, ())
     kept = task.output if task.keep and (folder / task.output).exists() else None
-    return SceneResult(task.scene, code, message, judged, perf_counter() - started, kept, formulation)
+    return replace(result, seconds=perf_counter() - started, output=kept)
 
 
 @contextmanager
@@ -147,30 +140,24 @@ def _output(task: Task, folder: Path) -> Iterator[Path]:
         yield Path(own) / task.output.name
 
 
-def _outcomes(task: Task, path: Path, output: Path) -> tuple[tuple[Outcome, ...], str]:
-    """Run a scene into `output`; return the outcomes of its expectations and the formulation that ran."""
-    started = perf_counter()
+def _run(task: Task, path: Path, output: Path) -> SceneResult:
+    """Run a scene into `output`, or take the results that are there already."""
     text = SceneText(read_text(path), str(task.scene), task.scene)
     scene, key = text.scene(), key_of(text.whole) if task.keep else ""
     if task.resume and output.exists():
         with suppress(InputError), open_results(output) as results:  # a damaged file is replaced by a new run
             is_of = results.status == "complete" and results.attributes.get(KEY) == key
             if is_of and not check_results(results).faults:
-                return tuple(outcomes(scene.expectations, results)), str(results.attributes["formulation"])
-    settings = settings_to_run(scene)
-    system = compile_system(scene)
-    state = start_state(scene, system)
-    unique = unique_components(system, state)
-    with (
-        ResultsWriter(output, scene, system.names.as_mapping(), constants=unique) as recorder,
-        placed_in(scene),
-    ):
-        report = simulate(system, state, settings, recorder, keep=recorder.keep)
-        seconds = perf_counter() - started
-        made = summary(str(task.scene), str(task.output), report, total_seconds=seconds)
-        recorder.attributes({**made, **({KEY: key} if task.keep else {})})
-    with open_own_results(output) as results:
-        return tuple(outcomes(scene.expectations, results)), report.formulation
+                found = tuple(outcomes(scene.expectations, results))
+                return _ended(task, found, str(results.attributes["formulation"]), results.notes)
+    of_task: dict[str, str] = {"output": str(task.output), **({KEY: key} if task.keep else {})}
+    run = record_run(scene, output, attributes=of_task)
+    return _ended(task, run.outcomes, run.report.formulation, run.notes)
+
+
+def _ended(task: Task, judged: tuple[Outcome, ...], formulation: str, notes: tuple[Note, ...]) -> SceneResult:
+    code = ExitCode.DONE if all(outcome.holds for outcome in judged) else ExitCode.CHECK_FAILED
+    return SceneResult(task.scene, code, "", judged, formulation=formulation, notes=notes)
 
 
 def scene_paths(paths: Iterable[Path]) -> list[Path]:

@@ -11,11 +11,11 @@ import numpy as np
 
 from mbproj import InputError, SimulationError, assemble, compile_system, initial_guess, settings_to_run, simulate
 from mbproj.arrays import Array
-from mbproj.cli.report.summary import warnings
 from mbproj.dynamics import State
 from mbproj.integrate import Report
 from mbproj.model import System
 from mbproj.registry import PROJECTIONS
+from mbproj.runs import notes_on
 from mbproj.scene import Scene, read_scene_text
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.settings import SETTINGS
@@ -143,7 +143,7 @@ def attempt(extreme: Extreme, value: float, method: str, formulation: str, steps
     report = done.report
     assert report is not None
     error = _error(extreme, done, value)
-    said = warnings(report)
+    said = [note.text for note in notes_on(report)]
     closed = float(done["diagnostics/position_violation"][1:].max())
     corrects = PROJECTIONS[method].corrects
     floor = report.position_floor + extreme.slack(value)

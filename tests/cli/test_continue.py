@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj import open_results
+from mbproj import continue_run, open_results
 from mbproj.errors import InputError
 from mbproj.results import DATASETS, SLOTS
 from tests.cli.commands import SLIDER_CRANK, environment, mbproj
@@ -53,6 +53,20 @@ def test_append_puts_both_in_place_of_the_first(tmp_path):
         done = mbproj("continue", "run.h5", "--until", until, "--append", "-q", folder=tmp_path)
         assert done.returncode == 0, done.stderr
     assert_same(tmp_path / "long.h5", tmp_path / "run.h5")
+
+
+def test_append_into_another_file_leaves_the_first_as_it_was(tmp_path):
+    make(tmp_path, "run.h5", "0.1", *OPTIONS)
+    make(tmp_path, "long.h5", "0.2", *OPTIONS)
+    before = (tmp_path / "run.h5").read_bytes()
+    done = mbproj("continue", "run.h5", "--until", "0.2", "--append", "-o", "copy.h5", folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "written to copy.h5" in done.stdout
+    assert (tmp_path / "run.h5").read_bytes() == before
+    assert_same(tmp_path / "long.h5", tmp_path / "copy.h5")
+    with continue_run(tmp_path / "run.h5", until=0.2, append=True, output=tmp_path / "again.h5"):
+        assert_same(tmp_path / "long.h5", tmp_path / "again.h5")
+    assert (tmp_path / "run.h5").read_bytes() == before
 
 
 @pytest.mark.full

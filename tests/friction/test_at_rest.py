@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
-from mbproj.linear import held_at, notes_on, reference_at, write_results
+from mbproj.linear import held_at, notes_on, observed, reference_at
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.recorded import observed
 from mbproj.linear.modes import modes
 from mbproj.results import open_results
+from mbproj.runs import record_equilibrium
 from tests.friction.belt import SCENE as BELT
 from tests.support import ROOT
 
@@ -73,7 +73,7 @@ def test_a_friction_in_a_plane_has_a_force_in_each_direction_though_nothing_touc
     scene = read_scene_text(ABOVE)
     system = compile_system(scene)
     found = equilibrium(system, assemble(system, initial_guess(scene, system)))
-    write_results(tmp_path / "equilibrium.h5", scene, found, {})
+    record_equilibrium(scene, tmp_path / "equilibrium.h5", found, {})
     with open_results(tmp_path / "equilibrium.h5") as results:
         assert results["friction/force"].tolist() == [[0.0, 0.0]]
     assert not found.frictions["floor"]["sticks"]

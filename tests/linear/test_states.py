@@ -13,7 +13,6 @@ from mbproj.cli.linear import linearize as linearize_command
 from mbproj.cli.linear import modes as modes_command
 from mbproj.integrate import simulate
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.recorded import write_results
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.mode_notes import notes_on
 from mbproj.linear.modes import modes
@@ -21,6 +20,7 @@ from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
 from mbproj.linear.stored import stored
 from mbproj.results import open_results, read_modes, write_modes
+from mbproj.runs import record_equilibrium
 from mbproj.thresholds import THRESHOLDS
 from tests.model.element_states import PENDULUM, case
 from tests.support import Recorder
@@ -172,7 +172,7 @@ def test_files_hold_them(tmp_path):
     assert (read.states, read.state_units) == (("lag.x", "lag.z"), ("V", "A/s"))
     np.testing.assert_array_equal(read.state_shape, found.states)
     np.testing.assert_array_equal(read.state_share, found.state_share)
-    write_results(tmp_path / "equilibrium.h5", scene, equilibrium(system, state), {})
+    record_equilibrium(scene, tmp_path / "equilibrium.h5", equilibrium(system, state), {})
     with open_results(tmp_path / "equilibrium.h5") as results:
         assert results.names("states") == ("lag.x", "lag.z")
         np.testing.assert_allclose(results["states/value"], [[0.0, 0.0]], atol=1e-12)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mbproj.escapes import escaped, escaped_text
+from mbproj.control_characters import escaped, escaped_text
 from mbproj.outputs import write_csv
 
 

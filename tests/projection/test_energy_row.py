@@ -9,11 +9,11 @@ import pytest
 
 import mbproj
 from mbproj import Report
-from mbproj.cli.report.summary import warnings_on_rows
 from mbproj.dynamics import assemble
 from mbproj.integrate import Mark, momenta_of, simulate
 from mbproj.integrate.formulations import choice
 from mbproj.model import compile_system, initial_guess
+from mbproj.runs import notes_on_rows
 from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.crossed import crossed
 from tests.projection.long_runs import CONTROLLED, FIXED, IMPLICIT, SCENES, WORKED, run
@@ -128,8 +128,8 @@ def test_velocities_that_are_not_projected_have_no_rows() -> None:
 def test_a_motion_that_steps_do_not_resolve_is_refused_and_said_so() -> None:
     report, _ = run("heavy_top", integrator="rk4", step=0.02, duration=1, output_step=0.1, energy_row="true")
     assert report.rows.refused > 40 and report.energy_drift_relative > 1e-3
-    (said,) = (each for each in warnings_on_rows(report) if "refused" in each)
-    assert f"refused at {report.rows.refused} of 50 steps" in said and report.doubt > 1.0
+    (said,) = (each for each in notes_on_rows(report) if "refused" in each.text)
+    assert f"refused at {report.rows.refused} of 50 steps" in said.text and report.doubt > 1.0
 
 
 def test_of_more_freedoms_a_balance_that_is_kept_does_not_hide_what_a_note_would_say_without_it() -> None:
@@ -138,14 +138,14 @@ def test_of_more_freedoms_a_balance_that_is_kept_does_not_hide_what_a_note_would
     report, _ = run("five_bar", **options, energy_row="true")
     assert without.drifts and not report.drifts and report.rows.refused == 0
     assert report.hidden == pytest.approx(report.rows.furthest / report.exchanged / 1e-4)
-    assert any("up to" in each and "although the balance is kept" in each for each in warnings_on_rows(report))
+    assert any("up to" in each.text and "although the balance is kept" in each.text for each in notes_on_rows(report))
 
 
 def test_of_one_freedom_what_the_row_gives_in_sum_is_no_doubt() -> None:
     options = {"integrator": "rk4", "step": 0.005, "duration": 30, "output_step": 0.1}
     report, _ = run("planar_four_bar", **options, energy_row="true")
     assert report.rows.moved > 1e-5 * report.exchanged and report.doubt < 1.0
-    assert not warnings_on_rows(report)
+    assert not list(notes_on_rows(report))
 
 
 def test_round_off_of_the_energy_is_not_corrected_where_next_to_nothing_moves() -> None:
@@ -153,7 +153,7 @@ def test_round_off_of_the_energy_is_not_corrected_where_next_to_nothing_moves() 
     given = {"start": "1e-7"}
     _, free = run("physical_pendulum", given, **options)
     report, found = run("physical_pendulum", given, **options, energy_row="true")
-    assert report.rows.refused == 0 and not warnings_on_rows(report)
+    assert report.rows.refused == 0 and not list(notes_on_rows(report))
     swung = np.abs(free["joints/coordinate"][:, 0]).max()
     assert 1e-8 < swung < 1e-6
     assert np.abs(found["joints/coordinate"] - free["joints/coordinate"]).max() < 1e-3 * swung

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.cli.report.summary import warnings_on_rows
 from mbproj.dynamics import assemble
 from mbproj.integrate import Mark, simulate
 from mbproj.model import compile_system, initial_guess
+from mbproj.runs import notes_on_rows
 from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.crossed import crossed
 from tests.integrate.state_scenes import bounce, height_at
@@ -29,7 +29,7 @@ def test_contacts_begin_a_new_balance_and_each_step_is_counted_once(scene: str, 
     report, found = run(scene, **options, energy_row="true")
     rows = report.rows
     assert rows.steps + rows.rest + rows.refused == report.counters["steps"]
-    assert rows.refused == 0 and not warnings_on_rows(report)
+    assert rows.refused == 0 and not list(notes_on_rows(report))
     off = np.abs(found["bodies/position"][-1] - free["bodies/position"][-1]).max()
     assert off < 3e-6
 

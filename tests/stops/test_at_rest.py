@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.linear import NoEquilibrium, reference_at, start_state
+from mbproj.linear import NoEquilibrium, observed, reference_at, start_state
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.recorded import observed
 from mbproj.linear.modes import modes
 from tests.stops.runs import Recorded
 

@@ -139,7 +139,7 @@ def test_what_a_scene_recorded_before_its_time_was_up_is_kept(tmp_path: Path) ->
 def test_a_fault_of_mbproj_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from mbproj.studies import batch as module
 
-    monkeypatch.setattr(module, "compile_system", lambda scene: 1 / 0)
+    monkeypatch.setattr(module, "record_run", lambda *scene, **attributes: 1 / 0)
     (task,) = tasks([write(tmp_path, "one")], tmp_path, keep=False)
     found = run_task(task)
     assert (found.code, found.word) == (ExitCode.INTERNAL, "fault of mbproj")

@@ -9,7 +9,7 @@ import click
 
 from mbproj.cli.completion import File
 from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import look
+from mbproj.cli.figure_options import check_picture, look
 from mbproj.cli.linear.options import scene_argument
 from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
@@ -82,16 +82,18 @@ def command(
     missed.
     """
     from mbproj.calls.check.assemblies import ready
+    from mbproj.cli.assembly_scenes import check_starts, write_starts
     from mbproj.dynamics.assembly.assemblies import assemblies
     from mbproj.scene import read_scene
 
     what = read_scene(scene, parameters(settings))
+    check_picture(picture, force=force, option="--picture")
+    if write is not None:
+        check_starts(what, write)
     system, state, conditions = ready(what, hold)
     all_assemblies = assemblies(system.at_positions, state, conditions, starts)
     written: list[str] = []
     if write is not None:
-        from mbproj.cli.assembly_scenes import write_starts
-
         written = [str(path) for path in write_starts(what, system, all_assemblies, conditions, write, force=force)]
     if picture is not None:
         _draw(what, system, all_assemblies, picture, force=force)

@@ -48,10 +48,12 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
     from mbproj.calls.check import fast_forces
     from mbproj.calls.check.checked import assembled, checked
     from mbproj.cli.report.text import show_notes
-    from mbproj.cli.start import draw_start
+    from mbproj.cli.start import check_start, draw_start
     from mbproj.integrate.stiff.fast_forces import stable_steps
     from mbproj.scene import read_scene
 
+    if picture is not None:
+        check_start(picture)
     what = read_scene(scene, parameters(settings), overrides(options))
     system, state = assembled(what)
     if picture is not None:

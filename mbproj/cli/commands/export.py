@@ -150,6 +150,8 @@ def export_models(
     from mbproj.scene import read_scene
     from mbproj.version import __version__
 
+    for path in models.values():
+        check_replaceable(path, MODEL, force=force, hint=ANOTHER_FILE)
     what = read_scene(str(scene), parameters(settings))
     makers = {"mjcf": as_mjcf, "urdf": as_urdf}
     written: dict[str, Written] = {kind: makers[kind](what, __version__) for kind in models}
@@ -163,7 +165,8 @@ def export_models(
                 raise InputError(Problem(problem, hint="give the model another name"))
             files.append(("loops", beside, written[kind].loops))
     for kind, path, _ in files:
-        check_replaceable(path, LOOPS if kind == "loops" else MODEL, force=force, hint=ANOTHER_FILE)
+        if kind == "loops":
+            check_replaceable(path, LOOPS, force=force, hint=ANOTHER_FILE)
     for kind, path, text in files:
         write_text(path, text, LOOPS if kind == "loops" else MODEL, force=force)
     said = [row for each in written.values() for row in each.said]

@@ -86,8 +86,10 @@ def command(
     from mbproj.facts.models import AGREEMENT
     from mbproj.formats import ImportOptions
     from mbproj.formats.signals import read_pose, read_signals
-    from mbproj.outputs import SCENE, write_text
+    from mbproj.outputs import SCENE, check_replaceable, write_text
 
+    if output is not None:
+        check_replaceable(output, SCENE, force=force)
     acting = read_signals(controls) if controls else {} if hold else None
     driven = read_signals(motions) if motions else {}
     folder = output.parent if output else Path()

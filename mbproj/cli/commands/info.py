@@ -91,6 +91,10 @@ def command(
             "give RESULTS, a results file, or --build, for how mbproj itself was built, or --thresholds, for the "
             "numbers that it decides by"
         )
+    if table_file is not None:
+        from mbproj.outputs.written_table import check_table
+
+        check_table(table_file, ("kind", "name"))
     if results is None:
         click.echo(_build(as_json) if build else _thresholds(as_json))
         return int(ExitCode.DONE)
@@ -154,6 +158,7 @@ def _contents(results: Results) -> dict[str, Any]:
         **summary(results),
         reactions_not_unique=reactions_not_unique(results),
         shared_at_contacts=shared_at_contacts(results),
+        attributes={name: value for name, value in results.attributes.items() if name != "notes"},
         names={kind: results.names(kind) for kind in ("bodies", "markers", "joints", "coordinates")},
         stops=stop_records(results),
         frictions=friction_records(results),
@@ -199,6 +204,9 @@ def _lines(results: Results) -> Iterator[str]:
     if results.events:
         yield "\nevents"
         yield from _events(results)
+    if results.notes:
+        yield "\nnotes"
+        yield from (f"  {note.place}: {note.text}" if note.place else f"  {note.text}" for note in results.notes)
     if results.trust is not None:
         yield "\ntrust"
         yield from lines_on(results.trust)

@@ -63,12 +63,12 @@ def command(
     from mbproj.scene.blocks.curves.sheet import sheet_of
     from mbproj.scene.read import read_scene
 
-    sheet = sheet_of(read_scene(scene, parameters(settings)), name, rows)
-    columns = sheet.columns()
-    kind = csv(list(columns)[:1])
+    kind = csv(["arc length (m)"])
     if output is not None:
         check_replaceable(output, kind, force=force)
     check_picture(picture_path, force=force)
+    sheet = sheet_of(read_scene(scene, parameters(settings)), name, rows)
+    columns = sheet.columns()
     if as_json:
         click.echo(json_text(facts(sheet)))
     elif not quiet:

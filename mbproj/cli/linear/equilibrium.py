@@ -74,13 +74,14 @@ def command(
     """
     from mbproj.calls.places import steady_of
     from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
-    from mbproj.linear.equilibrium.recorded import write_results
     from mbproj.linear.equilibrium.solve import NoEquilibrium
     from mbproj.linear.equilibrium.started import assembled_start
     from mbproj.linear.equilibrium.steady import refuse_unsteady
     from mbproj.linear.equilibrium.write_back import write_pose
     from mbproj.model import compile_system
+    from mbproj.outputs import check_rewritable
     from mbproj.results import check_output
+    from mbproj.runs.record import record_equilibrium
     from mbproj.scene import read_scene
     from mbproj.scene.settings import placed_in
 
@@ -89,6 +90,8 @@ def command(
     if write and steady is not None:
         raise InputError(Problem("a steady turn is no pose at rest", Place("--write"), "leave out one of the two"))
     what = read_scene(scene, parameters(settings))
+    if write:
+        check_rewritable(what.path)
     try:
         with placed_in(what):
             system = compile_system(what)
@@ -106,7 +109,9 @@ def command(
             )
         raise
     with placed_at(Place("--output")):
-        write_results(output, what, rest, {"converged": True, "residual_relative": rest.reference.imbalance.relative})
+        record_equilibrium(
+            what, output, rest, {"converged": True, "residual_relative": rest.reference.imbalance.relative}
+        )
     written = write_pose(what, rest) if write else None
     if as_json:
         click.echo(json_text(numbers(rest, more, scene, output, written)))
@@ -121,7 +126,7 @@ def numbers(
     rest: Equilibrium, more: list[Equilibrium], scene: str, output: str, written: Path | None
 ) -> dict[str, Any]:
     """The equilibrium as a dictionary for JSON, with stable keys."""
-    from mbproj.linear.equilibrium.recorded import observed
+    from mbproj.linear.equilibrium.observed import observed
 
     system, block = rest.whole, observed(rest)
     force, torque = (block[f"joints/reaction_{kind}"][0] for kind in ("force", "torque"))
@@ -145,7 +150,7 @@ def report(rest: Equilibrium, more: list[Equilibrium], title: str) -> str:
     """The report on the equilibrium."""
     from mbproj.cli.report.text import table
     from mbproj.cli.start import frictions
-    from mbproj.linear.equilibrium.recorded import observed
+    from mbproj.linear.equilibrium.observed import observed
 
     system, off = rest.whole, rest.reference.imbalance
     where = "turns steadily" if rest.reference.where == "steady" else "rests"

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
 from mbproj.cli.report.expectations import error_words, expected_text, subject, verdict
+from mbproj.control_characters import escaped_text
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode
-from mbproj.escapes import escaped_text
 from mbproj.facts.designs import FORMULATION
 
 if TYPE_CHECKING:

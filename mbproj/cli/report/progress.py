@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from threading import Event, Lock, Thread
 from time import monotonic
 from typing import TYPE_CHECKING, TextIO
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TextIO
 import click
 
 from mbproj.cli.streams import commanding
-from mbproj.escapes import escaped
+from mbproj.control_characters import escaped
 from mbproj.integrate.simulate import Progress
 
 if TYPE_CHECKING:
@@ -139,6 +139,7 @@ class Bar:
 
     def __init__(self, stream: TextIO, duration: float, clock: Callable[[], float] = monotonic) -> None:
         self._duration, self._pace, self._left = duration, Pace(duration, clock), 0.0
+        self.is_shown = False
         self.bar: ProgressBar[int] = click.progressbar(
             length=STEPS,
             file=stream,
@@ -150,7 +151,7 @@ class Bar:
 
     def reach(self, time: float) -> None:
         """Show the simulated time that the run has reached."""
-        self._left = self._pace.reach(time)
+        self._left, self.is_shown = self._pace.reach(time), True
         self.bar.update(max(0, int(STEPS * time / self._duration) - self.bar.pos))
         self.bar.render_progress()
 
@@ -162,9 +163,15 @@ def progress_bar(duration: float | None, hidden: bool) -> Iterator[Progress | No
     if hidden or not duration:
         yield None
     elif sys.stderr.isatty():
-        shown_bar = Bar(commanding(sys.stderr), duration)
-        with shown_bar.bar:
-            yield shown_bar.reach
+        bar = Bar(commanding(sys.stderr), duration)
+        with ExitStack() as until_the_end:  # the bar begins with the run, after the notes on its scene
+
+            def move(time: float) -> None:
+                if not bar.is_shown:
+                    until_the_end.enter_context(bar.bar)
+                bar.reach(time)
+
+            yield move
     else:
         with line() as shown:
             done = f"of {duration:.4g} s simulated"

@@ -12,7 +12,7 @@ from mbproj.cli.quantity import Positive
 
 EXAMPLES = (
     ("Go on with a run until 20 s; the new file has what follows.", "mbproj continue results.h5 --until 20"),
-    ("Put all samples, old and new, into one file.", "mbproj continue results.h5 --until 20 --append"),
+    ("Put all samples, old and new, into one file.", "mbproj continue results.h5 --until 20 --append -o all.h5"),
 )
 
 
@@ -31,34 +31,25 @@ EXAMPLES = (
     Part.OUTPUT,
     "-o",
     "--output",
-    default="continued.h5",
-    show_default=True,
     type=results_file(),
-    help="New results file, with the samples that follow.",
+    help="New results file, with the samples that follow [default: continued.h5].",
 )
-@option(Part.OUTPUT, "--append", is_flag=True, help="Put all samples, old and new, in place of RESULTS.")
+@option(Part.OUTPUT, "--append", is_flag=True, help="Put all samples, old and new, into -o [default: RESULTS itself].")
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the summary.")
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-def command(results: Path, until: float | None, output: str, append: bool, as_json: bool, quiet: bool) -> None:
+def command(results: Path, until: float | None, output: str | None, append: bool, as_json: bool, quiet: bool) -> None:
     """Continues the run that wrote RESULTS, also a killed one.
 
     On the same build and machine the numbers are those of one long run, to the last bit.
     """
-    from mbproj.calls.again import checkpoint_of, longer, require_another, stored_scene
-    from mbproj.calls.recorded import Earlier
+    from mbproj.calls.again import checkpoint_of, continued_in, longer, stored_scene
     from mbproj.cli.simulate.execute import execute
     from mbproj.results import open_results
+    from mbproj.runs.record import Earlier
 
     with open_results(results) as before:
         checkpoint = checkpoint_of(before)
-        scene, name = stored_scene(before)
-        if not append:
-            require_another(output, before.path, "to go on with")
-        execute(
-            longer(scene, checkpoint, until, before),
-            name,
-            str(results) if append else output,
-            earlier=Earlier(checkpoint, before if append else None),
-            as_json=as_json,
-            quiet=quiet,
-        )
+        scene = longer(stored_scene(before), checkpoint, until, before)
+        where = continued_in(before, output or (None if append else "continued.h5"), append=append)
+        earlier = Earlier(checkpoint, before if append else None)
+        execute(scene, str(where), earlier=earlier, as_json=as_json, quiet=quiet)

@@ -50,7 +50,7 @@ def split_energy(results: Results) -> EnergyParts:
     from mbproj.studies.measure.setting import Setting
     from mbproj.studies.measure.solve import sample_times, solve
 
-    settings, mechanism = results.settings, Mechanism.of(stored_scene(results)[0])
+    settings, mechanism = results.settings, Mechanism.of(stored_scene(results))
     obstacle = None
     if results.attributes.get("kinematic"):
         raise _undivided(results, "the run is kinematic, nothing of its motion was integrated")

@@ -30,7 +30,7 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
 
     with open_results(results) as before:
         require_whole(before)
-        scene, name = stored_scene(before)
+        scene = stored_scene(before)
         require_another(output, before.path, "to repeat")
-        certified = before.certified
-    execute(scene, name, output, certified=certified, as_json=as_json, quiet=quiet)
+        limits = before.certified
+    execute(scene, output, limits=limits, as_json=as_json, quiet=quiet)

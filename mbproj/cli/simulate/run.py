@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -65,18 +66,18 @@ def command(
     **options: Any,
 ) -> None:
     """Simulates SCENE and writes a results file."""
-    from mbproj.cli.report.text import show_notes
     from mbproj.cli.simulate.execute import execute
+    from mbproj.errors import Place, placed_at
+    from mbproj.results import check_output
     from mbproj.scene import read_scene
-    from mbproj.scene.blocks.oversights import notes_on
 
     asked, given = _limits(certify, limits), overrides(options)
     what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
-    if not quiet:
-        show_notes(notes_on(what))
     if accuracy is not None:
+        with placed_at(Place("--output")):
+            check_output(Path(output))  # before the work of choosing
         what, facts = _accurate(what, accuracy, given, hidden=quiet)
-    execute(what, scene, output, certified=asked, facts=facts, as_json=as_json, quiet=quiet)
+    execute(what, output, limits=asked, attributes=facts, as_json=as_json, quiet=quiet)
 
 
 def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool) -> tuple[Scene, dict[str, Any]]:

@@ -34,7 +34,7 @@ def limits_of(results: Results) -> list[StepLimit]:
         raise InputError(
             Problem(f"{results.path}: its steps are fixed, and nothing limits them", hint="run it with a --tolerance")
         )
-    system, sizes, time = compile_system(stored_scene(results)[0]), results["diagnostics/step_size"], results.time
+    system, sizes, time = compile_system(stored_scene(results)), results["diagnostics/step_size"], results.time
     smaller = np.flatnonzero((sizes > 0.0) & (sizes <= np.median(sizes)))
     chosen = smaller[np.unique(np.linspace(0, len(smaller) - 1, min(len(smaller), LOOKED_AT)).astype(int))]
     return [

@@ -16,6 +16,8 @@ from mbproj.cli.figure_options import plot_option
 from mbproj.cli.report.expectations import error_words, verdict
 from mbproj.cli.report.expectations import record as outcome_record
 from mbproj.errors import ExitCode
+from mbproj.facts import report_of
+from mbproj.facts.run import NOTES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -179,6 +181,7 @@ def _numbers(results: Sequence[SceneResult], left: Sequence[Path], code: ExitCod
                 "formulation": result.formulation,
                 "message": result.message or None,
                 "output": None if result.output is None else str(result.output),
+                **report_of((NOTES,), result),
                 "expectations": [outcome_record(outcome) for outcome in result.outcomes],
             }
             for result in results
@@ -187,8 +190,9 @@ def _numbers(results: Sequence[SceneResult], left: Sequence[Path], code: ExitCod
 
 
 def _messages(results: Sequence[SceneResult]) -> Iterator[str]:
-    """Yield the full messages of scenes that could not run."""
+    """Yield the full messages of scenes that could not run, and the notes that put a motion in doubt."""
     for result in results:
+        yield from (f"{result.scene}: {note}" for note in result.notes if note.doubts_motion)
         if result.message:
             yield result.message if result.code == ExitCode.BAD_INPUT else f"{result.scene}: {result.message}"
 

@@ -77,6 +77,7 @@ def command(
     """
     from mbproj.cli.scene_options import parameters
     from mbproj.cli.study import Study
+    from mbproj.outputs import check_rewritable
     from mbproj.scene import read_scene
     from mbproj.studies.recommend.recommendation import recommend
     from mbproj.studies.recommend.write_back import write_back
@@ -86,6 +87,8 @@ def command(
         raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
     study = Study(options, ("kind", "setting"))
     what = read_scene(scene, parameters(changes), {"output_step": output_step})
+    if write:
+        check_rewritable(what.path)
     recommendation = study.result(recommend, what, goal, at=at, until=until)
     line = _command_line(what, scene, changes, output_step, recommendation)
     short = (

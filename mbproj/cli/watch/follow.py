@@ -16,18 +16,15 @@ from typing import NamedTuple
 import click
 
 from mbproj.calls.check.checked import assembled, checked
-from mbproj.calls.recorded import record
 from mbproj.cli.watch.server import Board, ShownPage
-from mbproj.dynamics import unique_components
-from mbproj.ending import ending
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.reporting.report import summary
+from mbproj.errors import InputError, SimulationError, message_and_code
 from mbproj.pages.data.pages import PageData, page_of
 from mbproj.pages.page.three_js import three_js
 from mbproj.pages.page.write import html, waiting
-from mbproj.results import ResultsWriter, open_own_results
+from mbproj.results import open_own_results, part_path
+from mbproj.results.notes import Note
+from mbproj.runs.record import record_run
 from mbproj.scene import Scene, read_scene, settings_to_run
-from mbproj.scene.settings import placed_in
 
 #: The time between two checks, s. A save is over when two checks agree: some editors write in pieces.
 LOOK = 0.05
@@ -147,7 +144,7 @@ def build(
     except Superseded:
         raise
     except Exception as error:  # any error is shown: the next save may remove its cause
-        message, _ = ending(error)
+        message, _ = message_and_code(error)
         return Built(f"{_time()} {path.name}: not run", None, message, files=files)
     return Built(f"{_time()} {path.name}: {said}, {perf_counter() - began:.2f} s", page, problem, notes, files)
 
@@ -166,9 +163,7 @@ def _ran(
     what: Scene, path: Path, results: Path, interrupted: Callable[[], bool]
 ) -> tuple[PageData, str, tuple[str, ...], str]:
     """Run the scene; return its page, a line on the run, notes, and the reason why it ended early."""
-    settings = settings_to_run(what)
-    system, state = assembled(what)
-    checked_scene = checked(what, system, state)
+    checked_scene = checked(what, *assembled(what))
     if not checked_scene.can_run:
         raise InputError(list(checked_scene.problems))
 
@@ -177,22 +172,21 @@ def _ran(
             raise Superseded
 
     problem, violation = "", ""
-    for left in (results, results.with_name(f"{results.name}.part")):  # the writer would check a file that it replaces
+    notes = [Note.on(note) for note in checked_scene.notes]
+    for left in (results, part_path(results)):  # the writer would check a file that it replaces
         left.unlink(missing_ok=True)
-    with placed_in(what):
-        unique = unique_components(system, state)
-        try:
-            with ResultsWriter(results, what, system.names.as_mapping(), unique) as recorder:
-                report, _ = record(what, system, state, recorder, progress, None)
-                numbers = summary(str(path), str(results), report, total_seconds=0.0)
-                recorder.attributes(numbers)
-            violation = f", joints closed to {numbers['position_violation_max']:.1e}"
-        except SimulationError as error:
-            problem, _ = ending(error)
+    try:
+        run = record_run(what, results, progress=progress)
+        notes += run.notes
+        violation = f", joints closed to {run.attributes['position_violation_max']:.1e}"
+    except SimulationError as error:
+        if error.output is None:
+            raise
+        problem, _ = message_and_code(error)
     with open_own_results(results) as opened:
         page = page_of([opened], [path.stem])
         until = float(opened.time[-1])
     freedoms = checked_scene.degrees_of_freedom
     free = "" if freedoms is None else f"{freedoms} degree{'s' * (freedoms != 1)} of freedom, "
-    said = f"{free}{until:.4g} of {settings.duration:.4g} s{violation}"
-    return page, said, tuple(note.line("note") for note in checked_scene.notes), problem
+    said = f"{free}{until:.4g} of {settings_to_run(what).duration:.4g} s{violation}"
+    return page, said, tuple(dict.fromkeys(map(str, notes))), problem

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 from mbproj.dynamics.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest_of
 from mbproj.dynamics.equations.constraint_equations import (
     constraint,
@@ -44,6 +44,8 @@ class State:
     t: float
     y: Array
     layout: Layout
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, system: System, t: float, **blocks: Array | Integers) -> State:

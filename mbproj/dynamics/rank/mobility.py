@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.dynamics.assembly.assemble import State
+from mbproj.dynamics.equations.kinematics import Pose, pose_of
 from mbproj.dynamics.rank.massless import MasslessMotion, massless_motions, massless_problem
 from mbproj.dynamics.rank.row_space import independent
 from mbproj.errors import InputError, Problem
@@ -52,8 +53,10 @@ class Mobility:
         return tuple(dict.fromkeys(name for motion in self.massless_motions for name, _ in motion.bodies))
 
 
-def mobility(system: System, pose: Pose) -> Mobility:
-    """Return the ranks of C_q and of Eq. 20 at this pose. Norm rows are independent of all others."""
+def mobility(system: System, at: Pose | State) -> Mobility:
+    """Return the ranks of C_q and of Eq. 20 at a pose, or at that of a state. Norm rows are independent of all
+    others."""
+    pose = pose_of(at.q) if isinstance(at, State) else at
     free = independent(system, pose)[system.bodies :]
     dependent = np.flatnonzero(~free)
     owners = [system.names.joints[owner] for owner in system.joints.owner[dependent[dependent < system.joints.size]]]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import shortened
@@ -108,6 +108,8 @@ class Report:
     rows: RowsKept = RowsKept()
     exchanged: float = 0.0
     state: State | None = None
+
+    __repr__ = brief
 
     @property
     def rests(self) -> bool:

@@ -14,7 +14,7 @@ from mbproj.dynamics.assembly.assemble import State, assemble, moved_by
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.equilibrium.find import Equilibrium
 from mbproj.model import compile_system, initial_guess
-from mbproj.outputs import SCENE, write_text
+from mbproj.outputs import SCENE, check_rewritable, write_text
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import Body, Scene
 from mbproj.scene.text.rewrite import Changes, with_changes
@@ -27,9 +27,8 @@ HINT = "begin runs there with 'start: equilibrium' in its simulation block, or w
 def write_pose(scene: Scene, rest: Equilibrium) -> Path:
     """Write the pose into the scene's file; comments stay. Raises InputError where the scene is no file, parameters
     were changed, or the joints' coordinates do not determine the poses."""
-    if scene.path is None:
-        raise InputError("the scene is not a file, so nothing can be written into it")
-    place = Place(str(scene.path))
+    path = check_rewritable(scene.path)
+    place = Place(str(path))
     if scene.overrides:
         raise InputError(Problem("--set has changed parameters, which the file does not have", place, "write them in"))
     try:
@@ -40,11 +39,11 @@ def write_pose(scene: Scene, rest: Equilibrium) -> Path:
     if max(moved_by(state.q, rest.state.q)) > THRESHOLDS.same_written or np.abs(state.v).max(initial=0.0) > 0.0:
         said = "the joints' coordinates do not say where all bodies are, or bodies have velocities"
         raise InputError(Problem(f"the pose cannot be written: {said}", place, HINT))
-    if read_text(scene.path) != scene.text:
+    if read_text(path) != scene.text:
         raise InputError(Problem("has changed since it was read", place, "find the equilibrium again"))
-    mark = "\ufeff" if scene.path.read_bytes().startswith(b"\xef\xbb\xbf") else ""
+    mark = "\ufeff" if path.read_bytes().startswith(b"\xef\xbb\xbf") else ""
     with placed_at(place):
-        return write_text(scene.path, mark + text, SCENE, force=True, hint="write by hand")
+        return write_text(path, mark + text, SCENE, force=True, hint="write by hand")
 
 
 def _start(text: str, scene: Scene) -> State:

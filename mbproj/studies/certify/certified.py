@@ -9,12 +9,13 @@ branch, because their steps differ.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any, Protocol, overload
+from typing import TYPE_CHECKING, Any, Protocol, overload
 
 import numpy as np
 
 from mbproj.analysis.growth import Growth
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.dynamics import State
 from mbproj.dynamics.assembly.assemble import moved_by, nearest, scaled_rows
 from mbproj.dynamics.assembly.gauss_newton import moved, shortest
@@ -37,6 +38,9 @@ from mbproj.studies.certify.horizon import LIMITS, certify, trust_of
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.thresholds import THRESHOLDS
+
+if TYPE_CHECKING:
+    from mbproj.results.writer import ResultsWriter
 
 
 class CertificateRecorder(Protocol):
@@ -87,6 +91,29 @@ def simulate_certified(*given: Any, scene: Scene | None = None, **named: Any) ->
         named |= dict(zip(words, given, strict=False))
         given = (Mechanism(scene, named.pop("system"), named.pop("state")), *given[2:])
     return _certified(*given, **named)
+
+
+@dataclass(frozen=True)
+class Certified:
+    """What a run that `mbproj.runs.record` records is certified for: the errors `limits` (m). `tell` shows the
+    progress."""
+
+    limits: Sequence[float]
+    tell: Tell = silent
+
+    def simulate(
+        self,
+        scene: Scene,
+        system: System,
+        state: State,
+        settings: Settings,
+        recorder: ResultsWriter,
+        progress: Progress | None,
+        keep: Keep,
+    ) -> tuple[Report, Trust]:
+        """Run the scene into the recorder, and judge the run."""
+        mechanism = Mechanism(scene, system, state)
+        return _certified(mechanism, settings, recorder, progress, self.limits, self.tell, keep)
 
 
 def _certified(

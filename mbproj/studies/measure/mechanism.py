@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 from mbproj.dynamics import State
 from mbproj.errors import InputError, Problem, choose_from
 from mbproj.integrate.formulations.choice import Choice, choose
@@ -25,6 +25,8 @@ class Mechanism:
     scene: Scene
     system: System
     state: State
+
+    __repr__ = brief
 
     @classmethod
     def of(cls, scene: Scene) -> Mechanism:

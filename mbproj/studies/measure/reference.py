@@ -22,7 +22,7 @@ from time import process_time
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 from mbproj.errors import InputError, MbprojError, Problem
 from mbproj.integrate.events.law_switches import switches_of
 from mbproj.integrate.stiff.fast_forces import steps_for_stability
@@ -72,6 +72,8 @@ class Reference:
     method: str
     check: str
     limit: str = ""
+
+    __repr__ = brief
 
     @property
     def words(self) -> str:

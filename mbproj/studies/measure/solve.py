@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import brief, dataclass
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import Report, simulate
@@ -71,6 +71,8 @@ class Solution:
     acceleration_violation: Array
     report: Report | None
     failure: Failure | None
+
+    __repr__ = brief
 
     @property
     def position(self) -> Array:

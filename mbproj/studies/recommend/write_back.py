@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.outputs import SCENE, write_text
+from mbproj.outputs import SCENE, check_rewritable, write_text
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import Scene, Settings
 from mbproj.scene.text.rewrite import Changes, with_simulation
@@ -21,23 +21,22 @@ def write_back(scene: Scene, settings: Settings) -> Path:
 
     Raises InputError where the scene is no file, its block cannot be changed in place, or it cannot be written.
     """
-    if scene.path is None:
-        raise InputError("the scene is not a file, so nothing can be written into it")
-    written = read_scene_text(scene.text, str(scene.path)).settings
-    place, changes = Place(str(scene.path)), changes_to(written, settings)
+    path = check_rewritable(scene.path)
+    written = read_scene_text(scene.text, str(path)).settings
+    place, changes = Place(str(path)), changes_to(written, settings)
     failed = Problem("the simulation block cannot be changed in place", place, f"write by hand: {_by_hand(changes)}")
     try:
         text = with_simulation(scene.text, changes)
-        settings_read = read_scene_text(text, str(scene.path)).settings
+        settings_read = read_scene_text(text, str(path)).settings
     except (ValueError, InputError) as error:
         raise InputError(failed) from error
     if Setting.of(settings_read) != Setting.of(settings) or settings_read.output_step != settings.output_step:
         raise InputError(failed)
-    if read_text(scene.path) != scene.text:
+    if read_text(path) != scene.text:
         raise InputError(Problem("has changed since it was read", place, f"write by hand: {_by_hand(changes)}"))
-    mark = "\ufeff" if scene.path.read_bytes().startswith(b"\xef\xbb\xbf") else ""
+    mark = "\ufeff" if path.read_bytes().startswith(b"\xef\xbb\xbf") else ""
     with placed_at(place):
-        return write_text(scene.path, mark + text, SCENE, force=True, hint="write by hand")
+        return write_text(path, mark + text, SCENE, force=True, hint="write by hand")
 
 
 def changes_to(before: Settings, after: Settings) -> Changes:

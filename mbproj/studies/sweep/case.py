@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -13,15 +13,13 @@ import numpy as np
 
 from mbproj.analysis.expectations import measured
 from mbproj.dataclass import dataclass
-from mbproj.dynamics import unique_components
-from mbproj.ending import ending
-from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError
+from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError, message_and_code
 from mbproj.integrate import simulate
 from mbproj.integrate.interruption import TimeIsUp, time_limit
-from mbproj.integrate.reporting.report import Report, summary
-from mbproj.integrate.simulate import Keep
-from mbproj.results import OutputError, ResultsWriter
+from mbproj.integrate.reporting.report import Report
+from mbproj.results import OutputError
 from mbproj.results.files import part_path
+from mbproj.runs.record import record_run
 from mbproj.scene.read import SceneText
 from mbproj.scene.records import Expectation, Scene, Settings
 from mbproj.scene.sampling import whole_steps
@@ -78,7 +76,7 @@ def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
     except MbprojError as error:
         row = _failed(error)
     except Exception as error:
-        message, code = ending(error)
+        message, code = message_and_code(error)
         row = CaseRow(Status.CRASHED if code == ExitCode.FAILED else Status.FAILED, message=message)
     return replace(row, seconds=perf_counter() - started)
 
@@ -129,16 +127,18 @@ def _run_block(work: CaseWork, tasks: Sequence[CaseTask]) -> list[CaseRow | None
 
 def _run(work: CaseWork, task: CaseTask) -> CaseRow:
     scene = scene_of(work, task)
-    mechanism, settings = Mechanism.of(scene), settings_to_run(scene)
     if work.keep == "all":
-        return _recorded(work, task, mechanism, settings)
+        return _recorded(work, task, scene)
+    mechanism, settings = Mechanism.of(scene), sparse(settings_to_run(scene), work.measures)
     kept = MeasuredSamples(mechanism, work.measures)
     try:
-        return _measured(work, mechanism, sparse(settings, work.measures), kept)[0]
+        report = simulate(mechanism.system, mechanism.state, settings, kept, accounts=False)
     except SimulationError:
         if work.keep != "failed":
             raise
-        return _recorded(work, task, mechanism, settings)
+        return _recorded(work, task, scene)
+    found = (measured(each, kept, settings.duration) for each in work.measures)
+    return _done((None if one is None else one.values for one in found), report)
 
 
 def scene_of(work: CaseWork, task: CaseTask) -> Scene:
@@ -160,14 +160,10 @@ def sparse(settings: Settings, measures: Sequence[Expectation], *, counts: bool 
     return settings if counts or not late else replace(settings, output_step=settings.duration)
 
 
-def _measured(
-    work: CaseWork, mechanism: Mechanism, settings: Settings, kept: MeasuredSamples, keep: Keep | None = None
-) -> tuple[CaseRow, Report]:
-    """The case's row and its report; `keep` receives the marks from which the run can be continued."""
-    report = simulate(mechanism.system, mechanism.state, settings, kept, keep=keep, accounts=keep is not None)
-    measurements = {each.name: measured(each, kept, settings.duration) for each in work.measures}
-    values = tuple(np.nan if one is None else float(one.values[0]) for one in measurements.values())
-    return CaseRow(Status.DONE, values, formulation=report.formulation), report
+def _done(values: Iterable[Iterable[float] | None], report: Report) -> CaseRow:
+    """The row of a case that ran to its end, with the first number of each measure."""
+    numbers = tuple(np.nan if each is None else float(next(iter(each))) for each in values)
+    return CaseRow(Status.DONE, numbers, formulation=report.formulation)
 
 
 def _failed(error: MbprojError) -> CaseRow:
@@ -183,20 +179,16 @@ def _failed(error: MbprojError) -> CaseRow:
     )
 
 
-def _recorded(work: CaseWork, task: CaseTask, mechanism: Mechanism, settings: Settings) -> CaseRow:
+def _recorded(work: CaseWork, task: CaseTask, scene: Scene) -> CaseRow:
     """The case's row; its results file is written."""
     assert work.folder is not None
     whole, private = work.folder / f"{task.key}.h5", work.folder / f".{task.key}-{uuid4().hex[:8]}.h5"
-    started, system = perf_counter(), mechanism.system
     try:
-        constants = unique_components(system, mechanism.state)
-        with ResultsWriter(private, mechanism.scene, system.names.as_mapping(), constants) as recorder:
-            row, report = _measured(
-                work, mechanism, settings, MeasuredSamples(mechanism, work.measures, recorder), recorder.keep
-            )
-            seconds = perf_counter() - started
-            recorder.attributes(summary(work.name, str(whole), report, total_seconds=seconds))
+        run = record_run(replace(scene, expectations=work.measures), private, attributes={"output": str(whole)})
+        row = _done((outcome.measured for outcome in run.outcomes), run.report)
     except SimulationError as error:
+        if error.output is None:  # nothing was simulated
+            raise
         row = _failed(error)
     except BaseException:
         _remove(private)

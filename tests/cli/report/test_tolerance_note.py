@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from mbproj.cli.report.summary import warnings
 from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
 from mbproj.model import compile_system, initial_guess
+from mbproj.runs import notes_on
 from mbproj.scene import read_scene, settings_to_run
 from tests.support import ROOT
 
@@ -23,6 +23,8 @@ def test_a_tolerance_below_round_off_is_pointed_out(tolerance, notes):
         settings_to_run(scene), duration=0.1, step=None, tolerance=tolerance, integrator="dop853", output_step=0.05
     )
     report = simulate(system, assemble(system, initial_guess(scene, system)), settings)
-    found = [note for note in warnings(report) if note.startswith("the tolerance of 1e-16 is below what round-off")]
+    found = [
+        note for note in notes_on(report) if note.text.startswith("the tolerance of 1e-16 is below what round-off")
+    ]
     assert len(found) == notes
     assert report.round_off == pytest.approx(1e-15, rel=0.5)

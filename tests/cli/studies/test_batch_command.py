@@ -194,7 +194,7 @@ def test_bad_options_are_refused_before_anything_runs(tmp_path: Path) -> None:
         (["a.yaml", "--timeout", "3 m"], "--timeout: error: '--timeout' is in s, this is a length, in m\n"),
         (
             ["a.yaml", "--junit", "no/x.xml"],
-            "error: cannot write 'no/x.xml': No such file or directory; choose another file with --junit\n",
+            "error: the directory 'no' of 'no/x.xml' does not exist; create it, or choose another file with --junit\n",
         ),
         (
             ["a.yaml", "--keep", "taken"],

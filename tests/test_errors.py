@@ -7,8 +7,7 @@ import os
 
 import pytest
 
-from mbproj.ending import ending
-from mbproj.errors import ExitCode, InputError, SimulationError
+from mbproj.errors import ExitCode, InputError, SimulationError, message_and_code
 
 SHORT = {"too long": "x" * 5000, "a directory": ".", "missing": "no/such"}
 
@@ -17,7 +16,7 @@ SHORT = {"too long": "x" * 5000, "a directory": ".", "missing": "no/such"}
 def test_a_path_that_the_system_refuses_is_the_users(path):
     with pytest.raises(OSError) as caught:
         os.open(path, os.O_WRONLY)
-    message, code = ending(caught.value)
+    message, code = message_and_code(caught.value)
     assert (message, code) == (
         f"error: '{path}': {os.strerror(caught.value.errno)}; give another path",
         ExitCode.BAD_INPUT,
@@ -25,17 +24,20 @@ def test_a_path_that_the_system_refuses_is_the_users(path):
 
 
 def test_a_machine_that_has_run_out_of_something_is_nobodys_fault():
-    assert ending(MemoryError())[1] == ExitCode.FAILED
+    assert message_and_code(MemoryError())[1] == ExitCode.FAILED
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "out.csv")
-    assert ending(full) == (
+    assert message_and_code(full) == (
         "error: 'out.csv': No space left on device; make room, or use another place",
         ExitCode.FAILED,
     )
 
 
 def test_errors_of_ours_say_themselves_what_they_are():
-    assert ending(InputError("wrong")) == ("error: wrong", ExitCode.BAD_INPUT)
-    assert ending(SimulationError(1.0, "it broke")) == ("error: stopped at t = 1 s: it broke", ExitCode.FAILED)
+    assert message_and_code(InputError("wrong")) == ("error: wrong", ExitCode.BAD_INPUT)
+    assert message_and_code(SimulationError(1.0, "it broke")) == (
+        "error: stopped at t = 1 s: it broke",
+        ExitCode.FAILED,
+    )
 
 
 @pytest.mark.parametrize(
@@ -45,7 +47,7 @@ def test_a_fault_of_ours_is_reported_with_where_it_happened(error):
     try:
         raise error
     except Exception as caught:
-        message, code = ending(caught)
+        message, code = message_and_code(caught)
     assert code == ExitCode.INTERNAL
     assert message.startswith("Traceback (most recent call last):")
-    assert "test_ending.py" in message and message.endswith("please report it with the lines above")
+    assert "test_errors.py" in message and message.endswith("please report it with the lines above")

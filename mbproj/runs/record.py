@@ -1,0 +1,255 @@
+"""`record_run`: a scene becomes recorded results; `Run` has all that a person or a pipeline reads of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from time import perf_counter
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from mbproj.dataclass import brief, dataclass
+from mbproj.dynamics.assembly.assemble import State, assemble
+from mbproj.dynamics.rank.uniqueness import unique_components
+from mbproj.errors import SimulationError
+from mbproj.integrate.reporting.report import Report, summary
+from mbproj.integrate.simulate import Keep, Progress, simulate
+from mbproj.model.compile.guess import initial_guess
+from mbproj.model.compile.mechanism import compile_system
+from mbproj.model.system import System
+from mbproj.registry import EQUILIBRIUM
+from mbproj.results.notes import KEY, Note, as_attribute
+from mbproj.results.writer import ResultsWriter
+from mbproj.runs.notes import notes_on
+from mbproj.scene.blocks.oversights import notes_on as notes_on_scene
+from mbproj.scene.records import JointForce, Scene, Settings
+from mbproj.scene.settings import placed_in, settings_to_run
+from mbproj.scene.stops import PlaneStop
+
+if TYPE_CHECKING:
+    from mbproj.analysis.contacts.creep import CreepHistory
+    from mbproj.analysis.contacts.friction import FrictionHistory
+    from mbproj.analysis.contacts.ropes import Pushed
+    from mbproj.analysis.expectations import Outcome
+    from mbproj.integrate.outside import Function
+    from mbproj.linear.equilibrium.find import Equilibrium
+    from mbproj.results.crash_safety.checkpoint import Checkpoint
+    from mbproj.results.record import Results
+    from mbproj.results.trust import Trust
+
+#: A Python function that acts on a run, and its period in s.
+Acting = tuple["Function", "float | None"]
+#: The number of earlier samples that are copied at once.
+COPIED = 10_000
+_NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+
+class Earlier(NamedTuple):
+    """The run that is continued: its last state, and the results to copy before the new ones, or None."""
+
+    checkpoint: Checkpoint
+    results: Results | None
+
+
+class Certificate(Protocol):
+    """How far a run can be trusted, see `mbproj.studies.certify.certified.Certified`."""
+
+    @property
+    def limits(self) -> Sequence[float]:
+        """The errors (m) whose times are found."""
+
+    def simulate(
+        self,
+        scene: Scene,
+        system: System,
+        state: State,
+        settings: Settings,
+        recorder: ResultsWriter,
+        progress: Progress | None,
+        keep: Keep,
+    ) -> tuple[Report, Trust]:
+        """Run the scene into the recorder, and judge the run."""
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run that has come to its end, and its record at `output`.
+
+    `attributes` are those of the file. `notes` are on the scene and on the run. `outcomes` are those of the scene's
+    expectations, `frictions` and `creep` tell what each dry friction did, `ropes` which ropes pushed, by name; None
+    where the scene has none.
+    """
+
+    scene: Scene
+    output: Path
+    system: System
+    report: Report
+    attributes: Mapping[str, Any]
+    notes: tuple[Note, ...]
+    trust: Trust | None = None
+    outcomes: tuple[Outcome, ...] = ()
+    frictions: Mapping[str, FrictionHistory] | None = None
+    creep: Mapping[str, CreepHistory] | None = None
+    ropes: Mapping[str, Pushed] | None = None
+
+    __repr__ = brief
+
+
+class Interrupted(KeyboardInterrupt):
+    """A run that SIGINT or SIGTERM has interrupted; `output` has the samples until then."""
+
+    def __init__(self, output: Path) -> None:
+        super().__init__()
+        self.output = output
+
+
+def record_run(
+    scene: Scene,
+    output: Path | str,
+    *,
+    certified: Certificate | None = None,
+    earlier: Earlier | None = None,
+    outside: Acting | None = None,
+    progress: Progress | None = None,
+    attributes: Mapping[str, Any] = _NOTHING,
+    tell: Callable[[Note], None] | None = None,
+) -> Run:
+    """Run a scene, or continue an `earlier` run of it, into the results file `output`.
+
+    With `certified` the run is judged too. `outside` acts on the run. `progress` is called with the time reached in s,
+    `tell` with each note that is known before the run begins. `attributes` are added to those of the file.
+
+    Raises InputError before any work where `output` cannot be written, and where the scene cannot run. Raises
+    SimulationError where the run cannot go on, and Interrupted after SIGINT or SIGTERM; the `output` of both has the
+    samples so far.
+    """
+    started = perf_counter()
+    with placed_in(scene):
+        settings, system = settings_to_run(scene), compile_system(scene)
+    marks = {} if outside is None or outside[1] is None else {"controller_period": outside[1]}
+    limits = None if certified is None else certified.limits
+    writer = ResultsWriter(output, scene, system.names.as_mapping(), certified=limits, marks=marks)
+    notes = [Note.on(problem) for problem in notes_on_scene(scene)]
+    if system.adjustments:
+        from mbproj.dynamics.assembly.adjust import adjustment_notes
+
+        notes += map(Note.on, adjustment_notes(scene, system))
+    with placed_in(scene):
+        state = start_of(scene, system)
+        writer.mark(unique_components(system, state))
+    begun = False
+    try:
+        with writer as recorder, placed_in(scene):
+            begun = True
+            if recorder.set_aside is not None:
+                notes.append(Note(f"'{recorder.part}', which a killed run had left, is kept as '{recorder.set_aside}'"))
+            if tell is not None:
+                for note in notes:
+                    tell(note)
+            recorder.attributes({KEY: as_attribute(notes)})
+            report, trust = _simulate(scene, system, state, settings, recorder, certified, earlier, outside, progress)
+            notes += notes_on(report)
+            looked_at = _looked_at(scene, recorder, judged=earlier is None or earlier.results is not None)
+            notes += [_on_push(name, push) for name, push in looked_at.get("ropes", {}).items()]
+            seconds = perf_counter() - started
+            known = summary(str(scene.path or "scene"), str(output), report, total_seconds=seconds)
+            known |= attributes
+            recorder.attributes({**known, KEY: as_attribute(notes)})
+    except SimulationError as error:
+        error.output = Path(output) if begun else None
+        raise
+    except KeyboardInterrupt as error:
+        if not begun:
+            raise
+        raise Interrupted(Path(output)) from error
+    return Run(scene, Path(output), system, report, known, tuple(notes), trust, **looked_at)
+
+
+def start_of(scene: Scene, system: System) -> State:
+    """Return the initial state of a run, as `linear.equilibrium.started.start_state` does, which is imported for an
+    equilibrium alone."""
+    if scene.settings.start != EQUILIBRIUM:
+        return assemble(system, initial_guess(scene, system))
+    from mbproj.linear.equilibrium.started import start_state
+
+    return start_state(scene, system)
+
+
+def record_equilibrium(scene: Scene, output: Path | str, rest: Equilibrium, attributes: Mapping[str, Any]) -> None:
+    """Write an equilibrium as a results file of one sample. Raises InputError where it cannot be written."""
+    from mbproj.linear.equilibrium.observed import observed
+
+    system = rest.whole
+    constants = unique_components(system, rest.state)
+    with ResultsWriter(output, scene, system.names.as_mapping(), constants) as writer:
+        writer.write(observed(rest))
+        writer.attributes(attributes)
+
+
+def _simulate(
+    scene: Scene,
+    system: System,
+    state: State,
+    settings: Settings,
+    recorder: ResultsWriter,
+    certified: Certificate | None,
+    earlier: Earlier | None,
+    outside: Acting | None,
+    progress: Progress | None,
+) -> tuple[Report, Trust | None]:
+    resumed = {} if earlier is None else earlier.checkpoint.state
+    if earlier is not None and earlier.results is not None:
+        _copy(earlier.results, recorder, until=float(resumed.get("t", "-inf")))
+    if outside is not None:
+        return simulate(system, state, settings, recorder, progress, controller=outside[0], period=outside[1]), None
+    if certified is not None:
+        return certified.simulate(scene, system, state, settings, recorder, progress, recorder.keep)
+    return simulate(system, state, settings, recorder, progress, keep=recorder.keep, resumed=resumed), None
+
+
+def _copy(results: Results, recorder: ResultsWriter, until: float) -> None:
+    """Copy the samples up to the time `until` (s)."""
+    count = int(np.searchsorted(results.time, until, side="right"))
+    for first in range(0, count, COPIED):
+        rows = slice(first, min(first + COPIED, count))
+        shapes = {dataset: (None, *results.shape(dataset.path)[1:]) for dataset in results.datasets}
+        read = results.contents.array
+        recorder.write({each.path: read(each.path, shape, each.dtype, rows) for each, shape in shapes.items()})
+
+
+def _looked_at(scene: Scene, recorder: ResultsWriter, *, judged: bool) -> dict[str, Any]:
+    """What a `Run` tells of its samples. They are read only where the scene asks for something that is in them; where
+    they are not `judged`, expectations are left out."""
+    has_ropes = any("path" in joint.parameters for joint in scene.joints)
+    rubs = any(_is_dry(force) for force in scene.forces)
+    rubs = rubs or any(joint.parameters["path"].rubbing for joint in scene.joints if "path" in joint.parameters)
+    if not (rubs or has_ropes or (judged and scene.expectations)):
+        return {}
+    found: dict[str, Any] = {}
+    samples = recorder.results()
+    if judged and scene.expectations:
+        from mbproj.analysis.expectations import outcomes
+
+        found["outcomes"] = tuple(outcomes(scene.expectations, samples))
+    if rubs:
+        from mbproj.analysis.contacts.creep import creep_by_friction
+        from mbproj.analysis.contacts.friction import friction_records
+
+        found |= {"frictions": friction_records(samples), "creep": creep_by_friction(samples, scene)}
+    if has_ropes:
+        from mbproj.analysis.contacts.ropes import pushed_by_ropes
+
+        found["ropes"] = pushed_by_ropes(samples, scene)
+    return found
+
+
+def _is_dry(force: object) -> bool:
+    return bool((isinstance(force, JointForce) and force.coulomb) or (isinstance(force, PlaneStop) and force.friction))
+
+
+def _on_push(name: str, push: Pushed) -> Note:
+    from mbproj.analysis.contacts.ropes import in_words
+
+    return Note(in_words(name, push), doubts_motion=True)
