@@ -1,13 +1,13 @@
 """What a run takes around its steps, in processor time: the least of many repetitions.
 
-    python scripts/whole_call.py parts [TIMES]     read, compile, assemble, simulate and record the five-bar, in one process
+    python scripts/whole_call.py parts [TIMES]     read, compile, assemble, simulate and record the five-bar
     python scripts/whole_call.py fixed [TIMES]     the part of `simulate` that does not depend on the duration
     python scripts/whole_call.py start [TIMES]     the command `mbproj run` beside bare imports of what it needs
     python scripts/whole_call.py peer [TIMES]      `simulate` beside programs derived by hand, each right to 1e-5 m
 
-`fixed` fits a line to the times of DOP853 at a tolerance of 1e-7 over 1 to 5 s, all with as many samples: with 1001, as by
-default, and with 2. `start` has compiled bytecode in a folder of its own. `peer` takes the settings that `bench_peers.py`
-chooses, and counts the whole call, not only its integration.
+`fixed` fits a line to the times of DOP853 at a tolerance of 1e-7 over 1 to 5 s, all with as many samples: with 1001, as
+by default, and with 2. `start` has compiled bytecode in a folder of its own. `peer` takes the settings that
+`bench_peers.py` chooses, and counts the whole call, not only its integration.
 """
 
 from __future__ import annotations
@@ -25,8 +25,7 @@ from time import process_time
 
 import numpy as np
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.dynamics import State, unique_components
@@ -37,6 +36,7 @@ from mbproj.results import ResultsWriter
 from mbproj.scene import Settings
 from mbproj.scene.records import Scene
 
+ROOT = Path(__file__).parents[1]
 SCENES = ("five_bar", "spatial_slider_crank")
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
 IMPORTS = ["-c", "import numpy, h5py, yaml, click"]

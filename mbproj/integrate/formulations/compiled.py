@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from mbproj.errors import SimulationError
 from mbproj.integrate.events.leg import Leg, kernel_steps, kernel_tableau
 from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.model.layout import Layout
+from mbproj.model.planar import Plane
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings, Settings
@@ -24,16 +25,28 @@ from mbproj.scene.records import ProjectionSettings, Settings
 PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
 
+class Recorded(NamedTuple):
+    """A system in the kernel's coordinates, before a run: the layout of the kernel's y, the system's numbers of the
+    kernel's joints, which are those with rows, and the record of its model."""
+
+    layout: Layout
+    joints: list[int]
+    model: Mapping[str, Any]
+
+
 class Compiled(ABC):
-    """A system in the kernel's coordinates. `dimension` is the prefix of the kernel's classes, Space or Plane. `joints`
-    are the system's numbers of the kernel's joints, which are those with rows."""
+    """A system in the kernel's coordinates. `dimension` is the prefix of the kernel's classes, Space or Plane. Each has
+    a model of its own, because a run chooses the rows that its model holds."""
 
     name: ClassVar[str]
     dimension: ClassVar[str]
+    #: The plane of planar coordinates.
+    plane: Plane | None = None
 
-    def __init__(self, core: Any, system: System, layout: Layout, joints: list[int], model: Any) -> None:
-        self.core, self.system, self.layout, self.model = core, system, layout, model
-        self._joints = joints
+    def __init__(self, core: Any, system: System, recorded: Recorded) -> None:
+        self.core, self.system, self.layout = core, system, recorded.layout
+        self.model = getattr(core, f"{self.dimension}Model")(**recorded.model)
+        self._joints = recorded.joints
         self._equations: Any = None  # with the rows of the run
         #: The projection for which the model's usual rows were found: a penalty has more rows.
         self.settled = ProjectionSettings()

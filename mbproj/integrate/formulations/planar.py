@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import Any, final
 
 import numpy as np
@@ -13,10 +12,10 @@ from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.compiled import Compiled, Recorded
 from mbproj.integrate.formulations.reduced import Reduced, layout_in_bodies, space_state
 from mbproj.integrate.formulations.redundant_rows import count_redundant
-from mbproj.kernel.models import joints_with_rows, plane_model, plane_row_scale, plane_rows
+from mbproj.kernel.models import joints_with_rows, plane_record, plane_row_scale
 from mbproj.model.planar import Plane
 from mbproj.model.system import System
 
@@ -28,14 +27,13 @@ class InPlane(Compiled):
     name = "planar"
     dimension = "Plane"
 
-    def __init__(self, core: ModuleType | None, system: System, plane: Plane) -> None:
-        of_a_body = numbers([system.length, system.length, 1.0] * 2)
-        layout = layout_in_bodies(system, of_a_body, plane.coordinates.size)
-        assert core is not None
-        joints = joints_with_rows(plane.joints.owner)
-        super().__init__(core, system, layout, joints, plane_model(core, system, plane, layout))
-        self.plane = plane
-        self._rows = plane_rows(plane)
+    def __init__(self, core: Any, system: System, plane: Plane) -> None:
+        def record() -> Recorded:
+            layout = layout_in_bodies(system, numbers([system.length, system.length, 1.0] * 2), plane.coordinates.size)
+            return Recorded(layout, joints_with_rows(plane.joints.owner), plane_record(core, system, plane, layout))
+
+        super().__init__(core, system, system.kept("planar record", (core, plane), record))
+        self.plane: Plane = plane
         self._space: Any = None
 
     def with_system(self, system: System, whole: System | None = None) -> InPlane:
@@ -68,8 +66,8 @@ class InPlane(Compiled):
         return values
 
     def row(self, number: int) -> int:
-        beyond = number - len(self._rows)
-        return self.system.bodies + (int(self._rows[number]) if beyond < 0 else self.system.joints.size + beyond)
+        beyond = number - len(self.plane.rows)
+        return self.system.bodies + (int(self.plane.rows[number]) if beyond < 0 else self.system.joints.size + beyond)
 
     def coordinate(self, number: int) -> int:
         return int(self.plane.coordinates.source.source[number])

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers, contiguous, numbers
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.kernel.models import joints_with_rows, space_model
+from mbproj.integrate.formulations.compiled import Compiled, Recorded
+from mbproj.kernel.models import joints_with_rows, space_record
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.system import System
@@ -21,12 +21,13 @@ class Reduced(Compiled):
     name = "reduced"
     dimension = "Space"
 
-    def __init__(self, core: ModuleType | None, system: System) -> None:
-        of_a_body = numbers([system.length] * 3 + [1.0] * 4 + [system.length] * 3 + [1.0] * 3)
-        layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
-        assert core is not None
-        joints = joints_with_rows(system.joints.owner)
-        super().__init__(core, system, layout, joints, space_model(core, system, layout))
+    def __init__(self, core: Any, system: System) -> None:
+        def record() -> Recorded:
+            of_a_body = numbers([system.length] * 3 + [1.0] * 4 + [system.length] * 3 + [1.0] * 3)
+            layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
+            return Recorded(layout, joints_with_rows(system.joints.owner), space_record(core, system, layout))
+
+        super().__init__(core, system, system.kept("record in space", (core,), record))
 
     def with_system(self, system: System, whole: System | None = None) -> Reduced:
         copy = Reduced(self.core, system)

@@ -75,6 +75,12 @@ class Plane:
         return flat[0], flat[1], flat[2]
 
     @cached_property
+    def rows(self) -> Integers:
+        """For each row in the plane one row of the system that it comes from, (m,)."""
+        source = self.joints.source
+        return source.source[np.searchsorted(source.row, np.arange(source.size))]
+
+    @cached_property
     def _half_turn(self) -> Array:
         """The matrix (4, 4) of the product (0, n) Λ: it turns Λ by 180 degrees about n."""
         return product(numbers([0.0, *self.axes[:, 2]]), np.eye(4)).T
