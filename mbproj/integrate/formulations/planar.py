@@ -53,9 +53,11 @@ class InPlane(Compiled):
         p, u = self.plane.reduce(q, v)
         return np.concatenate([part.reshape(*part.shape[:-1], -1, 3) for part in (p, u)], axis=-1)
 
-    def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-        p, u, a = (part.reshape(len(y), -1) for part in (y[..., :3], y[..., 3:], acceleration))
-        return self.plane.expand(p, u, a)
+    def motion(self, bodies: Array) -> tuple[Array, Array]:
+        return self.plane.expanded(*_halves(bodies))
+
+    def acceleration(self, bodies: Array, acceleration: Array) -> Array:
+        return self.plane.expanded_rate(*_halves(bodies), acceleration.reshape(len(bodies), -1))
 
     def turns(self, turns: Integers) -> Integers:
         return turns[self.plane.coordinates.source.source]
@@ -79,7 +81,7 @@ class InPlane(Compiled):
         moved[0, :, 0] = moved[1, :, 1] = moved[2, :, 2] = 1.0
         moved[2, :, 0], moved[2, :, 1] = -at[:, 1], at[:, 0]
         rates = moved.reshape(3, -1)
-        return self.plane.expand(np.broadcast_to(p, rates.shape), rates, np.zeros_like(rates))[1]
+        return self.plane.expanded(np.broadcast_to(p, rates.shape), rates)[1]
 
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
         """Return λ from one spatial solution a sample. Where rows out of the plane are redundant, it is the smallest λ
@@ -127,3 +129,8 @@ class InPlane(Compiled):
         weighed = G.reshape(len(G), -1) / system.row_scale[system.bodies :, None]
         multipliers = np.linalg.lstsq(weighed.T, missing.ravel(), rcond=1e-11)[0] / system.row_scale[system.bodies :]
         return np.asarray(multipliers, dtype=float)
+
+
+def _halves(bodies: Array) -> tuple[Array, Array]:
+    """Return p and u = p' (T, 3n) of the kernel's states (T, n, 6)."""
+    return bodies[..., :3].reshape(len(bodies), -1), bodies[..., 3:].reshape(len(bodies), -1)

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from mbproj.arrays import Integers, may_overflow
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, block_samples
 from mbproj.errors import SimulationError
@@ -112,7 +111,7 @@ def march(
         tally.rows = RowsKept.of(run.kept)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         if len(block["t"]):
-            samples = _samples(compiled, block, counters)
+            samples = compiled.samples(block, counters)
             yield samples if inside is None else inside.samples(samples, block)
         else:
             tally.reached = float(run.standing["t"])
@@ -222,12 +221,6 @@ def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
         mark={**mark, "met": saved_events(_until(tally.met, mark), np.inf)},
         state=lambda: compiled.standing(mark["t"], mark["y"], mark["turns"]),
     )
-
-
-def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
-    """Return a block in the coordinates of all formulations; a diverged run may overflow."""
-    with may_overflow():
-        return compiled.samples(block, counters)
 
 
 def _peak(compiled: Compiled, peak: Any) -> Peak:
