@@ -221,7 +221,7 @@ def _unresolved_slips(system: System, settings: Settings, tally: Tally) -> tuple
 
 def _swamped(system: System, state: State) -> tuple[str, ...]:
     """Return, in words, the motions of bodies with hardly any mass or inertia beside the others."""
-    if not has_light_bodies(system):
+    if not system.kept("light bodies", (), partial(has_light_bodies, system)):
         return ()
     from mbproj.dynamics.rank.massless import swamped_motions
 

@@ -65,7 +65,8 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
     forces = instant.system.forces
     if not forces.size:
         shape = instant.pose.position.shape[:-2]
-        return LawState(*[np.zeros((*shape, 0))] * 5, np.zeros(shape))
+        none = np.zeros((*shape, 0))
+        return LawState(none, none, none, none, none, stored=np.zeros(shape))
     laws = forces.laws
     value, rate = law_coordinates(instant)
     given, damper = np.zeros_like(value), -laws.damping * rate

@@ -46,7 +46,8 @@ class EnergyAtStart:
     @cached_property
     def energy(self) -> float:
         """T + V in J."""
-        return total_energy(self._system, self._state)
+        system, state = self._system, self._state
+        return system.kept("energy", (state.t, state.y), lambda: total_energy(system, state))
 
     @cached_property
     def of_elements(self) -> tuple[Numbers, Numbers]:

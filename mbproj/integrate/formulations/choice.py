@@ -264,11 +264,16 @@ def _refuse_locked(system: System, state: State) -> None:
     )
 
 
+def _massless(system: System) -> Integers:
+    """Return the numbers of the bodies without mass, or without inertia about some axis."""
+    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
+    return np.flatnonzero((system.mass <= 0.0) | (smallest < THRESHOLDS.no_digits))
+
+
 def _refuse_massless(system: System, state: State, settings: Settings) -> None:
     """Raise InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
     where the method weighs corrections with M alone."""
-    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
-    light = np.flatnonzero((system.mass <= 0.0) | (smallest < THRESHOLDS.no_digits))
+    light = system.kept("massless", (), partial(_massless, system))
     if not len(light):
         return
     if settings.projection.method == "popm":

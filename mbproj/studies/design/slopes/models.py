@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly.assemble import turns_of
 from mbproj.dynamics.observe.samples import GivenMotion, Samples
 from mbproj.errors import InputError, SimulationError
@@ -23,7 +23,7 @@ from mbproj.studies.measure.mechanism import Mechanism
 ACCELERATIONS, MULTIPLIERS = ("acceleration", "forces/"), ("reaction", "motions/force", "ropes/")
 
 
-def chosen_of(samples: Samples, rows: Array) -> Samples:
+def chosen_of(samples: Samples, rows: Integers) -> Samples:
     """Return the samples with these numbers."""
     names = ("t", "carried", "step_size", "work")
     counters = {name: values[rows] for name, values in samples.counters.items()}
