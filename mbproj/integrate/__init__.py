@@ -15,7 +15,7 @@ __getattr__ = lazily(
         "formulations.full": "FullFormulation",
         "formulations.invariants": "momenta_of",
         "formulations.planar": "InPlane",
-        "formulations.reduced": "Reduced from_space",
+        "formulations.reduced": "Reduced space_acceleration",
         "formulations.redundant_rows": "count_redundant settle_rows",
         "kernel_run": "FollowedSteps",
         "reporting.marks": "Keeping Mark Marks START",

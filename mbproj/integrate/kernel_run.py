@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, may_overflow
+from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.samples import Samples, block_samples, stack
@@ -249,7 +249,7 @@ def march_in_kernel(
         tally.rows = RowsKept.of(run.kept)
         counters = dict(zip(tally.counters(), block["counters"].T, strict=True))
         if len(block["t"]):
-            samples = _samples(compiled, block, counters)
+            samples = compiled.samples(block, counters)
             yield samples if inside is None else inside.samples(samples, block)
         else:
             tally.reached = float(run.standing["t"])
@@ -357,12 +357,6 @@ def _standing(compiled: Compiled, run: Any, tally: Tally) -> Standing:
         mark={**mark, "met": saved_events(_until(tally.met, mark), np.inf)},
         state=lambda: compiled.standing(mark["t"], mark["y"], mark["turns"]),
     )
-
-
-def _samples(compiled: Compiled, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
-    """Return a block in the coordinates of all formulations; a diverged run may overflow."""
-    with may_overflow():
-        return compiled.samples(block, counters)
 
 
 def _peak(compiled: Compiled, peak: Any) -> Peak:

@@ -145,8 +145,8 @@ def simulate(
                 progress(tally.reached)
 
         for samples in in_blocks(run, asked, pause, block_samples(system.bodies)):
-            reached = float(samples.t[-1]), samples.q[-1]
-            last = State(reached[0], samples.y[-1].copy(), samples.layout)
+            last = samples.state(-1)
+            reached = last.t, last.q
             handed_over = _Clocks.now()
             block = observer.at(samples)
             energy.watch(block)
@@ -221,7 +221,7 @@ def _unresolved_slips(system: System, settings: Settings, tally: Tally) -> tuple
 
 def _swamped(system: System, state: State) -> tuple[str, ...]:
     """Return, in words, the motions of bodies with hardly any mass or inertia beside the others."""
-    if not has_light_bodies(system):
+    if not system.kept("light bodies", (), partial(has_light_bodies, system)):
         return ()
     from mbproj.dynamics.rank.massless import swamped_motions
 
@@ -295,8 +295,9 @@ def _naming(
 def _floors(system: System, samples: Samples) -> Array:
     """Return the round-off of C and of C' at the last of some samples, and the fastest motion of them, (3,)."""
     with may_overflow():
-        pose = pose_of(samples.q[-1])
-        grains = position_grain(system, pose), velocity_grain(system, pose, twist_of(pose, samples.v[-1]))
-        each = samples.v.reshape(len(samples.t), -1, 7)
+        motion = samples.motion
+        pose = pose_of(motion.q[-1])
+        grains = position_grain(system, pose), velocity_grain(system, pose, twist_of(pose, motion.v[-1]))
+        each = motion.v.reshape(len(samples.t), -1, 7)
         fastest = np.abs(each[..., :3]).max() / system.length + 2.0 * np.abs(each[..., 3:]).max()
     return np.array([*(grain.max(initial=0.0) for grain in grains), fastest])

@@ -100,7 +100,7 @@ class _InPlane(_InSpace):
         return coordinates_in_plane(self.plane, coordinate)
 
     def row(self, row: Integers) -> Integers:
-        rows = plane_rows(self.plane).tolist()
+        rows = self.plane.rows.tolist()
         return np.array([rows.index(at) for at in row.tolist()], dtype=np.intp)
 
     def along(self, own: PrimitiveSet, joint_coordinate: Integers) -> Bound:
@@ -131,16 +131,16 @@ class _InPlane(_InSpace):
         return super().bearings(bearings) | {"point": none, "axis": none, "axial": axial, "length": length}
 
 
-def space_model(core: ModuleType, system: System, layout: Layout) -> Any:
-    """The kernel's model of a system with six coordinates a body. The model has the joints with
+def space_record(core: ModuleType, system: System, layout: Layout) -> dict[str, Any]:
+    """The record of the kernel's model of a system with six coordinates a body. The model has the joints with
     rows, in their order, and then each motion as a joint of one row."""
-    return core.SpaceModel(**_record(core, _InSpace(system), layout))
+    return _record(core, _InSpace(system), layout)
 
 
-def plane_model(core: ModuleType, system: System, plane: Plane, layout: Layout) -> Any:
-    """The kernel's model of a planar system, where `obstacle_in_plane` finds none. Its joints are
+def plane_record(core: ModuleType, system: System, plane: Plane, layout: Layout) -> dict[str, Any]:
+    """The record of the kernel's model of a planar system, where `obstacle_in_plane` finds none. Its joints are
     those with rows in the plane, by `joints_with_rows`."""
-    return core.PlaneModel(**_record(core, _InPlane(system, plane), layout))
+    return _record(core, _InPlane(system, plane), layout)
 
 
 def _record(core: ModuleType, seen: _InSpace, layout: Layout) -> dict[str, Any]:
@@ -241,13 +241,7 @@ def joints_with_rows(owner: Integers) -> list[int]:
     return sorted({*owner.tolist()})
 
 
-def plane_rows(plane: Plane) -> Integers:
-    """For each row in the plane one row of the system that it comes from, (m,)."""
-    source = plane.joints.source
-    return source.source[np.searchsorted(source.row, np.arange(source.size))]
-
-
 def plane_row_scale(system: System, plane: Plane) -> Array:
     """The scale of each row in the plane, (m,): of joints, then of motions."""
     scale = system.row_scale[system.bodies :]
-    return np.concatenate([scale[plane_rows(plane)], scale[system.joints.size :]])
+    return np.concatenate([scale[plane.rows], scale[system.joints.size :]])

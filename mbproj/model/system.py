@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from mbproj.arrays import Array, Flags, Integers, numbers
+from mbproj.cases import cases_in
 from mbproj.dataclass import brief, dataclass
 from mbproj.errors import Place
 from mbproj.functions.program_set import ProgramSet, joined
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     from mbproj.model.bearings import Bearings
     from mbproj.model.frictions import Frictions
     from mbproj.model.stops import Stops
+
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,6 +149,27 @@ class System:
     thresholds: Thresholds = THRESHOLDS
 
     __repr__ = brief
+
+    def kept(self, what: str, given: Sequence[Any], of: Callable[[], Result]) -> Result:
+        """Return of(), and keep it under the name `what` until another `given` is asked for: studies run one mechanism
+        many times from one state. Arrays in `given` are compared by their bytes. With nothing `given` the result is a
+        constant of the structure. A system does not change, so that nothing invalidates it."""
+        if cases_in(given) is not None:
+            return of()
+        key = [each.tobytes() if isinstance(each, np.ndarray) else each for each in given]
+        last = self._kept.get(what)
+        if last is None or last[0] != key:
+            self._kept[what] = last = (key, of())
+        result: Result = last[1]
+        return result
+
+    @cached_property
+    def _kept(self) -> dict[str, tuple[list[Any], Any]]:
+        return {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Another process gets a copy without what is kept, because the kernel's objects belong to one process."""
+        return {name: value for name, value in self.__dict__.items() if name != "_kept"}
 
     @cached_property
     def layout(self) -> Layout:

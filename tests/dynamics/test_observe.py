@@ -140,11 +140,11 @@ def part_of(samples: Samples, first: int, last: int) -> Samples:
     arrays = {
         field.name: getattr(samples, field.name)[rows]
         for field in fields(Samples)
-        if field.name not in {"layout", "solved", "counters", "press", "rub"}
+        if field.name not in {"motion", "solved", "counters", "press", "rub"}
     }
     return Samples(
         **arrays,
-        layout=samples.layout,
+        motion=samples.motion.chosen(rows),
         solved=lambda _: samples.multipliers[rows],
         counters={name: values[rows] for name, values in samples.counters.items()},
         press=None if samples.press is None else lambda: samples.press()[rows],

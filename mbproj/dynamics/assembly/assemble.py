@@ -76,8 +76,11 @@ class State:
     def instant(self, system: System) -> Instant:
         """Return the `Instant` at this state, from which functions of the system take their variables."""
         pose = pose_of(self.q)
-        expected = coordinate_values(system, pose) + 2.0 * np.pi * self.turns
-        return Instant(system, pose, twist_of(pose, self.v), self.t, expected, self.x)
+
+        def counted() -> Array:
+            return coordinate_values(system, pose) + 2.0 * np.pi * self.turns
+
+        return Instant(system, pose, twist_of(pose, self.v), self.t, counted, self.x)
 
 
 def assemble(system: System, guess: Guess) -> State:

@@ -130,7 +130,7 @@ class _Draw:
         if isinstance(self.plane, Plane):
             angle = rng.uniform(-np.pi, np.pi, (count, n, 1))
             p = np.concatenate([place, angle], axis=-1).reshape(count, -1)
-            return self.plane.expand(p, np.zeros_like(p), np.zeros_like(p))[0]
+            return self.plane.expanded(p, np.zeros_like(p))[0]
         orientation = rng.normal(size=(count, n, 4))
         orientation /= np.linalg.norm(orientation, axis=-1, keepdims=True)
         return np.concatenate([place, orientation], axis=-1).reshape(count, -1)

@@ -63,6 +63,10 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
     None stands for 0.
     """
     forces = instant.system.forces
+    if not forces.size:
+        shape = instant.pose.position.shape[:-2]
+        none = np.zeros((*shape, 0))
+        return LawState(none, none, none, none, none, stored=np.zeros(shape))
     laws = forces.laws
     value, rate = law_coordinates(instant)
     given, damper = np.zeros_like(value), -laws.damping * rate

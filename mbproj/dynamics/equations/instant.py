@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -37,15 +37,20 @@ def no_states() -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """A system at times t (...), in poses and with twists (...). `expected` (..., nc): the joints' coordinates to
-    within half a turn, which give the whole turns of angles. `x` (..., K): the states of elements."""
+    """A system at times t (...), in poses and with twists (...). `counted`: the joints' coordinates (..., nc) to within
+    half a turn, or a function that computes them on first use. `x` (..., K): the states of elements."""
 
     system: System
     pose: Pose
     twist: Twist
     t: Numbers | float
-    expected: Numbers
+    counted: Numbers | Callable[[], Numbers]
     x: Numbers = field(default_factory=no_states)
+
+    @cached_property
+    def expected(self) -> Numbers:
+        """The joints' coordinates to within half a turn, (..., nc), which give the whole turns of angles."""
+        return self.counted() if callable(self.counted) else self.counted
 
     @cached_property
     def channels(self) -> Numbers:

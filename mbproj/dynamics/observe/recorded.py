@@ -99,16 +99,16 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def pose(self) -> Pose:
-        return pose_of(np.asfortranarray(self._seen.q, like=self._seen.q))
+        return pose_of(self._seen.motion.q)
 
     @cached_property
     def twist(self) -> Twist:
-        return twist_of(self.pose, np.asfortranarray(self._seen.v, like=self._seen.v))
+        return twist_of(self.pose, self._seen.motion.v)
 
     @cached_property
     def change(self) -> Twist:
         """The accelerations, as a `Twist` that holds q'' in place of q'."""
-        return twist_of(self.pose, np.asfortranarray(self._seen.acceleration, like=self._seen.acceleration))
+        return twist_of(self.pose, self._seen.motion.acceleration)
 
     @cached_property
     def contacts(self) -> ContactsSeen:
@@ -152,7 +152,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def instant(self) -> Instant:
-        return Instant(self.system, self.pose, self.twist, self._seen.t, self.coordinate, self._seen.x)
+        return Instant(self.system, self.pose, self.twist, self._seen.t, lambda: self.coordinate, self._seen.x)
 
     @cached_property
     def laws(self) -> LawState:
@@ -232,7 +232,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def stored(self) -> Numbers:
         """Return V of gravity, springs and compliant stops, (T,)."""
-        return stored(self.instant, self.laws, self._seen.turns)
+        return stored(self.instant, self.laws, lambda: self._seen.turns)
 
     @cached_property
     def work(self) -> tuple[Numbers, Numbers]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, cached_property
+from typing import final
 
 import numpy as np
 
@@ -50,10 +52,76 @@ class Sample:
     counters: Mapping[str, int]
 
 
+class Motion(ABC):
+    """The motion at T samples, each part of which is computed on first use. y has the `layout` of a state."""
+
+    layout: Layout
+
+    @property
+    @abstractmethod
+    def y(self) -> Array:
+        """States, (T, N)."""
+
+    @property
+    @abstractmethod
+    def q(self) -> Array:
+        """Coordinates, (T, 7n), with time innermost in memory; so is it in v and q''."""
+
+    @property
+    @abstractmethod
+    def v(self) -> Array:
+        """Velocities q', (T, 7n)."""
+
+    @property
+    @abstractmethod
+    def acceleration(self) -> Array:
+        """q'', (T, 7n)."""
+
+    @property
+    @abstractmethod
+    def x(self) -> Array:
+        """States of elements, (T, K)."""
+
+    def state(self, t: float, at: int) -> State:
+        """Return the state of one sample."""
+        return State(t, self.y[at].copy(), self.layout)
+
+    def chosen(self, rows: Integers | slice) -> Motion:
+        """Return the motion at some of the samples."""
+        return GivenMotion(self.layout, self.y[rows], self.acceleration[rows])
+
+
+@final
+class GivenMotion(Motion):
+    """The motion with given states (T, N) and accelerations (T, 7n)."""
+
+    def __init__(self, layout: Layout, y: Array, acceleration: Array) -> None:
+        self.layout, self._y, self._acceleration = layout, y, acceleration
+
+    @property
+    def y(self) -> Array:
+        return self._y
+
+    @cached_property
+    def q(self) -> Array:
+        return np.asfortranarray(self._y[:, self.layout["positions"]], like=self._y)
+
+    @cached_property
+    def v(self) -> Array:
+        return np.asfortranarray(self._y[:, self.layout["velocities"]], like=self._y)
+
+    @property
+    def x(self) -> Array:
+        return self._y[:, self.layout["states"]]
+
+    @cached_property
+    def acceleration(self) -> Array:
+        return np.asfortranarray(self._acceleration, like=self._acceleration)
+
+
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """T consecutive samples: the fields of `Sample` with a leading axis of length T. y (T, N) has the `layout` of a
-    state.
+    """T consecutive samples: the fields of `Sample` with a leading axis of length T.
 
     `carried` (T, m) are the multipliers from the run. `solved` computes the multipliers to be recorded from the
     samples, on first use, because it can cost more than all else. `press`: the push of each stop, (T, S), where there
@@ -61,9 +129,7 @@ class Samples:
     there are some."""
 
     t: Array
-    y: Array
-    layout: Layout
-    acceleration: Array
+    motion: Motion
     carried: Array
     solved: Callable[[Samples], Array]
     step_size: Array
@@ -78,6 +144,16 @@ class Samples:
         return self.solved(self)
 
     @property
+    def layout(self) -> Layout:
+        """The layout of y."""
+        return self.motion.layout
+
+    @property
+    def y(self) -> Array:
+        """States, (T, N)."""
+        return self.motion.y
+
+    @property
     def q(self) -> Array:
         """Coordinates, (T, 7n)."""
         return self.y[:, self.layout["positions"]]
@@ -88,9 +164,14 @@ class Samples:
         return self.y[:, self.layout["velocities"]]
 
     @property
+    def acceleration(self) -> Array:
+        """q'', (T, 7n)."""
+        return self.motion.acceleration
+
+    @property
     def x(self) -> Array:
         """States of elements, (T, K)."""
-        return self.y[:, self.layout["states"]]
+        return self.motion.x
 
     @property
     def turns(self) -> Integers:
@@ -99,16 +180,18 @@ class Samples:
 
     def state(self, at: int) -> State:
         """Return the state of one sample."""
-        return State(float(self.t[at]), self.y[at].copy(), self.layout)
+        return self.motion.state(float(self.t[at]), at)
 
 
 def stack(samples: Sequence[Sample]) -> Samples:
     """Return at least one sample as a block."""
     return Samples(
         t=np.array([sample.state.t for sample in samples]),
-        y=np.stack([sample.state.y for sample in samples]),
-        layout=samples[0].state.layout,
-        acceleration=np.stack([sample.acceleration for sample in samples]),
+        motion=GivenMotion(
+            samples[0].state.layout,
+            np.stack([sample.state.y for sample in samples]),
+            np.stack([sample.acceleration for sample in samples]),
+        ),
         carried=np.stack([sample.multipliers for sample in samples]),
         solved=lambda stacked: stacked.carried,
         step_size=np.array([sample.step_size for sample in samples]),
@@ -124,7 +207,7 @@ def join(blocks: Sequence[Samples]) -> Samples:
     arrays = {
         field.name: np.concatenate([getattr(block, field.name) for block in blocks])
         for field in fields(Samples)
-        if field.name not in {"layout", "counters", "carried", "solved", "press", "rub"}
+        if field.name not in {"motion", "counters", "carried", "solved", "press", "rub"}
     }
     solved = blocks[0].solved
     alike = all(block.solved == solved for block in blocks)
@@ -133,7 +216,11 @@ def join(blocks: Sequence[Samples]) -> Samples:
     rubbing = [block.rub for block in blocks if block.rub is not None]
     return Samples(
         **arrays,
-        layout=blocks[0].layout,
+        motion=GivenMotion(
+            blocks[0].layout,
+            np.concatenate([block.y for block in blocks]),
+            np.concatenate([block.acceleration for block in blocks]),
+        ),
         carried=np.concatenate([block.carried for block in blocks]) if alike else arrays["work"][:, :0],
         solved=solved if alike else lambda _: np.concatenate([block.multipliers for block in blocks]),
         counters=counters,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import final
 
@@ -45,7 +46,8 @@ class EnergyAtStart:
     @cached_property
     def energy(self) -> float:
         """T + V in J."""
-        return total_energy(self._system, self._state)
+        system, state = self._system, self._state
+        return system.kept("energy", (state.t, state.y), lambda: total_energy(system, state))
 
     @cached_property
     def of_elements(self) -> tuple[Numbers, Numbers]:
@@ -88,14 +90,14 @@ def potential(instant: Instant, laws: LawState) -> Numbers:
     return potential_energy(instant.system, instant.pose) + laws.stored + of_elements(instant)[0]
 
 
-def stored(instant: Instant, laws: LawState, turns: Integers) -> Numbers:
-    """Return V in J of gravity, springs, elements and compliant stops; `turns` are those of the joints' angles."""
+def stored(instant: Instant, laws: LawState, turns: Callable[[], Integers]) -> Numbers:
+    """Return V in J of gravity, springs, elements and compliant stops; `turns` gives those of the joints' angles."""
     own, stops = potential(instant, laws), instant.system.stops
     if stops is None:
         return own
     from mbproj.dynamics.equations.gaps import gaps, stored_energy
 
-    return own + stored_energy(stops, gaps(stops, instant.pose, turns))
+    return own + stored_energy(stops, gaps(stops, instant.pose, turns()))
 
 
 def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:

@@ -4,7 +4,8 @@ NumPy."""
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -137,7 +138,7 @@ def _formulation(system: System, state: State, settings: Settings, kernel: Any) 
 
             warn_of_absence(str(build_info()))
         return _full(system, state, settings, obstacle or AS_ASKED, kernel or core())
-    plane = NotPlanar("") if asked == "reduced" else _plane(system, state)
+    plane = NotPlanar("") if asked == "reduced" else system.kept("plane", (state.q,), partial(_plane, system, state.q))
     if isinstance(plane, NotPlanar):
         if asked == "planar":
             raise InputError(Problem(f"the scene is not planar: {plane.reason}", key=("simulation", "formulation")))
@@ -148,9 +149,9 @@ def _formulation(system: System, state: State, settings: Settings, kernel: Any) 
     return _solvable(InPlane(kernel or core(), system, plane), system, state, settings, why)
 
 
-def _plane(system: System, state: State) -> Plane | NotPlanar:
-    """Return the plane of joints, forces and motions, or the reason against it."""
-    plane = planar_reduction(system, state.q)
+def _plane(system: System, q: Array) -> Plane | NotPlanar:
+    """Return the plane of joints, forces and motions at a pose, or the reason against it."""
+    plane = planar_reduction(system, q)
     if not isinstance(plane, Plane):
         return plane
     obstacle = obstacle_in_plane(system, plane)
@@ -213,11 +214,30 @@ def _needs(system: System, settings: Settings) -> str | None:
     return None if is_explicit(settings.integrator) else "implicit steps"
 
 
+class _Rows(NamedTuple):
+    """The rows of a run that are held at most poses, as the kernel's class; the number of redundant ones, None where it
+    is not constant; and the result of `Compiled.is_regular` at the start."""
+
+    usual: Any
+    redundant: int | None
+    is_regular: bool
+    singular_joint: int
+
+
+def _rows(compiled: Compiled, state: State, projection: ProjectionSettings) -> _Rows:
+    """Return the rows of a run from this state."""
+    redundant = settle_rows(compiled, state, projection)
+    return _Rows(compiled.model.rows, redundant, *compiled.is_regular(state))
+
+
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
     """Return the choice, with redundant rows left out, unless the equations have no unique solution at the start."""
     _refuse_massless(system, state, settings)
-    redundant = settle_rows(compiled, state, settings.projection)
-    regular, number = compiled.is_regular(state)
+    given = (compiled.core, compiled.plane, state.t, state.y, settings.projection)
+    at_start = system.kept("rows", given, partial(_rows, compiled, state, settings.projection))
+    redundant, regular, number = at_start.redundant, at_start.is_regular, at_start.singular_joint
+    compiled.settled = settings.projection
+    compiled.hold(at_start.usual)
     if regular and redundant is not None:
         return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled, redundant or 0)
     from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
@@ -270,11 +290,16 @@ def _refuse_locked(system: System, state: State) -> None:
     )
 
 
+def _massless(system: System) -> Integers:
+    """Return the numbers of the bodies without mass, or without inertia about some axis."""
+    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
+    return np.flatnonzero((system.mass <= 0.0) | (smallest < THRESHOLDS.no_digits))
+
+
 def _refuse_massless(system: System, state: State, settings: Settings) -> None:
     """Raise InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
     where the method weighs corrections with M alone."""
-    smallest = np.linalg.eigvalsh(system.inertia)[:, 0] / np.linalg.norm(system.inertia, axis=(1, 2)).clip(1e-300)
-    light = np.flatnonzero((system.mass <= 0.0) | (smallest < THRESHOLDS.no_digits))
+    light = system.kept("massless", (), partial(_massless, system))
     if not len(light):
         return
     if settings.projection.method == "popm":

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
 
@@ -12,11 +13,12 @@ from mbproj.arrays import Array, Integers, contiguous, may_overflow
 from mbproj.dynamics.assembly.assemble import State, turns_of
 from mbproj.dynamics.equations.forces import require_values
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.observe.samples import Samples
+from mbproj.dynamics.observe.samples import Motion, Samples
 from mbproj.errors import SimulationError
 from mbproj.integrate.events.leg import Leg, kernel_steps, kernel_tableau
 from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.model.layout import Layout
+from mbproj.model.planar import Plane
 from mbproj.model.system import System
 from mbproj.registry import PROJECTIONS
 from mbproj.scene.records import ProjectionSettings, Settings
@@ -24,16 +26,28 @@ from mbproj.scene.records import ProjectionSettings, Settings
 PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 
 
+class Recorded(NamedTuple):
+    """A system in the kernel's coordinates, before a run: the layout of the kernel's y, the system's numbers of the
+    kernel's joints, which are those with rows, and the record of its model."""
+
+    layout: Layout
+    joints: list[int]
+    model: Mapping[str, Any]
+
+
 class Compiled(ABC):
-    """A system in the kernel's coordinates. `dimension` is the prefix of the kernel's classes, Space or Plane. `joints`
-    are the system's numbers of the kernel's joints, which are those with rows."""
+    """A system in the kernel's coordinates. `dimension` is the prefix of the kernel's classes, Space or Plane. Each has
+    a model of its own, because a run chooses the rows that its model holds."""
 
     name: ClassVar[str]
     dimension: ClassVar[str]
+    #: The plane of planar coordinates.
+    plane: Plane | None = None
 
-    def __init__(self, core: Any, system: System, layout: Layout, joints: list[int], model: Any) -> None:
-        self.core, self.system, self.layout, self.model = core, system, layout, model
-        self._joints = joints
+    def __init__(self, core: Any, system: System, recorded: Recorded) -> None:
+        self.core, self.system, self.layout = core, system, recorded.layout
+        self.model = getattr(core, f"{self.dimension}Model")(**recorded.model)
+        self._joints = recorded.joints
         self._equations: Any = None  # with the rows of the run
         #: The projection for which the model's usual rows were found: a penalty has more rows.
         self.settled = ProjectionSettings()
@@ -65,12 +79,9 @@ class Compiled(ABC):
     def samples(self, block: Mapping[str, Any], counters: Mapping[str, Integers]) -> Samples:
         """Return a block of the kernel in the coordinates of all formulations."""
         y, work = block["y"], block["y"][:, self.layout["quadratures"]]
-        q, v, acceleration = self.motion(self.bodies_of(y), block["acceleration"])
         return Samples(
             t=block["t"],
-            y=self._states(y, q, v, turns_of(self.system, q, self.of_all(block["angles"]))),
-            layout=self.system.layout,
-            acceleration=acceleration,
+            motion=_InKernel(self, y, block["acceleration"], block["angles"]),
             carried=block["multipliers"],
             solved=self.multipliers,
             step_size=block["step_size"],
@@ -79,8 +90,12 @@ class Compiled(ABC):
         )
 
     @abstractmethod
-    def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-        """Return q, q' and q'' (T, 7n) at states of the kernel (T, n, 13 or 6) with its accelerations."""
+    def motion(self, bodies: Array) -> tuple[Array, Array]:
+        """Return q and q' (T, 7n) at states of the kernel's bodies (T, n, 13 or 6)."""
+
+    @abstractmethod
+    def acceleration(self, bodies: Array, acceleration: Array) -> Array:
+        """Return q'' (T, 7n) at states of the kernel's bodies with their accelerations (T, n, 6 or 3)."""
 
     @abstractmethod
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
@@ -98,7 +113,7 @@ class Compiled(ABC):
     def standing(self, t: float, y: Array, turns: Sequence[int]) -> State:
         """Return the state of a mark of the kernel."""
         q, v = self.coordinates(self.bodies_of(y))
-        return State(t, self._states(y, q, v, self.of_all(np.array(turns, dtype=float))), self.system.layout)
+        return State(t, self.states(y, q, v, self.of_all(np.array(turns, dtype=float))), self.system.layout)
 
     def bodies_of(self, y: Array) -> Array:
         """Return the bodies' states (..., n, 13 or 6) at the kernel's y (..., its size)."""
@@ -106,10 +121,10 @@ class Compiled(ABC):
 
     def coordinates(self, bodies: Array) -> tuple[Array, Array]:
         """Return q and v (7n,) at one state of the kernel's bodies, (n, 13 or 6)."""
-        q, v, _ = self.motion(bodies[None], np.zeros((1, len(bodies), bodies.shape[1] // 2)))
+        q, v = self.motion(bodies[None])
         return q[0], v[0]
 
-    def _states(self, y: Array, q: Array, v: Array, turns: Array) -> Array:
+    def states(self, y: Array, q: Array, v: Array, turns: Array) -> Array:
         """Return the system's y (..., N) from the kernel's (..., its size), with these positions, velocities and
         turns."""
         beside = self.layout.common_blocks(y, self.system.layout)
@@ -288,3 +303,55 @@ class Compiled(ABC):
         except SimulationError as error:
             return error
         return failures.not_finite(t)
+
+
+@final
+class _InKernel(Motion):
+    """The motion of a block of the kernel in the coordinates of all formulations. A diverged run may overflow."""
+
+    def __init__(self, compiled: Compiled, y: Array, acceleration: Array, angles: Array) -> None:
+        self._compiled, self._y, self._acceleration, self._angles = compiled, y, acceleration, angles
+        self.layout = compiled.system.layout
+
+    @cached_property
+    def _bodies(self) -> Array:
+        return self._compiled.bodies_of(self._y)
+
+    @cached_property
+    def _moved(self) -> tuple[Array, Array]:
+        with may_overflow():
+            q, v = self._compiled.motion(self._bodies)
+        return np.asfortranarray(q, like=q), np.asfortranarray(v, like=v)
+
+    @property
+    def q(self) -> Array:
+        return self._moved[0]
+
+    @property
+    def v(self) -> Array:
+        return self._moved[1]
+
+    @cached_property
+    def acceleration(self) -> Array:
+        with may_overflow():
+            change = self._compiled.acceleration(self._bodies, self._acceleration)
+        return np.asfortranarray(change, like=change)
+
+    @property
+    def x(self) -> Array:
+        return self._y[:, self._compiled.layout["states"]]
+
+    @cached_property
+    def y(self) -> Array:
+        return self._at(slice(None))
+
+    def state(self, t: float, at: int) -> State:
+        """Return the state of one sample. It is computed as two equal ones, which have the bits of a block."""
+        return State(t, self._at(np.array([at, at]))[0], self.layout)
+
+    def _at(self, rows: Integers | slice) -> Array:
+        """Return the states of some samples."""
+        compiled, q = self._compiled, self.q[rows]
+        with may_overflow():
+            turns = turns_of(compiled.system, q, compiled.of_all(self._angles[rows]))
+            return compiled.states(self._y[rows], q, self.v[rows], turns)

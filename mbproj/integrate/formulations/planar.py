@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import ModuleType
 from typing import Any, final
 
 import numpy as np
@@ -13,10 +12,10 @@ from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
 from mbproj.dynamics.equations.forces import applied
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.formulations.compiled import Compiled
+from mbproj.integrate.formulations.compiled import Compiled, Recorded
 from mbproj.integrate.formulations.reduced import Reduced, layout_in_bodies, space_state
 from mbproj.integrate.formulations.redundant_rows import count_redundant
-from mbproj.kernel.models import joints_with_rows, plane_model, plane_row_scale, plane_rows
+from mbproj.kernel.models import joints_with_rows, plane_record, plane_row_scale
 from mbproj.model.planar import Plane
 from mbproj.model.system import System
 
@@ -28,14 +27,13 @@ class InPlane(Compiled):
     name = "planar"
     dimension = "Plane"
 
-    def __init__(self, core: ModuleType | None, system: System, plane: Plane) -> None:
-        of_a_body = numbers([system.length, system.length, 1.0] * 2)
-        layout = layout_in_bodies(system, of_a_body, plane.coordinates.size)
-        assert core is not None
-        joints = joints_with_rows(plane.joints.owner)
-        super().__init__(core, system, layout, joints, plane_model(core, system, plane, layout))
-        self.plane = plane
-        self._rows = plane_rows(plane)
+    def __init__(self, core: Any, system: System, plane: Plane) -> None:
+        def record() -> Recorded:
+            layout = layout_in_bodies(system, numbers([system.length, system.length, 1.0] * 2), plane.coordinates.size)
+            return Recorded(layout, joints_with_rows(plane.joints.owner), plane_record(core, system, plane, layout))
+
+        super().__init__(core, system, system.kept("planar record", (core, plane), record))
+        self.plane: Plane = plane
         self._space: Any = None
 
     def with_system(self, system: System, whole: System | None = None) -> InPlane:
@@ -55,9 +53,11 @@ class InPlane(Compiled):
         p, u = self.plane.reduce(q, v)
         return np.concatenate([part.reshape(*part.shape[:-1], -1, 3) for part in (p, u)], axis=-1)
 
-    def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-        p, u, a = (part.reshape(len(y), -1) for part in (y[..., :3], y[..., 3:], acceleration))
-        return self.plane.expand(p, u, a)
+    def motion(self, bodies: Array) -> tuple[Array, Array]:
+        return self.plane.expanded(*_halves(bodies))
+
+    def acceleration(self, bodies: Array, acceleration: Array) -> Array:
+        return self.plane.expanded_rate(*_halves(bodies), acceleration.reshape(len(bodies), -1))
 
     def turns(self, turns: Integers) -> Integers:
         return turns[self.plane.coordinates.source.source]
@@ -68,8 +68,8 @@ class InPlane(Compiled):
         return values
 
     def row(self, number: int) -> int:
-        beyond = number - len(self._rows)
-        return self.system.bodies + (int(self._rows[number]) if beyond < 0 else self.system.joints.size + beyond)
+        beyond = number - len(self.plane.rows)
+        return self.system.bodies + (int(self.plane.rows[number]) if beyond < 0 else self.system.joints.size + beyond)
 
     def coordinate(self, number: int) -> int:
         return int(self.plane.coordinates.source.source[number])
@@ -81,7 +81,7 @@ class InPlane(Compiled):
         moved[0, :, 0] = moved[1, :, 1] = moved[2, :, 2] = 1.0
         moved[2, :, 0], moved[2, :, 1] = -at[:, 1], at[:, 0]
         rates = moved.reshape(3, -1)
-        return self.plane.expand(np.broadcast_to(p, rates.shape), rates, np.zeros_like(rates))[1]
+        return self.plane.expanded(np.broadcast_to(p, rates.shape), rates)[1]
 
     def multipliers(self, samples: Samples, forces: Array | None = None) -> Array:
         """Return λ from one spatial solution a sample. Where rows out of the plane are redundant, it is the smallest λ
@@ -129,3 +129,8 @@ class InPlane(Compiled):
         weighed = G.reshape(len(G), -1) / system.row_scale[system.bodies :, None]
         multipliers = np.linalg.lstsq(weighed.T, missing.ravel(), rcond=1e-11)[0] / system.row_scale[system.bodies :]
         return np.asarray(multipliers, dtype=float)
+
+
+def _halves(bodies: Array) -> tuple[Array, Array]:
+    """Return p and u = p' (T, 3n) of the kernel's states (T, n, 6)."""
+    return bodies[..., :3].reshape(len(bodies), -1), bodies[..., 3:].reshape(len(bodies), -1)

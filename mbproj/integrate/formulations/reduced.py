@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from mbproj.arrays import Array, Integers, contiguous, numbers
 from mbproj.dynamics.observe.samples import Samples
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.kernel.models import joints_with_rows, space_model
+from mbproj.integrate.formulations.compiled import Compiled, Recorded
+from mbproj.kernel.models import joints_with_rows, space_record
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.system import System
@@ -21,12 +21,13 @@ class Reduced(Compiled):
     name = "reduced"
     dimension = "Space"
 
-    def __init__(self, core: ModuleType | None, system: System) -> None:
-        of_a_body = numbers([system.length] * 3 + [1.0] * 4 + [system.length] * 3 + [1.0] * 3)
-        layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
-        assert core is not None
-        joints = joints_with_rows(system.joints.owner)
-        super().__init__(core, system, layout, joints, space_model(core, system, layout))
+    def __init__(self, core: Any, system: System) -> None:
+        def record() -> Recorded:
+            of_a_body = numbers([system.length] * 3 + [1.0] * 4 + [system.length] * 3 + [1.0] * 3)
+            layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
+            return Recorded(layout, joints_with_rows(system.joints.owner), space_record(core, system, layout))
+
+        super().__init__(core, system, system.kept("record in space", (core,), record))
 
     def with_system(self, system: System, whole: System | None = None) -> Reduced:
         copy = Reduced(self.core, system)
@@ -44,8 +45,11 @@ class Reduced(Compiled):
     def state(self, q: Array, v: Array) -> Array:
         return space_state(q, v)
 
-    def motion(self, y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-        return from_space(y, acceleration)
+    def motion(self, bodies: Array) -> tuple[Array, Array]:
+        return space_motion(bodies)
+
+    def acceleration(self, bodies: Array, acceleration: Array) -> Array:
+        return space_acceleration(bodies, acceleration)
 
     def rigid_fields(self, q: Array) -> Array:
         from mbproj.dynamics.symmetries import rigid_fields
@@ -80,17 +84,26 @@ def space_state(q: Array, v: Array) -> Array:
     return np.concatenate([at, rate[..., :3], omega], axis=-1)
 
 
-def from_space(y: Array, acceleration: Array) -> tuple[Array, Array, Array]:
-    """Return q, q' and q'' (T, 7n) from states (T, n, 13) and accelerations (r'', ω' in body axes) (T, n, 6): Λ' = ½
-    Lᵀω, Λ'' = ½ Lᵀω' - ¼ |ω|² Λ."""
-    orientation, omega = y[..., 3:7], y[..., 10:13]
-    transposed = 0.5 * np.swapaxes(matrix_L(orientation), -1, -2)
-    rate = (transposed @ omega[..., None])[..., 0]
-    bend = (transposed @ acceleration[..., 3:, None])[..., 0]
+def space_motion(bodies: Array) -> tuple[Array, Array]:
+    """Return q and q' (T, 7n) from states (T, n, 13): Λ' = ½ Lᵀω."""
+    rate = (_half_transposed(bodies) @ bodies[..., 10:13, None])[..., 0]
+    v = np.concatenate([bodies[..., 7:10], rate], axis=-1)
+    return bodies[..., :7].reshape(len(bodies), -1), v.reshape(len(bodies), -1)
+
+
+def space_acceleration(bodies: Array, acceleration: Array) -> Array:
+    """Return q'' (T, 7n) from states (T, n, 13) and accelerations (r'', ω' in body axes) (T, n, 6): Λ'' = ½ Lᵀω' -
+    ¼ |ω|² Λ."""
+    orientation, omega = bodies[..., 3:7], bodies[..., 10:13]
+    bend = (_half_transposed(bodies) @ acceleration[..., 3:, None])[..., 0]
     bend -= 0.25 * np.sum(omega * omega, axis=-1, keepdims=True) * orientation
-    v = np.concatenate([y[..., 7:10], rate], axis=-1)
-    a = np.concatenate([acceleration[..., :3], bend], axis=-1)
-    return y[..., :7].reshape(len(y), -1), v.reshape(len(y), -1), a.reshape(len(y), -1)
+    return np.concatenate([acceleration[..., :3], bend], axis=-1).reshape(len(bodies), -1)
+
+
+def _half_transposed(bodies: Array) -> Array:
+    """Return ½ Lᵀ of each body, (T, n, 4, 3)."""
+    half: Array = 0.5 * np.swapaxes(matrix_L(bodies[..., 3:7]), -1, -2)
+    return half
 
 
 def layout_in_bodies(system: System, of_a_body: Array, coordinates: int) -> Layout:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
@@ -53,26 +54,57 @@ class Plane:
         return p.reshape(*q.shape[:-1], -1), u.reshape(*v.shape[:-1], -1)
 
     def expand(self, p: Array, u: Array, u_dot: Array) -> tuple[Array, Array, Array]:
-        """Return q, q' and q'' (..., 7n) from p, u = p' and u' = p'' (..., 3n).
+        """Return q, q' and q'' (..., 7n) from p, u = p' and u' = p'' (..., 3n)."""
+        return *self.expanded(p, u), self.expanded_rate(p, u, u_dot)
+
+    def expanded(self, p: Array, u: Array) -> tuple[Array, Array]:
+        """Return q and q' (..., 7n) from p and u = p' (..., 3n), with the last axis outermost in memory.
 
         Λ = (cos θ/2, n sin θ/2) Λ_reference is a unit and continuous in θ, and has a period of two turns.
         """
-        x, x_dot, x_ddot = (part.reshape(*part.shape[:-1], -1, 3) for part in (p, u, u_dot))
-        half, spin, change = 0.5 * x[..., 2:], 0.5 * x_dot[..., 2:], 0.5 * x_ddot[..., 2:]
-        cosine, sine = np.cos(half), np.sin(half)
-        flat = [np.empty((*p.shape[:-1], 7 * len(self.mass)), order="F", like=p) for _ in range(3)]
-        q, v, acceleration = (part.reshape(*p.shape[:-1], -1, 7) for part in flat)
-        for whole, part in ((q, x), (v, x_dot), (acceleration, x_ddot)):
-            for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # round-off of `@` depends on lengths
-                whole[..., axis] = along_x * part[..., 0] + along_y * part[..., 1]
+        x, x_dot = _by_body(p), _by_body(u)
+        (flat_q, q), (flat_v, v) = self._in_space(x), self._in_space(x_dot)
         q[..., :3] += self.depth[:, None] * self.axes[:, 2]
-        orientation = cosine * self.reference + sine * self._opposite
-        quarter = cosine * self._opposite - sine * self.reference  # (0, n) Λ: the rate of Λ is ½ ω times this
-        q[..., 3:] = orientation
+        spin = 0.5 * x_dot[..., 2]
         with may_overflow():
-            v[..., 3:] = spin * quarter
-            acceleration[..., 3:] = change * quarter - spin**2 * orientation
-        return flat[0], flat[1], flat[2]
+            for place, orientation, quarter in self._turned(x[..., 2]):
+                q[..., place], v[..., place] = orientation, spin * quarter
+        return flat_q, flat_v
+
+    def expanded_rate(self, p: Array, u: Array, u_dot: Array) -> Array:
+        """Return q'' (..., 7n) from p, u = p' and u' (..., 3n), in memory as `expanded`."""
+        x, x_dot, x_ddot = _by_body(p), _by_body(u), _by_body(u_dot)
+        flat, acceleration = self._in_space(x_ddot)
+        spin, change = 0.5 * x_dot[..., 2], 0.5 * x_ddot[..., 2]
+        with may_overflow():
+            square = spin**2
+            for place, orientation, quarter in self._turned(x[..., 2]):
+                acceleration[..., place] = change * quarter - square * orientation
+        return flat
+
+    def _in_space(self, part: Array) -> tuple[Array, Array]:
+        """Return vectors of length 7n, and the same by bodies (..., n, 7), whose first three numbers are those of
+        planar vectors (..., n, 3)."""
+        flat = np.empty((*part.shape[:-2], 7 * len(self.mass)), order="F", like=part)
+        whole = flat.reshape(*part.shape[:-2], -1, 7)
+        for axis, (along_x, along_y) in enumerate(self.axes[:, :2]):  # round-off of `@` depends on lengths
+            whole[..., axis] = along_x * part[..., 0] + along_y * part[..., 1]
+        return flat, whole
+
+    def _turned(self, angle: Array) -> Iterator[tuple[int, Array, Array]]:
+        """The components of Λ at angles (..., n), and of (0, n) Λ: the rate of Λ is ½ ω times this. Each comes with its
+        place among the seven numbers of a body."""
+        half = 0.5 * angle
+        cosine, sine = np.cos(half), np.sin(half)
+        for at in range(4):
+            here, opposite = self.reference[:, at], self._opposite[:, at]
+            yield 3 + at, cosine * here + sine * opposite, cosine * opposite - sine * here
+
+    @cached_property
+    def rows(self) -> Integers:
+        """For each row in the plane one row of the system that it comes from, (m,)."""
+        source = self.joints.source
+        return source.source[np.searchsorted(source.row, np.arange(source.size))]
 
     @cached_property
     def _half_turn(self) -> Array:
@@ -83,3 +115,8 @@ class Plane:
     def _opposite(self) -> Array:
         """The reference orientations, turned by 180 degrees about n."""
         return self.reference @ self._half_turn.T
+
+
+def _by_body(flat: Array) -> Array:
+    """Return planar vectors (..., 3n) by bodies, (..., n, 3), with the first axis innermost in memory."""
+    return np.asfortranarray(flat, like=flat).reshape(*flat.shape[:-1], -1, 3)

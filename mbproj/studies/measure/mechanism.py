@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 from mbproj.dataclass import brief, dataclass
@@ -46,21 +45,8 @@ class Mechanism:
         return mechanism
 
     def choice(self, settings: Settings) -> Choice:
-        """Return the result of `choose` for a run from the start. It is cached for runs that differ only in their
-        steps."""
-        way = settings.formulation, settings.projection, settings.acceleration, settings.integrator
-        asked = (*way, settings.kinematic, settings.duration if self.system.driven else None)
-        if asked not in self._choices:
-            self._choices[asked] = choose(self.system, self.state, settings)
-        return self._choices[asked]
-
-    @cached_property
-    def _choices(self) -> dict[tuple[object, ...], Choice]:
-        return {}
-
-    def __reduce__(self) -> tuple[type[Mechanism], tuple[object, ...]]:
-        """Another process gets a copy without cached choices, because the kernel's models belong to one process."""
-        return Mechanism, (self.scene, self.system, self.state)
+        """Return the result of `choose` for a run from the start."""
+        return choose(self.system, self.state, settings)
 
     @property
     def points(self) -> tuple[str, ...]:

@@ -58,7 +58,8 @@ def planar_is_bordered(case: Case) -> Found:
     compiled = case.planar
     if case.too_large or isinstance(compiled, str):
         return case.too_large or str(compiled)
-    system, plane = case.system, compiled.plane  # type: ignore[attr-defined]
+    system, plane = case.system, compiled.plane
+    assert plane is not None
     y, at = compiled.state(case.state.q, case.state.v), case.reference[plane.coordinates.source.source]
     solved = compiled.equations().accelerations(y, case.state.t, at.tolist())
     if solved is None:

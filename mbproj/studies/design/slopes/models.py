@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.dynamics.assembly.assemble import turns_of
-from mbproj.dynamics.observe.samples import Samples
+from mbproj.dynamics.observe.samples import GivenMotion, Samples
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.planar import InPlane
@@ -23,11 +23,12 @@ from mbproj.studies.measure.mechanism import Mechanism
 ACCELERATIONS, MULTIPLIERS = ("acceleration", "forces/"), ("reaction", "motions/force", "ropes/")
 
 
-def chosen_of(samples: Samples, rows: Array) -> Samples:
+def chosen_of(samples: Samples, rows: Integers) -> Samples:
     """Return the samples with these numbers."""
-    names = ("t", "y", "acceleration", "carried", "step_size", "work")
+    names = ("t", "carried", "step_size", "work")
     counters = {name: values[rows] for name, values in samples.counters.items()}
-    return replace(samples, **{name: getattr(samples, name)[rows] for name in names}, counters=counters)
+    chosen = {name: getattr(samples, name)[rows] for name in names}
+    return replace(samples, **chosen, motion=samples.motion.chosen(rows), counters=counters)
 
 
 class Model:
@@ -53,14 +54,14 @@ class Model:
         wanted = (*ACCELERATIONS, *(MULTIPLIERS if isinstance(compiled, Reduced) else ()))
         if any(each in path for path in paths for each in wanted):
             acceleration, carried = self._solved(beside, bodies, counted)
-        q, v, a = compiled.motion(bodies, acceleration)
+        q, v = compiled.motion(bodies)
         turns = turns_of(system, q, counted)
         states = {"positions": q, "velocities": v, "turns": turns} | compiled.layout.common_blocks(y, system.layout)
         return replace(
             beside,
-            y=system.layout.vector_of(states),
-            layout=system.layout,
-            acceleration=a,
+            motion=GivenMotion(
+                system.layout, system.layout.vector_of(states), compiled.acceleration(bodies, acceleration)
+            ),
             carried=carried,
             solved=compiled.multipliers,
         )

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.analysis.observed import datasets
-from mbproj.arrays import Array, may_overflow
+from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.kinematics import pose_of
@@ -109,7 +109,7 @@ class Followed:
         self.steps: FollowedSteps = TracedSteps()
         self.event_times = np.zeros(0)
         self._kept: list[Samples] = []
-        self.rows: Array | None = None  # the samples that measures depend on; None for all
+        self.rows: Integers | None = None  # the samples that measures depend on; None for all
         self._models: dict[tuple[str, float], Model] = {}
         self._seen_ones = tuple(each for each in measures if not self.unseen(each))
         self._paths = {path for each in self._seen_ones for path in self._datasets(each)}

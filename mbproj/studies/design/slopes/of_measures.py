@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.analysis.expectations import components, measured
 from mbproj.analysis.observed import series
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Integers
 from mbproj.errors import InputError, SimulationError
 from mbproj.scene.records import Expectation, Passage, Scene, Settings
 from mbproj.scene.sampling import output_every, output_interval, whole_steps
@@ -101,7 +101,7 @@ def _values(work: DifferenceWork, samples: MeasuredSamples) -> Array:
     return np.array([np.nan if each is None else each.values[0] for each in values], dtype=float)
 
 
-def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Array | None:
+def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Integers | None:
     """The ascending numbers of the samples that the measures depend on, with the first and the last; None where a
     measure depends on all."""
     time = samples["time"]
