@@ -28,7 +28,7 @@ LEAVES = {
     "mechanisms_folder",
     "plugins",
     "registry",
-    "rehearsal",
+    "sandbox",
     "thresholds",
 }
 LEAVES |= {"cases", "plain_number", "plugins", "version"}
