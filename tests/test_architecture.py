@@ -27,8 +27,8 @@ LEAVES = {
     "mechanisms_folder",
     "plugins",
     "registry",
-    "rehearsal",
     "settings",
+    "sandbox",
     "thresholds",
 }
 LEAVES |= {"cases", "plain_number", "plugins", "version"}

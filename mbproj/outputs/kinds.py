@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
-from mbproj.rehearsal import rehearse
+from mbproj.sandbox import try_in_sandbox
 
 #: The name by which mbproj marks its pictures in their metadata.
 MARK = "mbproj"
@@ -106,7 +106,7 @@ def hdf5(*file_formats: str) -> FileKind:
         if not _ends(path)[0].startswith(b"\x89HDF\r\n\x1a\n"):
             return False
         try:
-            rehearse(lambda: names_it(path), path, "format")
+            try_in_sandbox(lambda: names_it(path), path, "format")
         except InputError:
             return False
         return names_it(path)

@@ -7,11 +7,11 @@ from math import prod
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
-from mbproj.rehearsal import rehearse
 from mbproj.results.file.contents import UNCHECKED
 from mbproj.results.layout import CONSTANTS, NAMES, Dataset
 from mbproj.results.reader import BESIDE_SAMPLES
 from mbproj.results.record import Results
+from mbproj.sandbox import try_in_sandbox
 
 SCENE = ("scene/text", "scene/path", "scene/title", "scene/settings", "scene/overrides", "scene/gravity")
 
@@ -71,7 +71,7 @@ def _of_descriptions(results: Results) -> Iterator[str]:
                 yield error
 
     try:
-        rehearse(lambda: list(look()), contents.path, "descriptions")
+        try_in_sandbox(lambda: list(look()), contents.path, "descriptions")
         for error in look():
             yield from _messages(results, error)
     except InputError as error:

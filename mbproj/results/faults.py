@@ -61,6 +61,11 @@ def being_written(part: Path, writer: str | None) -> InputError:
     return InputError(Problem(f"another run{who} is writing '{part}'", hint=f"wait for it, or {ELSEWHERE}"))
 
 
+def just_begun(part: Path) -> InputError:
+    """The error of an OUT.part that has nothing to read yet."""
+    return InputError(Problem(f"a run is writing '{part}', and has no samples yet", hint="wait for it"))
+
+
 def not_ours(path: Path) -> InputError:
     """The error of a file to read that is no results file."""
     hint = "results are what 'mbproj run SCENE' writes"

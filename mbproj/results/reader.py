@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import time
 from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 
 from mbproj.errors import InputError, Problem
-from mbproj.results.faults import damaged, not_ours
+from mbproj.results.faults import damaged, just_begun, not_ours
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.opening import open_own, open_rehearsed
+from mbproj.results.file.lock import is_locked
+from mbproj.results.file.opening import open_file
 from mbproj.results.files import part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, datasets_for, trailing
 from mbproj.results.members import ShownPart
 from mbproj.results.record import Results
 from mbproj.results.trust import better_samples
+
+#: A run that begins or ends changes its file within milliseconds: so often it is opened again, after a pause in s.
+TRIALS, PAUSE = 10, 0.02
 
 #: Properties of Results beside the samples, which are read from the file when they are asked for.
 BESIDE_SAMPLES = (
@@ -39,15 +44,25 @@ def open_results(path: Path | str) -> Results:
 
     Raises InputError where there is no file, or it is no results file, of another schema version, cut short or damaged.
     """
-    existing = _existing(Path(path))
     import mbproj.results.verification  # noqa: F401  (here: a child would import it anew for each file)
 
-    return _results(open_rehearsed(existing, lambda contents: _look_at_all(_checked(contents)), "results"))
+    for more in reversed(range(TRIALS)):
+        existing = _existing(Path(path))
+        try:
+            return _results(open_file(existing, lambda contents: _look_at_all(_checked(contents)), "results"))
+        except InputError as error:
+            is_changing = is_locked(existing) or not existing.exists()
+            if is_changing and not more:
+                raise just_begun(existing) from error
+            if not is_changing:
+                raise
+        time.sleep(PAUSE)
+    raise AssertionError
 
 
 def open_own_results(path: Path | str) -> Results:
     """Open results that this process has just written, without the child process that reads others first."""
-    return _results(open_own(Path(path)), own=True)
+    return _results(open_file(Path(path), lambda contents: None), own=True)
 
 
 def _results(contents: Contents, *, own: bool = False) -> Results:
@@ -76,8 +91,8 @@ def _look_at_all(results: Results) -> None:
 
 
 def _existing(path: Path) -> Path:
-    try:
-        existing = next((candidate for candidate in (path, part_path(path)) if candidate.exists()), None)
+    try:  # `path` twice: between the first look and the second the run may have ended, and renamed its file
+        existing = next((candidate for candidate in (path, part_path(path), path) if candidate.exists()), None)
         is_directory = existing is not None and existing.is_dir()
     except (OSError, ValueError) as error:  # a name that is too long or not valid
         raise InputError(Problem(f"cannot read '{path}': {error}", hint="give the path of a results file")) from error

@@ -14,16 +14,16 @@ import h5py
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.outputs import check_replaceable, hdf5
-from mbproj.rehearsal import rehearse
 from mbproj.results.faults import ELSEWHERE, cannot_write, damaged, not_ours
 from mbproj.results.file.checksums import stamp_attributes
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.dataset import DAMAGE
-from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.file.opening import open_file
 from mbproj.results.file.whole import create_text
 from mbproj.results.files import part_path
 from mbproj.results.layout import FORMAT
 from mbproj.results.views.table import Table, Tabled
+from mbproj.sandbox import try_in_sandbox
 from mbproj.scene.records import Scene
 from mbproj.version import __version__
 
@@ -113,7 +113,7 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
     check_store(path, scene)
     with replacing(path, hdf5(FORMAT), force=True, hint=ELSEWHERE) as copy:
         shutil.copyfile(path, copy)
-        if not rehearse(lambda: _add(copy, path, verification), copy):
+        if not try_in_sandbox(lambda: _add(copy, path, verification), copy):
             _add(copy, path, verification)
 
 
@@ -154,7 +154,7 @@ def check_store(path: Path, scene: Scene) -> None:
     if not path.exists():
         still = f"its run is not at its end: '{part_path(path)}'" if part_path(path).exists() else "there is none yet"
         raise InputError(Problem(f"cannot store in '{path}': {still}", hint=f"mbproj run SCENE -o {path}"))
-    with open_rehearsed(path, _run_of, "run") as contents:
+    with open_file(path, _run_of, "run") as contents:
         text, changed = _run_of(contents)
     if (text, changed) != (scene.text, dict(scene.overrides)):
         message = f"'{path}' holds results of another scene, or of other parameters"

@@ -48,6 +48,7 @@ from mbproj.results.loads import stored as stored_loads
 from mbproj.results.loads.stored import recorded_loads
 from mbproj.results.provenance import Attribute, root_attributes, write_scene
 from mbproj.results.trust import Trust
+from mbproj.sandbox import distrust, trust
 from mbproj.scene.records import Scene
 
 if TYPE_CHECKING:
@@ -119,6 +120,7 @@ class ResultsWriter:
             self._descriptor, self.set_aside = claim(self.part)
         except OSError as error:
             raise cannot_write(self.path, error) from error
+        trust(self._descriptor, growing=True)
         try:
             image = self._image()
             reserve(self._descriptor, MARGIN)
@@ -128,9 +130,8 @@ class ResultsWriter:
             self._file = h5py.File(self.part, "r+", libver=VERSIONS, locking=False, **CHUNK_CACHE)
             self._file.swmr_mode = True
             self._targets = {dataset.path: open_array(self._file, dataset.path) for dataset in self._datasets}
-        except (OSError, InputError) as error:  # InputError: as where a mesh cannot be read
-            os.close(self._descriptor)
-            self.part.unlink(missing_ok=True)
+        except BaseException as error:  # also an interruption, or InputError where a mesh cannot be read
+            self._remove()
             if isinstance(error, OSError):
                 raise cannot_write(self.path, error) from error
             raise
@@ -299,19 +300,25 @@ class ResultsWriter:
         """Remove OUT.part, where nothing was simulated: OUT stays as it was."""
         with self._breaking():
             self._file.close()
-        os.close(self._descriptor)
+        self._remove()
+
+    def _remove(self) -> None:
         self.part.unlink(missing_ok=True)
+        distrust(self._descriptor)
+        os.close(self._descriptor)
 
     def _close(self) -> None:
-        """Close the file and, if it is complete, rename it to OUT."""
+        """Close the file and, if it is complete, rename it to OUT. Its lock ends last."""
         try:
             with self._breaking():
                 self._file.close()
+                if self._finished:
+                    self.part.replace(self.path)
         finally:
+            distrust(self._descriptor)
+            if self._finished and not self._broken:
+                trust(self._descriptor)
             os.close(self._descriptor)
-        if self._finished:
-            with self._breaking():
-                self.part.replace(self.path)
 
     @contextmanager
     def _breaking(self) -> Iterator[None]:

@@ -6,5 +6,5 @@ import pytest
 
 
 @pytest.fixture(autouse=True)
-def read_without_rehearsal(read_here: None) -> None:
+def read_without_sandbox(read_here: None) -> None:
     """As the files are none that others have damaged."""

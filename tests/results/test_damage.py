@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj import rehearsal
+from mbproj import sandbox
 from mbproj.errors import InputError, MbprojWarning
 from mbproj.results import check_results, open_results
 from mbproj.results.file.checksums import OF_ATTRIBUTES, OF_DATA
@@ -24,7 +24,7 @@ IN_PLACE = ("scene/text", "scene/settings", "scene/overrides", "scene/gravity", 
 
 @pytest.fixture
 def path(tmp_path, monkeypatch):
-    monkeypatch.setattr(rehearsal, "SECONDS", 1)
+    monkeypatch.setattr(sandbox, "SECONDS", 1)
     return record(tmp_path / "out.h5", block(times(20)), constants=MARKS)
 
 

@@ -270,7 +270,7 @@ def test_a_checksum_that_is_none(path):
     assert said(path, change, lambda results: results.time) == " is damaged: 'time' cannot be read"
 
 
-def test_whatever_stands_beside_the_samples_is_rehearsed(path):
+def test_whatever_stands_beside_the_samples_is_tried_in_the_sandbox(path):
     """A property that reads the file is in the list of what a child tries first."""
     from mbproj.results import Results
 

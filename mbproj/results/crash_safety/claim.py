@@ -19,7 +19,7 @@ import h5py
 from mbproj.errors import InputError
 from mbproj.results.faults import being_written, not_replaced
 from mbproj.results.file.lock import is_locked, lock
-from mbproj.results.file.opening import Identity, identify, open_rehearsed
+from mbproj.results.file.opening import Identity, identify, open_file
 
 #: Bytes for HDF5's own bookkeeping of one flush, and for the attributes at the end.
 MARGIN = 2**20
@@ -99,7 +99,7 @@ def _clear(part: Path) -> Path | None:
     except FileNotFoundError:
         return None
     try:
-        # The owner of the lock may remove the file. Reading the file can lose the lock, so that we lock last.
+        # Since the look at it another run may have locked the file, or removed it.
         if not lock(descriptor):
             raise being_written(part, _writer(part))
         if not _is_at(descriptor, part):
@@ -132,7 +132,7 @@ def _holds_something(part: Path) -> bool:
     if _is_blank(part):
         return False
     try:
-        with open_rehearsed(part) as contents:
+        with open_file(part) as contents:
             return contents.rows("time", ()) > 0
     except InputError:
         return True
@@ -141,7 +141,7 @@ def _holds_something(part: Path) -> bool:
 def _writer(part: Path) -> str | None:
     """The process and host that write the part, for messages; None where the part does not have them yet."""
     try:
-        with open_rehearsed(part) as contents:
+        with open_file(part) as contents:
             attributes = contents.attributes()
     except InputError:
         return None

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from h5py import h5a, h5t
 
-from mbproj.errors import InputError, warn_once
+from mbproj.errors import InputError, Problem, warn_once
 from mbproj.results.faults import damaged
 from mbproj.results.file.checksums import OF_ATTRIBUTES, plain, wrong_attributes
 from mbproj.results.file.dataset import COMPRESSING, DAMAGE, FILTERS, Shape, StoredDataset
@@ -39,7 +39,7 @@ class Contents:
     """
 
     def __init__(self, file: h5py.File, path: Path, *, unfinished: bool) -> None:
-        self._file, self.path, self.unfinished = file, path, unfinished
+        self._opened, self.path, self.unfinished = file, path, unfinished
         self.grows_from: int | None = None
         self._size = path.stat().st_size
         self._datasets: dict[str, StoredDataset] = {}
@@ -56,11 +56,18 @@ class Contents:
     @property
     def is_open(self) -> bool:
         """Whether the file is open, so that it can be read."""
-        return bool(self._file)
+        return bool(self._opened)
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        self._opened.close()
+
+    @property
+    def _file(self) -> h5py.File:
+        """The file. Raises InputError where it is closed."""
+        if not self._opened:
+            raise InputError(Problem(f"'{self.path}' is closed", hint="open it again, with open_results"))
+        return self._opened
 
     def has(self, name: str) -> bool:
         """Whether there is a dataset or group of this name."""
@@ -130,7 +137,7 @@ class Contents:
 
     def column(self, name: str, shape: Shape) -> npt.NDArray[Any]:
         """The numbers, or texts of any length, of a dataset of this shape. The file has texts apart from their dataset:
-        the rehearsal limits the memory that they take."""
+        the sandbox limits the memory that they take."""
         dataset = self._dataset(name)
         if not dataset.has_texts:
             return self.array(name, shape)
@@ -208,9 +215,10 @@ class Contents:
             raise self.damaged(name, "cannot be read") from error
 
     def _dataset(self, name: str) -> StoredDataset:
+        file = self._file
         if name not in self._datasets:
             try:
-                member = self._file[name]
+                member = file[name]
             except DAMAGE as error:
                 raise damaged(self.path, f"it has no '{name}'") from error
             with self._reading(name):

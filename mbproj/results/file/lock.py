@@ -1,14 +1,18 @@
 """Guards a results file: it has to be a regular file, and one run alone writes to it.
 
 Opening a pipe or a device may block, so results are read from regular files only. A lock on OUT.part refuses a second
-run with the same output. POSIX record locks, because HDF5 locks with flock and would refuse its own readers. They end
-with the process.
+run with the same output, in another process or in a thread of this one. The lock belongs to the open file: it ends
+where the last descriptor of that opening is closed, at the latest with the process. A record lock of POSIX would end
+where the process closes any descriptor of the file, as a reader does. flock is the lock where the system has no other:
+HDF5 has it too, so that other programs cannot read OUT.part there.
 """
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
+import struct
 from pathlib import Path
 
 from mbproj.errors import InputError, Problem
@@ -43,30 +47,47 @@ try:
 except ImportError:  # Windows, where a file that is open cannot be replaced anyway
     fcntl = None  # type: ignore[assignment]
 
+#: The struct flock of Linux: the kind of lock, from where its place counts, start, length (0: all of it), process.
+RANGE = "hhqqi0q"
+
 
 def lock(descriptor: int) -> bool:
-    """Lock the open file for this process, until any descriptor of the file is closed. Return False where another
-    process has the lock; True also where locks are not available."""
-    if fcntl is None:
-        return True
-    try:
-        fcntl.lockf(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except (BlockingIOError, PermissionError):
-        return False
-    except OSError:
-        return True
-    return True
+    """Lock the open file until it is closed. Return False where it is locked by another opening, in this process or
+    another; True also where locks are not available."""
+    return fcntl is None or not _is_refused(descriptor, "F_OFD_SETLK", fcntl.LOCK_EX)
 
 
 def is_locked(path: Path) -> bool:
-    """Whether another process holds the lock on the regular file at `path`."""
-    if fcntl is None or not path.exists():
+    """Whether a run, of this process or another, has locked the regular file at `path`."""
+    if fcntl is None:
         return False
     try:
-        descriptor = os.open(path, os.O_RDWR)
+        descriptor = os.open(path, os.O_RDONLY)
     except OSError:
         return False
     try:
-        return not lock(descriptor)
+        return _is_refused(descriptor, "F_OFD_GETLK", fcntl.LOCK_SH)
     finally:
         os.close(descriptor)
+
+
+def _is_refused(descriptor: int, command: str, operation: int) -> bool:
+    """Whether another opening has the lock. The `command` of open file descriptions either takes it, or asks for it;
+    where the system or the file system does not know such locks, flock tries the `operation`."""
+    wanted = struct.pack(RANGE, fcntl.F_WRLCK, 0, 0, 0, 0)
+    try:
+        if hasattr(fcntl, command):
+            told = fcntl.fcntl(descriptor, getattr(fcntl, command), wanted)
+            return command == "F_OFD_GETLK" and struct.unpack(RANGE, told)[0] != fcntl.F_UNLCK
+    except (BlockingIOError, PermissionError):
+        return True
+    except OSError as error:
+        if error.errno != errno.EINVAL:
+            return False
+    try:
+        fcntl.flock(descriptor, operation | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False

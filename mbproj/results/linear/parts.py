@@ -19,7 +19,7 @@ from mbproj.outputs import hdf5, replacing
 from mbproj.results import provenance
 from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.file.opening import open_file
 from mbproj.results.file.whole import create_text
 from mbproj.results.provenance import Attribute, root_attributes, write_scene
 from mbproj.scene.meshes import TriangleMesh
@@ -109,13 +109,13 @@ def read(path: Path, layout: FileLayout) -> tuple[dict[str, Any], dict[str, Any]
     has names that are not valid."""
     if not path.exists():
         raise InputError(Problem(f"there is no file '{path}'", hint=f"write it with: {layout.writer} -o {path}"))
-    with open_rehearsed(path, lambda contents: _read(contents, layout), layout.format) as contents:
+    with open_file(path, lambda contents: _read(contents, layout), layout.format) as contents:
         return _read(contents, layout), dict(contents.attributes())
 
 
 def scene_in(path: Path) -> StoredScene:
     """Read the scene that the file belongs to."""
-    with open_rehearsed(path) as contents:
+    with open_file(path) as contents:
         path_then, overrides = provenance.path(contents), provenance.overrides(contents)
         return StoredScene(provenance.text(contents, "text"), path_then, overrides, provenance.meshes(contents))
 

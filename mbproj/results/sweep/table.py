@@ -15,7 +15,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.results.faults import REPEAT
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.opening import open_rehearsed
+from mbproj.results.file.opening import open_file
 from mbproj.results.sweep.layout import CASE, DONE, FORMAT, NAME, NOT_RUN, SCHEMA_VERSION, WITHOUT_CHECKSUMS
 
 WANTED = "give the folder that 'mbproj sweep SPEC' has written"
@@ -73,7 +73,7 @@ def read_table(path: Path) -> SweepCases:
         raise InputError(Problem(f"'{path}' is not the folder of a sweep: it has no '{NAME}'", hint=WANTED))
     name = (path if path.is_dir() else file.absolute().parent).absolute().name
     try:
-        with open_rehearsed(file, lambda contents: _read(contents, name), "sweep") as contents:
+        with open_file(file, lambda contents: _read(contents, name), "sweep") as contents:
             return _read(contents, name)
     except InputError as error:
         raise InputError(
@@ -83,7 +83,7 @@ def read_table(path: Path) -> SweepCases:
 
 def version_of_table(path: Path) -> object:
     """The schema version of the summary in a sweep's folder."""
-    with open_rehearsed(path / NAME) as contents:
+    with open_file(path / NAME) as contents:
         return contents.attributes().get("schema_version")
 
 

@@ -1,9 +1,9 @@
-"""An HDF5 file is read in a child process first, where time and memory are limited.
+"""The sandbox: a child process, with little time and memory, which reads an HDF5 file before this process does.
 
 HDF5 trusts what it reads: some damaged files make it spin for ever, take all memory, or crash, and nothing within the
 process can stop it. So a child process first does what the reader will do. Where the child does not come to its end,
-the reader does not begin. To fork takes some 7 ms, and the child as long as the reader: 100 ms for all parts of a usual
-results file. So a part that a child has read without fault is not rehearsed again while the file is unchanged.
+the reader does not begin. A part that a child has read without fault is not tried again while the file is unchanged,
+and files that this process has written itself are not tried at all.
 
 Every limit is in processor time of the child, which does not grow while other processes have the processor.
 """
@@ -45,29 +45,54 @@ ENDLESS = "reading it does not come to an end"
 #: The fault of the file, by the signal that ended the child. The child kills itself where memory runs out.
 ENDS: dict[int, str] = {signal.SIGXCPU: ENDLESS, signal.SIGKILL: "reading it takes too much memory"} if resource else {}
 
-#: The rehearsals without fault: the name of the act, and the identity of the file.
+#: What was tried without fault: the name of the act, and the state of the file.
 _passed: set[tuple[object, ...]] = set()
+#: The files of this process by device and inode: their state when they were finished; None for one that it writes.
+_own: dict[tuple[int, int], tuple[int, ...] | None] = {}
 
 
-def rehearse(act: Callable[[], object], path: Path, name: str = "") -> bool:
-    """Call `act`, which reads the file at `path`, in a child process; return whether a child has done so. An act with a
-    `name` is rehearsed once for each state of the file; acts that read the same parts have the same name.
+def trust(descriptor: int, *, growing: bool = False) -> None:
+    """Read the open file, which this process has written, without a child until somebody changes it. While it is
+    `growing` no child may read it: to close it there, HDF5 would write what it has of the file in memory."""
+    about = os.fstat(descriptor)
+    _own[about.st_dev, about.st_ino] = None if growing else _state(about)
+
+
+def distrust(descriptor: int) -> None:
+    """Let a child read the open file first, like any other."""
+    about = os.fstat(descriptor)
+    _own.pop((about.st_dev, about.st_ino), None)
+
+
+def is_growing(path: Path) -> bool:
+    """Whether this process is writing the file at `path`. May raise OSError."""
+    about = path.stat()
+    return _own.get((about.st_dev, about.st_ino), ()) is None
+
+
+def _state(about: os.stat_result) -> tuple[int, ...]:
+    return about.st_size, about.st_mtime_ns, about.st_ctime_ns
+
+
+def try_in_sandbox(act: Callable[[], object], path: Path, name: str = "") -> bool:
+    """Call `act`, which reads the file at `path`, in a child process. Return whether that is done, or not needed. An
+    act with a `name` is tried once for each state of the file; acts that read the same parts have the same name.
 
     Raises the InputError that `act` raises. Raises one that says the file is damaged where the child does not come to
-    its end within the limits. Where a process cannot be forked (Windows) nothing is done.
+    its end within the limits. Where a process cannot be forked (Windows) only files of this process are known as good.
     """
+    about = path.stat()
+    which, state = (about.st_dev, about.st_ino), _state(about)
+    tried = (name, which, state)
+    if tried in _passed or (which in _own and _own[which] in (None, state)):
+        return True
     if resource is None or not hasattr(os, "fork"):
         return False
-    about = path.stat()
-    size, changed = about.st_size, max(about.st_mtime_ns, about.st_ctime_ns)
-    state = (name, about.st_dev, about.st_ino, size, about.st_mtime_ns, about.st_ctime_ns)
-    if state in _passed:
-        return True
-    is_settled = time.time_ns() - changed > SETTLED * 1e9
+    is_settled = time.time_ns() - max(state[1:]) > SETTLED * 1e9
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        _perform(act, size, reading, writing)
+        _perform(act, about.st_size, reading, writing)
     os.close(writing)
     try:
         said, in_time = _listen(reading, child)
@@ -84,7 +109,7 @@ def rehearse(act: Callable[[], object], path: Path, name: str = "") -> bool:
         raise _damaged(path, ENDLESS)
     _judge(said, status, path)
     if name and is_settled:
-        _passed.add(state)
+        _passed.add(tried)
     return True
 
 

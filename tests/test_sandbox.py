@@ -8,9 +8,9 @@ import time
 
 import pytest
 
-from mbproj import rehearsal
+from mbproj import sandbox
 from mbproj.errors import InputError, Problem
-from mbproj.rehearsal import rehearse
+from mbproj.sandbox import try_in_sandbox
 
 
 @pytest.fixture
@@ -55,10 +55,10 @@ def test_what_does_not_end_well_is_damage(path, monkeypatch, act, what):
         return child
 
     monkeypatch.setattr(os, "fork", noted)
-    monkeypatch.setattr(rehearsal, "SECONDS", 1)
-    monkeypatch.setattr(rehearsal, "PATIENCE", 1.0 if act is sleep else 60.0)
+    monkeypatch.setattr(sandbox, "SECONDS", 1)
+    monkeypatch.setattr(sandbox, "PATIENCE", 1.0 if act is sleep else 60.0)
     with pytest.raises(InputError) as caught:
-        rehearse(act, path)
+        try_in_sandbox(act, path)
     assert str(caught.value) == f"error: '{path}' is damaged: {what}; repeat the run"
     (child,) = children
     with pytest.raises(ChildProcessError):  # it is gone, and has been waited for
@@ -70,7 +70,7 @@ def test_an_input_error_comes_through_with_its_next_step(path):
         raise InputError([Problem("wrong äöü", hint="mend it"), Problem("this too")])
 
     with pytest.raises(InputError) as caught:
-        rehearse(refuse, path)
+        try_in_sandbox(refuse, path)
     assert str(caught.value) == "error: wrong äöü; mend it\nerror: this too"
 
 
@@ -83,14 +83,14 @@ def test_a_slow_computer_is_no_damage(path, monkeypatch):
         while time.monotonic() < end:
             time.sleep(0.01)
 
-    monkeypatch.setattr(rehearsal, "PATIENCE", 0.1)
-    assert rehearse(slowly, path)
-    monkeypatch.setattr(rehearsal, "PATIENCE", 60.0)
+    monkeypatch.setattr(sandbox, "PATIENCE", 0.1)
+    assert try_in_sandbox(slowly, path)
+    monkeypatch.setattr(sandbox, "PATIENCE", 60.0)
     limits: list[int] = []
-    monkeypatch.setattr(rehearsal, "_lower", lambda kind, limit: limits.append(limit))
-    monkeypatch.setattr(rehearsal, "SECONDS", 2)
-    monkeypatch.setattr(rehearsal, "USUAL", 1e-9)  # so that this processor is a slow one
-    rehearsal._limit(0)
+    monkeypatch.setattr(sandbox, "_lower", lambda kind, limit: limits.append(limit))
+    monkeypatch.setattr(sandbox, "SECONDS", 2)
+    monkeypatch.setattr(sandbox, "USUAL", 1e-9)  # so that this processor is a slow one
+    sandbox._limit(0)
     assert limits[0] > 100
 
 
@@ -102,21 +102,21 @@ def test_what_was_read_without_fault_is_not_read_again(path, monkeypatch):
         return fork()
 
     monkeypatch.setattr(os, "fork", noted)
-    monkeypatch.setattr(rehearsal, "SETTLED", 0.01)
+    monkeypatch.setattr(sandbox, "SETTLED", 0.01)
     time.sleep(0.05)
     for name in ("parts", "parts", "others", "", ""):
-        assert rehearse(lambda: None, path, name)
+        assert try_in_sandbox(lambda: None, path, name)
     assert len(children) == 4
     path.write_bytes(b"new")  # of the same size, and changed just now: not remembered
-    monkeypatch.setattr(rehearsal, "SETTLED", 60.0)
+    monkeypatch.setattr(sandbox, "SETTLED", 60.0)
     for _ in range(2):
-        assert rehearse(lambda: None, path, "parts")
+        assert try_in_sandbox(lambda: None, path, "parts")
     assert len(children) == 6
 
 
 def test_nothing_is_changed_here(path):
     """What the child does stays in the child, and a fault of ours is left to the reader itself."""
     seen: list[int] = []
-    rehearse(lambda: seen.append(1), path)
-    rehearse(lambda: 1 / 0, path)
+    try_in_sandbox(lambda: seen.append(1), path)
+    try_in_sandbox(lambda: 1 / 0, path)
     assert seen == []
