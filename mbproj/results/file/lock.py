@@ -58,15 +58,15 @@ def lock(descriptor: int) -> bool:
 
 
 def is_locked(path: Path) -> bool:
-    """Whether a run, of this process or another, has locked the regular file at `path`."""
+    """Whether a run, of this process or another, has locked the file at `path`. Nothing else than a regular file is."""
     if fcntl is None:
         return False
     try:
-        descriptor = os.open(path, os.O_RDONLY)
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # a pipe would wait for who writes into it
     except OSError:
         return False
     try:
-        return _is_refused(descriptor, "F_OFD_GETLK", fcntl.LOCK_SH)
+        return stat.S_ISREG(os.fstat(descriptor).st_mode) and _is_refused(descriptor, "F_OFD_GETLK", fcntl.LOCK_SH)
     finally:
         os.close(descriptor)
 
