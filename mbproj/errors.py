@@ -6,6 +6,7 @@ The next step is often the name that was meant: `did_you_mean`, `choose_from`.
 from __future__ import annotations
 
 import errno
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -113,6 +114,14 @@ class MbprojWarning(UserWarning):
 def warn_once(text: str) -> None:
     """Warn with an `MbprojWarning`, once a process for each text."""
     warn(text, MbprojWarning, stacklevel=2)
+
+
+def warn_caller(text: str) -> None:
+    """Warn with an `MbprojWarning` at the line outside mbproj that called one of its functions."""
+    depth, frame = 2, sys._getframe(1)
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == "mbproj":
+        depth, frame = depth + 1, frame.f_back
+    warn(text, MbprojWarning, stacklevel=depth)
 
 
 @contextmanager

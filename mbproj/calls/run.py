@@ -6,13 +6,12 @@ import weakref
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
-from warnings import warn
 
 import numpy as np
 
 from mbproj.calls.arguments import Given, by_arguments, refuse_earlier_names, scene_of
 from mbproj.calls.settings import RunSettings, options_of, with_settings
-from mbproj.errors import InputError, MbprojWarning, Place, Problem, placed_at
+from mbproj.errors import InputError, Place, Problem, placed_at, warn_caller
 from mbproj.integrate.simulate import Progress
 from mbproj.integrate.stepwise import Stepwise
 from mbproj.model import compile_system
@@ -136,5 +135,5 @@ def _recorded(
         run = record_run(scene, path, certified=certified, earlier=earlier, outside=outside, progress=progress)
     doubts = [note.text for note in run.notes if note.doubts_motion]
     if doubts:
-        warn("\n".join(doubts), MbprojWarning, stacklevel=4)  # at the line that called `run` or another function here
+        warn_caller("\n".join(doubts))
     return open_own_results(path)

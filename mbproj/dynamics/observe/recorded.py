@@ -6,7 +6,7 @@ Each quantity is computed on first use, for all samples of a block at once.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias, final
 
@@ -58,6 +58,11 @@ class Observer:
     def at(self, samples: Samples) -> Observation:
         """Return all recorded quantities at some samples."""
         return Observation(self, samples)
+
+
+def _coordinates(system: System, pose: Pose, samples: Samples) -> Numbers:
+    """Return the joints' coordinates with turns, (T, nc)."""
+    return coordinate_values(system, pose) + 2.0 * np.pi * samples.turns * is_angle(system)
 
 
 @final
@@ -126,10 +131,10 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
         return contact_paths(self.system)
 
-    @cached_property
+    @property
     def coordinate(self) -> Numbers:
         """The joints' coordinates with turns, (T, nc)."""
-        return coordinate_values(self.system, self.pose) + 2.0 * np.pi * self._seen.turns * is_angle(self.system)
+        return self.instant.expected
 
     @cached_property
     def drive(self) -> Drive:
@@ -152,7 +157,9 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     @cached_property
     def instant(self) -> Instant:
-        return Instant(self.system, self.pose, self.twist, self._seen.t, lambda: self.coordinate, self._seen.x)
+        # `partial`, not a method of this object: a circle of references would keep all arrays of a block for long.
+        counted = partial(_coordinates, self.system, self.pose, self._seen)
+        return Instant(self.system, self.pose, self.twist, self._seen.t, counted, self._seen.x)
 
     @cached_property
     def laws(self) -> LawState:
