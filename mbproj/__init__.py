@@ -18,7 +18,6 @@ import gc
 from collections.abc import Mapping
 from importlib import import_module
 from types import MappingProxyType
-from typing import Any
 
 from mbproj.version import __version__
 
@@ -73,7 +72,7 @@ _HOME_OF = {name: home for home, names in HOMES.items() for name in names.split(
 __all__ = ["__version__", *sorted(_HOME_OF)]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name not in _HOME_OF:
         raise AttributeError(f"module 'mbproj' has no attribute '{name}'")
     collects = gc.isenabled()

@@ -144,13 +144,14 @@ def main() -> None:
     _show_notes()
     _handle_lost_interruptions()
     code = _exit_code()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Python's own end would be interrupted with a traceback
     if code == ExitCode.INTERRUPTED:
         _exit_interrupted()
     sys.exit(int(code))
 
 
 def _exit_interrupted() -> None:
-    """End an interrupted command at once. A second Ctrl-C would otherwise interrupt Python's own wait for threads."""
+    """End an interrupted command at once, without Python's wait for threads."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     with suppress(OSError):
         sys.stdout.flush()

@@ -72,8 +72,9 @@ def look() -> None:
 @contextmanager
 def interruption() -> Iterator[Interruption]:
     """Turn SIGINT and SIGTERM into a request while the block runs, in the main thread. In other threads only
-    `time_limit` has an effect."""
-    asked = Interruption()
+    `time_limit` has an effect. A block inside another one takes its request over."""
+    asked, around = Interruption(), _current.get()
+    asked.requested = around is not None and around.requested
     token = _current.set(asked)
     try:
         with _signals(asked):

@@ -14,6 +14,7 @@ from mbproj.dataclass import brief, dataclass
 from mbproj.dynamics.assembly.assemble import State, assemble
 from mbproj.dynamics.rank.uniqueness import unique_components
 from mbproj.errors import SimulationError
+from mbproj.integrate.interruption import interruption
 from mbproj.integrate.reporting.report import Report, summary
 from mbproj.integrate.simulate import Keep, Progress, simulate
 from mbproj.model.compile.guess import initial_guess
@@ -141,7 +142,8 @@ def record_run(
         writer.mark(unique_components(system, state))
     begun = False
     try:
-        with writer as recorder, placed_in(scene):
+        # A signal waits until the file is made, or closed: an exception inside HDF5 would leave it half done.
+        with interruption() as asked, writer as recorder, placed_in(scene):
             begun = True
             if recorder.set_aside is not None:
                 notes.append(Note(f"'{recorder.part}', which a killed run had left, is kept as '{recorder.set_aside}'"))
@@ -157,6 +159,8 @@ def record_run(
             known = summary(str(scene.path or "scene"), str(output), report, total_seconds=seconds)
             known |= attributes
             recorder.attributes({**known, KEY: as_attribute(notes)})
+        if asked.requested:
+            raise KeyboardInterrupt
     except SimulationError as error:
         error.output = Path(output) if begun else None
         raise

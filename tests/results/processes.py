@@ -13,7 +13,7 @@ def child(code: str, *arguments: str) -> subprocess.Popen:
     """A Python process with the writer and the pendulum at hand."""
     head = """
         import sys, time
-        from mbproj.results import ResultsWriter, writer
+        from mbproj.results import ResultsWriter, check_output, writer
         from tests.results.pendulum_blocks import *
         def go(): print("go", flush=True)
     """

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import platform
+import queue
+import threading
 
 import h5py
 import numpy as np
@@ -152,3 +154,57 @@ def test_a_damaged_file_is_not_replaced(tmp_path):
         f"error: '{path}' exists and cannot be read as results of mbproj, so it is not replaced; "
         "remove it if you do not need it, or choose another file with -o"
     )
+
+
+def test_a_reader_of_a_running_run_leaves_its_lock(tmp_path):
+    """A record lock of POSIX would end where the process closes any descriptor of the file."""
+    path = tmp_path / "out.h5"
+    with ResultsWriter(path, scene(), NAMES) as recorder:
+        recorder.write(block(times(5)))
+        recorder._flush()
+        with open_results(path) as results:
+            assert (results.status, len(results.time)) == ("running", 5)
+        (recorder.part.open("rb")).close()
+        other = child("from pathlib import Path; check_output(Path(sys.argv[1]))", str(path))
+        _, errors = other.communicate(timeout=60)
+        assert other.returncode != 0
+        assert f"another run (process {os.getpid()} on" in errors
+        recorder.write(block(times(5) + 0.05))
+    with open_results(path) as results:
+        assert (results.status, len(results.time)) == ("complete", 10)
+
+
+def test_of_threads_with_one_output_one_wins_and_the_others_are_told(tmp_path):
+    path, all_began, told = tmp_path / "out.h5", threading.Barrier(4), queue.SimpleQueue()
+
+    def once() -> None:
+        all_began.wait()
+        try:
+            with ResultsWriter(path, scene(), NAMES) as recorder:
+                recorder.write(block(times(5)))
+                all_tried.wait()
+        except InputError as error:
+            told.put(str(error))
+            all_tried.wait()
+
+    for _ in range(20):
+        all_tried = threading.Barrier(4)
+        threads = [threading.Thread(target=once) for _ in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        messages = [told.get_nowait() for _ in range(3)]
+        assert all(" is writing " in message for message in messages)
+        assert told.empty()
+        assert [entry.name for entry in tmp_path.iterdir()] == ["out.h5"]
+        with open_results(path) as results:
+            assert (results.status, len(results.time)) == ("complete", 5)
+
+
+def test_closed_results_say_so(tmp_path):
+    results = open_results(record(tmp_path / "out.h5", block(times(5))))
+    results.close()
+    for look in (lambda: results["bodies/position"], lambda: results.time):
+        with pytest.raises(InputError, match=r"out\.h5' is closed; open it again, with open_results"):
+            look()
