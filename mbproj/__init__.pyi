@@ -2,20 +2,20 @@
 
 from collections.abc import Mapping
 
-from mbproj.calls.again import continue_run as continue_run, rerun as rerun
-from mbproj.calls.batch import Batch as Batch, batch as batch
-from mbproj.calls.check.assemblies import branches as branches
-from mbproj.calls.check.checked import SceneCheck as SceneCheck, check as check
-from mbproj.calls.files import compare_results as compare_results, export as export, largest_loads as largest_loads
-from mbproj.calls.linear import (
+from mbproj.api.again import continue_run as continue_run, rerun as rerun
+from mbproj.api.batch import Batch as Batch, batch as batch
+from mbproj.api.check.assemblies import branches as branches
+from mbproj.api.check.checked import SceneCheck as SceneCheck, check as check
+from mbproj.api.files import compare_results as compare_results, export as export, largest_loads as largest_loads
+from mbproj.api.linear import (
     equilibria as equilibria,
     equilibrium as equilibrium,
     linearize as linearize,
     modes as modes,
     traces as traces,
 )
-from mbproj.calls.loads import loads as loads
-from mbproj.calls.models import (
+from mbproj.api.loads import loads as loads
+from mbproj.api.models import (
     Exported as Exported,
     Imported as Imported,
     export_model as export_model,
@@ -23,9 +23,9 @@ from mbproj.calls.models import (
     new as new,
     schema as schema,
 )
-from mbproj.calls.pictures import paper as paper
-from mbproj.calls.run import run as run, start as start
-from mbproj.calls.studies import (
+from mbproj.api.pictures import paper as paper
+from mbproj.api.run import run as run, start as start
+from mbproj.api.studies import (
     compare as compare,
     recommend as recommend,
     stability as stability,
@@ -33,7 +33,7 @@ from mbproj.calls.studies import (
     tradeoff as tradeoff,
     verify as verify,
 )
-from mbproj.calls.sweep import (
+from mbproj.api.sweep import (
     SweepTable as SweepTable,
     fit as fit,
     optimise as optimise,

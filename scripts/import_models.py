@@ -39,7 +39,7 @@ def mbproj(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 def row(path: Path, name: str, folder: Path, duration: float) -> list[str]:
     """A row of the table; the first line of the error where the model cannot be read or run."""
-    from mbproj.calls.models import import_model
+    from mbproj.api.models import import_model
     from mbproj.errors import MbprojError
     from mbproj.formats.mechanism import Same
 

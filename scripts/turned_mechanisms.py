@@ -17,7 +17,7 @@ from itertools import islice
 
 import numpy as np
 
-from mbproj.calls.check.checked import assembled, checked
+from mbproj.api.check.checked import assembled, checked
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.simulate import simulate
 from mbproj.mechanisms_folder import mechanisms

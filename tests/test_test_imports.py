@@ -14,7 +14,7 @@ REACHED = {
         scene.expressions.compiled studies.compare.comparison studies.recommend.recommendation
         studies.stability.bisection studies.verify""",
     "its name tells too little away from its module": """
-        calls.check.fast_forces dynamics.derivatives.tangent figures functions.program functions.series
+        api.check.fast_forces dynamics.derivatives.tangent figures functions.program functions.series
         integrate.steppers.order_conditions model.euler_parameters scene.blocks.forces.coulomb scene.blocks.oversights
         scene.expressions.syntax_tree scene.fields.rotations""",
     "a test replaces or counts what the module calls": """

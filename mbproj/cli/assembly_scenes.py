@@ -11,7 +11,7 @@ from mbproj.dynamics.assembly.assemblies import Assemblies, Assembly
 from mbproj.errors import InputError, Place, Problem
 from mbproj.model import System, compile_system, initial_guess
 from mbproj.model.system import Conditions
-from mbproj.outputs import SCENE, make_folder, write_text
+from mbproj.output_files import SCENE, make_folder, write_text
 from mbproj.pages.appearance.motion import motion_at
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import Scene

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mbproj.cli.report.text import json_text
-from mbproj.facts import report_of
-from mbproj.facts.models import SAID
+from mbproj.report_schema import report_of
+from mbproj.report_schema.models import SAID
 
 if TYPE_CHECKING:
     from mbproj.errors import Place

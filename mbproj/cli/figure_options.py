@@ -60,7 +60,7 @@ def plot_option(command: Command) -> Command:
 
 def check_picture(path: Path | None, *, force: bool, option: str = "--plot") -> None:
     """Raises InputError where the option names no picture, or a file that cannot or may not be written."""
-    from mbproj.outputs import check_replaceable, picture
+    from mbproj.output_files import check_replaceable, picture
 
     if path is None:
         return

@@ -11,7 +11,7 @@ from mbproj.errors import InputError, Problem
 from mbproj.scene.meshes import meshes_of
 
 if TYPE_CHECKING:
-    from mbproj.calls.check.ropes import RopeAtStart
+    from mbproj.api.check.ropes import RopeAtStart
     from mbproj.dynamics import State
     from mbproj.integrate.stops.resting import RubsAtStart
     from mbproj.integrate.stops.start import AtStart
@@ -23,7 +23,7 @@ FORMATS = ("png", "svg", "pdf", "html")
 
 def check_start(path: Path) -> None:
     """Raises InputError where the name is of no picture or page, or the file may not be written."""
-    from mbproj.outputs import PAGE, check_replaceable, picture
+    from mbproj.output_files import PAGE, check_replaceable, picture
 
     ending = path.suffix[1:].lower()
     if ending not in FORMATS:
@@ -35,7 +35,7 @@ def check_start(path: Path) -> None:
 
 def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
     """Write the picture or the page."""
-    from mbproj.outputs import PAGE, write_text
+    from mbproj.output_files import PAGE, write_text
     from mbproj.pages.appearance.motion import motion_at
 
     motion = motion_at(system, state.q)

@@ -9,8 +9,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from mbproj.figures.style import look, page_width, styled
-from mbproj.outputs import picture, replacing
-from mbproj.outputs.kinds import MARK
+from mbproj.output_files import picture, replacing
+from mbproj.output_files.kinds import MARK
 
 #: The metadata of each format: mbproj's mark, by which it recognises its files, and no date, so that the same results
 #: give the same file.

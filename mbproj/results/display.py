@@ -120,9 +120,9 @@ class Shown(ABC):
 
     @property
     def plot(self) -> Any:
-        """The pictures by kind, as `results.plot.reactions("A")`: see `mbproj.calls.pictures.Plots`."""
-        return import_module("mbproj.calls.pictures").Plots(self)
+        """The pictures by kind, as `results.plot.reactions("A")`: see `mbproj.api.pictures.Plots`."""
+        return import_module("mbproj.api.pictures").Plots(self)
 
     def animate(self) -> Any:
-        """The page of `mbproj animate`, which a notebook shows: see `mbproj.calls.pictures.Page`."""
-        return import_module("mbproj.calls.pictures").page(self)
+        """The page of `mbproj animate`, which a notebook shows: see `mbproj.api.pictures.Page`."""
+        return import_module("mbproj.api.pictures").page(self)

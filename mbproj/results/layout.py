@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mbproj.dataclass import dataclass
-from mbproj.facts.run import COUNTS
+from mbproj.report_schema.run import COUNTS
 
 FORMAT = "mbproj results"
 SCHEMA_VERSION = 3

@@ -13,7 +13,7 @@ import h5py
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
-from mbproj.outputs import check_replaceable, hdf5
+from mbproj.output_files import check_replaceable, hdf5
 from mbproj.results.faults import ELSEWHERE, cannot_write, damaged, not_ours
 from mbproj.results.file.checksums import stamp_attributes
 from mbproj.results.file.contents import Contents
@@ -108,7 +108,7 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
     such file, or it is of another scene."""
     import shutil
 
-    from mbproj.outputs import replacing
+    from mbproj.output_files import replacing
 
     check_store(path, scene)
     with replacing(path, hdf5(FORMAT), force=True, hint=ELSEWHERE) as copy:

@@ -15,7 +15,7 @@ from time import perf_counter
 from mbproj.analysis import Outcome, outcomes
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, MbprojError, Problem, SimulationError, message_and_code
-from mbproj.outputs import make_folder
+from mbproj.output_files import make_folder
 from mbproj.results import check_results, open_results
 from mbproj.results.files import part_path
 from mbproj.results.notes import Note

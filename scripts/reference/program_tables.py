@@ -14,11 +14,11 @@ from mbproj.cli.main import mbproj as group
 from mbproj.cli.report.thresholds import USERS
 from mbproj.cli.scene_options import SCENE_OPTIONS
 from mbproj.errors import ExitCode
-from mbproj.facts import ANY_NAME, Fact
-from mbproj.facts.info import ROOT
-from mbproj.facts.reports import REPORTS
 from mbproj.figures.kinds import KINDS
 from mbproj.figures.sweeps import PICTURES
+from mbproj.report_schema import ANY_NAME, Fact
+from mbproj.report_schema.info import ROOT
+from mbproj.report_schema.reports import REPORTS
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER
 from mbproj.results.linear.model_file import LAYOUT as MODEL
 from mbproj.results.linear.modes_file import LAYOUT as MODES

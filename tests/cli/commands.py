@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from threading import Lock
 
-from tests.facts.reports import refuse_what_no_table_says
+from tests.report_schema.reports import refuse_what_no_table_says
 from tests.support import ROOT
 
 FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.calls.check.fast_forces import facts, lines
+from mbproj.api.check.fast_forces import facts, lines
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps

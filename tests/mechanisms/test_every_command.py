@@ -25,7 +25,7 @@ from mbproj.errors import MbprojError
 from mbproj.scene import Settings
 from mbproj.studies import time_settings
 from tests.crossed import some
-from tests.facts.reports import refuse_what_no_table_says
+from tests.report_schema.reports import refuse_what_no_table_says
 from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS
 

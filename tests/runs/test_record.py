@@ -54,7 +54,7 @@ def test_one_place_compiles_assembles_and_records():
     assert callers("ResultsWriter") == {"runs/record.py"}
     assert callers("simulate") == {"runs/record.py"} | UNRECORDED
     assert callers("record_run") == {
-        "calls/run.py",
+        "api/run.py",
         "cli/simulate/execute.py",
         "cli/watch/follow.py",
         "studies/batch.py",

@@ -69,7 +69,7 @@ def command(
     first solid, the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js,
     which comes with the extra: pip install 'mbproj[animate]'. A name in .gif, or .mp4 with ffmpeg, makes a film.
     """
-    from mbproj.outputs import PAGE, check_replaceable, write_text
+    from mbproj.output_files import PAGE, check_replaceable, write_text
     from mbproj.pages.page.write import html
 
     path = output or sources[0].with_suffix(".html")
@@ -98,7 +98,7 @@ def _film(sources: Sequence[Path], start: float | None, stop: float | None, path
     from mbproj.cli.results_shown import open_with_note, selected
     from mbproj.cli.studies.pictures import is_linear
     from mbproj.figures.kinds.film import save_film
-    from mbproj.outputs import check_replaceable, film
+    from mbproj.output_files import check_replaceable, film
 
     for source in sources:
         if source.suffix.lower() in SCENES or is_linear(source):

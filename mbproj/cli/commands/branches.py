@@ -81,7 +81,7 @@ def command(
     search begins from random poses within the bodies' reach. The report tells how rare an assembly is that it may have
     missed.
     """
-    from mbproj.calls.check.assemblies import ready
+    from mbproj.api.check.assemblies import ready
     from mbproj.cli.assembly_scenes import check_starts, write_starts
     from mbproj.dynamics.assembly.assemblies import assemblies
     from mbproj.scene import read_scene

@@ -45,8 +45,8 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
 
     Exit code 0: it can run; 2: the input is wrong or does not close; 4: its equations have no unique solution.
     """
-    from mbproj.calls.check import fast_forces
-    from mbproj.calls.check.checked import assembled, checked
+    from mbproj.api.check import fast_forces
+    from mbproj.api.check.checked import assembled, checked
     from mbproj.cli.report.text import show_notes
     from mbproj.cli.start import check_start, draw_start
     from mbproj.integrate.stiff.fast_forces import stable_steps

@@ -11,8 +11,8 @@ import click
 from mbproj.cli.completion import results_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.report.text import json_text
-from mbproj.facts import report_of
-from mbproj.facts.results import COMPARISON
+from mbproj.report_schema import report_of
+from mbproj.report_schema.results import COMPARISON
 
 if TYPE_CHECKING:
     from mbproj.analysis.same_motion import MotionComparison, QuantityComparison
@@ -70,7 +70,7 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
 
 def _limit(text: str) -> tuple[str, float]:
     """The name and the value of a text QUANTITY=VALUE, the value in the unit of the quantity."""
-    from mbproj.calls.files import allowed
+    from mbproj.api.files import allowed
 
     name, _, value = text.partition("=")
     return name, allowed(name, value)

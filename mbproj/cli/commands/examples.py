@@ -13,7 +13,7 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from mbproj.outputs.kinds import FileKind
+    from mbproj.output_files.kinds import FileKind
 
 ELSEWHERE = "choose a folder you can write to"
 EXAMPLES = (
@@ -45,7 +45,7 @@ def command(folder: str | None, notebooks: str | None) -> None:
     from mbproj.guide.pages import ROOT
     from mbproj.mechanisms_folder import folder as home
     from mbproj.mechanisms_folder import mechanisms, validation_scenes
-    from mbproj.outputs import NOTEBOOK, SCENE
+    from mbproj.output_files import NOTEBOOK, SCENE
     from mbproj.scene import read_scene
 
     if notebooks is not None:
@@ -66,7 +66,7 @@ def command(folder: str | None, notebooks: str | None) -> None:
 
 def _copy(copies: Mapping[Path, Path], target: Path, kind: FileKind) -> None:
     """Copy files into the folder `target`: all of them, or none where one exists already."""
-    from mbproj.outputs import make_folder, write_text
+    from mbproj.output_files import make_folder, write_text
 
     taken = [str(copy.relative_to(target)) for copy in copies.values() if copy.exists()]
     if taken:

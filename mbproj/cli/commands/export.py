@@ -124,7 +124,7 @@ def _tables(
     force: bool,
 ) -> None:
     from mbproj.analysis.tables import tables
-    from mbproj.calls.files import checked_name, write_tables
+    from mbproj.api.files import checked_name, write_tables
 
     if only_list:
         by_name = {table.name: table for table in tables(shown, corners)}
@@ -146,7 +146,7 @@ def export_models(
     from mbproj.formats.export.mjcf import as_mjcf
     from mbproj.formats.export.urdf import as_urdf
     from mbproj.formats.mechanism import Same
-    from mbproj.outputs import LOOPS, MODEL, check_replaceable, write_text
+    from mbproj.output_files import LOOPS, MODEL, check_replaceable, write_text
     from mbproj.scene import read_scene
     from mbproj.version import __version__
 

@@ -80,13 +80,13 @@ def command(
     The table lists each element without a counterpart: what becomes of it, and whether the motion of the scene is still
     that of the model.
     """
-    from mbproj.calls.models import imported
+    from mbproj.api.models import imported
     from mbproj.cli.conversion_table import table_json, table_lines
-    from mbproj.facts import report_of
-    from mbproj.facts.models import AGREEMENT
     from mbproj.formats import ImportOptions
     from mbproj.formats.signals import read_pose, read_signals
-    from mbproj.outputs import SCENE, check_replaceable, write_text
+    from mbproj.output_files import SCENE, check_replaceable, write_text
+    from mbproj.report_schema import report_of
+    from mbproj.report_schema.models import AGREEMENT
 
     if output is not None:
         check_replaceable(output, SCENE, force=force)

@@ -15,8 +15,8 @@ from mbproj.cli.report.trust import as_numbers, lines_on
 from mbproj.cli.report.verification import lines as verification_lines
 from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import ExitCode, shortened
-from mbproj.facts import report_of
-from mbproj.facts.info import ATTRIBUTES, INFO
+from mbproj.report_schema import report_of
+from mbproj.report_schema.info import ATTRIBUTES, INFO
 
 if TYPE_CHECKING:
     from mbproj.results import Results
@@ -92,7 +92,7 @@ def command(
             "numbers that it decides by"
         )
     if table_file is not None:
-        from mbproj.outputs.written_table import check_table
+        from mbproj.output_files.written_table import check_table
 
         check_table(table_file, ("kind", "name"))
     if results is None:
@@ -123,8 +123,8 @@ def command(
             words = _json(report.facts(opened, over, level, rainflow=rainflow)) if as_json else None
             click.echo(words or "\n".join(report.lines(opened, over, level, rainflow=rainflow)))
             if table_file is not None:
-                from mbproj.calls.files import largest_loads as table_of
-                from mbproj.outputs.written_table import write_table
+                from mbproj.api.files import largest_loads as table_of
+                from mbproj.output_files.written_table import write_table
 
                 table = table_of(opened, over=over)
                 click.echo(write_table(table_file, table.headings, table.rows), err=True)

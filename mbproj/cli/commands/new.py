@@ -10,7 +10,7 @@ import click
 
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.study_options import force as force_option
-from mbproj.outputs import SCENE, write_text
+from mbproj.output_files import SCENE, write_text
 from mbproj.templates import OPTIONS, TEMPLATES, scene_text
 
 KINDS = tuple(TEMPLATES)

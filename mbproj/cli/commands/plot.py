@@ -145,7 +145,7 @@ def command(
     from mbproj.figures.kinds import draw, nothing_to_see, why_not
     from mbproj.figures.labels import derive_labels, stem
     from mbproj.figures.save import save
-    from mbproj.outputs import check_replaceable, make_folder, picture
+    from mbproj.output_files import check_replaceable, make_folder, picture
 
     of_runs: dict[str, object] = {
         "--label": labels,

@@ -15,8 +15,8 @@ from mbproj.cli.figure_options import check_picture, plot_option
 from mbproj.cli.report.text import json_text, table
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
-from mbproj.facts import report_of
-from mbproj.facts.models import CURVE
+from mbproj.report_schema import report_of
+from mbproj.report_schema.models import CURVE
 
 if TYPE_CHECKING:
     from mbproj.scene.blocks.curves.sheet import Sheet
@@ -59,7 +59,7 @@ def command(
     NAME is that of the curve; a scene with a single one needs none. The pressure angle is that of a follower that moves
     on a line through the origin of the curve. Lengths of the table are in m, angles in rad.
     """
-    from mbproj.outputs import check_replaceable, csv, write_csv
+    from mbproj.output_files import check_replaceable, csv, write_csv
     from mbproj.scene.blocks.curves.sheet import sheet_of
     from mbproj.scene.read import read_scene
 

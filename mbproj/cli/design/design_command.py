@@ -15,8 +15,8 @@ from mbproj.cli.explained import Part, option
 from mbproj.cli.figure_options import look
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, InputError, Place, Problem
-from mbproj.facts import report_of
-from mbproj.facts.designs import DESIGN
+from mbproj.report_schema import report_of
+from mbproj.report_schema.designs import DESIGN
 from mbproj.scene.ranges.family import column_of
 
 if TYPE_CHECKING:
@@ -78,10 +78,10 @@ class DesignOptions:
 
 def search(given: dict[str, Any], *, fits: bool) -> int:
     """Run the command: read, search, write, report."""
-    from mbproj.calls.sweep import spec_of
+    from mbproj.api.sweep import spec_of
     from mbproj.figures.pages.designs import whole_page
     from mbproj.figures.save import save
-    from mbproj.outputs import picture
+    from mbproj.output_files import picture
     from mbproj.studies.design.design_folder import FIRST, DesignFolder, starts_table
     from mbproj.studies.design.figure_data import data_to_draw
     from mbproj.studies.design.run import find_design

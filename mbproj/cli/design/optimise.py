@@ -54,7 +54,7 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
 def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     """Run the command: read, search, write, report."""
     from mbproj.cli.study import OTHER_FOLDER
-    from mbproj.outputs import DESIGNED, PAGE, csv, make_folder, write_csv, write_text
+    from mbproj.output_files import DESIGNED, PAGE, csv, make_folder, write_csv, write_text
     from mbproj.pages.page.write import designs_page
     from mbproj.studies.design.design_folder import best_scene
     from mbproj.studies.synthesis.page_data import page_data

@@ -70,7 +70,7 @@ def command(
     """
     from mbproj.cli.report.text import columns
     from mbproj.cli.scene_options import parameters
-    from mbproj.outputs.written_table import check_table, write_table
+    from mbproj.output_files.written_table import check_table, write_table
     from mbproj.scene import read_scene
     from mbproj.studies.design.sensitivity import LEFT_OUT, sensitivities
     from mbproj.studies.parallel.client import workplace

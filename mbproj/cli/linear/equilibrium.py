@@ -14,8 +14,8 @@ from mbproj.cli.quantity import NotNegative
 from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.facts import report_of
-from mbproj.facts.linear import EQUILIBRIUM
+from mbproj.report_schema import report_of
+from mbproj.report_schema.linear import EQUILIBRIUM
 
 if TYPE_CHECKING:
     from mbproj.linear.equilibrium.find import Equilibrium
@@ -72,14 +72,14 @@ def command(
     Goes downhill from the start. Tells whether the equilibrium is stable, which directions are neutral, and the
     reactions of the joints. Motions are held at their values at --at. The results file has one sample.
     """
-    from mbproj.calls.places import steady_of
+    from mbproj.api.places import steady_of
     from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
     from mbproj.linear.equilibrium.solve import NoEquilibrium
     from mbproj.linear.equilibrium.started import assembled_start
     from mbproj.linear.equilibrium.steady import refuse_unsteady
     from mbproj.linear.equilibrium.write_back import write_pose
     from mbproj.model import compile_system
-    from mbproj.outputs import check_rewritable
+    from mbproj.output_files import check_rewritable
     from mbproj.results import check_output
     from mbproj.runs.record import record_equilibrium
     from mbproj.scene import read_scene

@@ -15,8 +15,8 @@ from mbproj.cli.report.text import json_text
 from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.facts import report_of
-from mbproj.facts.linear import LINEAR
+from mbproj.report_schema import report_of
+from mbproj.report_schema.linear import LINEAR
 
 if TYPE_CHECKING:
     from mbproj.linear.state_space.model import LinearModel
@@ -84,10 +84,10 @@ def command(
     input is its second derivative; its value and rate are states. Other motions are held. `mbproj plot linear.h5` draws
     Bode plots.
     """
-    from mbproj.calls.places import reference_of
+    from mbproj.api.places import reference_of
     from mbproj.linear.state_space.model import linear_model
     from mbproj.model import compile_system
-    from mbproj.outputs import check_replaceable
+    from mbproj.output_files import check_replaceable
     from mbproj.results.linear.model_file import KINDS, write_model
     from mbproj.scene import read_scene
     from mbproj.scene.settings import placed_in

@@ -16,8 +16,8 @@ from mbproj.cli.scene_options import parameters
 from mbproj.cli.study_options import force as force_option
 from mbproj.cli.study_options import write_table as write_table_option
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.facts import report_of
-from mbproj.facts.linear import MODES
+from mbproj.report_schema import report_of
+from mbproj.report_schema.linear import MODES
 
 if TYPE_CHECKING:
     from mbproj.arrays import Numbers
@@ -74,8 +74,8 @@ def command(
     joints allow. Driven coordinates are held.
     """
     from mbproj.linear.stored import stored
-    from mbproj.outputs import check_replaceable, hdf5
-    from mbproj.outputs.written_table import check_table, write_table
+    from mbproj.output_files import check_replaceable, hdf5
+    from mbproj.output_files.written_table import check_table, write_table
     from mbproj.results.linear.modes_file import LAYOUT, write_modes
 
     with placed_at(Place("--output")):
@@ -100,7 +100,7 @@ def command(
 def _modes(
     scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None
 ) -> tuple[Scene, Modes]:
-    from mbproj.calls.places import reference_of
+    from mbproj.api.places import reference_of
     from mbproj.linear.modes import modes
     from mbproj.model import compile_system
     from mbproj.scene import read_scene

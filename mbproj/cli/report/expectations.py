@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from mbproj.facts import report_of
-from mbproj.facts.run import EXPECTATIONS
+from mbproj.report_schema import report_of
+from mbproj.report_schema.run import EXPECTATIONS
 from mbproj.scene.records import Passage
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ from mbproj.cli.report.expectations import error_words, expected_text, subject, 
 from mbproj.control_characters import escaped_text
 from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode
-from mbproj.facts.designs import FORMULATION
+from mbproj.report_schema.designs import FORMULATION
 
 if TYPE_CHECKING:
     from mbproj.analysis import Outcome

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from mbproj.facts import report_of
-from mbproj.facts.results import THRESHOLD_ROWS
+from mbproj.report_schema import report_of
+from mbproj.report_schema.results import THRESHOLD_ROWS
 from mbproj.thresholds import table
 
 #: The users of a threshold, in words.

@@ -10,8 +10,8 @@ import numpy as np
 
 from mbproj.cli.report.text import columns
 from mbproj.cli.simulate.largest_loads import cells
-from mbproj.facts import report_of
-from mbproj.facts.loads import ACTUATORS
+from mbproj.report_schema import report_of
+from mbproj.report_schema.loads import ACTUATORS
 
 if TYPE_CHECKING:
     from mbproj.studies.inverse.loads import ActuatorLoads, Smoothing

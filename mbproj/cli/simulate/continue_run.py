@@ -42,7 +42,7 @@ def command(results: Path, until: float | None, output: str | None, append: bool
 
     On the same build and machine the numbers are those of one long run, to the last bit.
     """
-    from mbproj.calls.again import checkpoint_of, continued_in, longer, stored_scene
+    from mbproj.api.again import checkpoint_of, continued_in, longer, stored_scene
     from mbproj.cli.simulate.execute import execute
     from mbproj.results import open_results
     from mbproj.runs.record import Earlier

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from mbproj.calls.again import stored_scene
+from mbproj.api.again import stored_scene
 from mbproj.cli.report.text import table
 from mbproj.errors import InputError, Problem
-from mbproj.facts import report_of
-from mbproj.facts.results import ENERGY
 from mbproj.registry import AUTOMATIC
+from mbproj.report_schema import report_of
+from mbproj.report_schema.results import ENERGY
 
 if TYPE_CHECKING:
     from mbproj.results import Results

@@ -74,8 +74,8 @@ def execute(
 def numbers(run: Run) -> dict[str, Any]:
     """The run as a dictionary for JSON."""
     from mbproj.cli.report import expectations
-    from mbproj.facts import report_of
-    from mbproj.facts.run import NOTES
+    from mbproj.report_schema import report_of
+    from mbproj.report_schema.run import NOTES
 
     has: dict[str, Any] = {**run.attributes, **report_of((NOTES,), run)}
     if run.trust is not None:

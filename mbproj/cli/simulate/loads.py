@@ -86,9 +86,9 @@ def command(
     torque is positive where it increases its coordinate. With more actuators than degrees of freedom, the weighted sum
     of squares of the forces is least.
     """
-    from mbproj.calls.loads import loads_of
+    from mbproj.api.loads import loads_of
     from mbproj.cli.simulate.actuator_loads import facts, lines, table
-    from mbproj.outputs import check_replaceable, csv, write_csv
+    from mbproj.output_files import check_replaceable, csv, write_csv
 
     if smooth and given is None:
         raise click.UsageError("--smooth is for a motion that is given; add --given, or leave it out")

@@ -24,7 +24,7 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
 
     On the same build and machine the numbers are the same to the last bit.
     """
-    from mbproj.calls.again import require_another, require_whole, stored_scene
+    from mbproj.api.again import require_another, require_whole, stored_scene
     from mbproj.cli.simulate.execute import execute
     from mbproj.results import open_results
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbproj.calls.again import stored_scene
+from mbproj.api.again import stored_scene
 from mbproj.cli.report.text import columns
 from mbproj.errors import InputError, Problem
 from mbproj.registry import AUTOMATIC, WHERE_SMOOTH

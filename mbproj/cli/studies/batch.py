@@ -16,8 +16,8 @@ from mbproj.cli.figure_options import plot_option
 from mbproj.cli.report.expectations import error_words, verdict
 from mbproj.cli.report.expectations import record as outcome_record
 from mbproj.errors import ExitCode
-from mbproj.facts import report_of
-from mbproj.facts.run import NOTES
+from mbproj.report_schema import report_of
+from mbproj.report_schema.run import NOTES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,7 +62,7 @@ def command(
     Exit code 0: all expectations hold; 3: a scene could not run (wrong input, a failure, the timeout); 4: all scenes
     ran, and an expectation does not hold; 2: wrong options, or no scenes.
     """
-    from mbproj.calls.batch import Batch, handed_out
+    from mbproj.api.batch import Batch, handed_out
     from mbproj.cli.report.junit import junit
     from mbproj.cli.study import Study
     from mbproj.scene.fields.option_numbers import given_number

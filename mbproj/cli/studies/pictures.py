@@ -74,7 +74,7 @@ def draw_pictures(
     """Draw pictures of one file, the usual ones or those of these `kinds`, and print their paths. `given` are the names
     of the other options that are given, --of and --over included."""
     from mbproj.figures.save import save
-    from mbproj.outputs import check_replaceable, make_folder, picture
+    from mbproj.output_files import check_replaceable, make_folder, picture
 
     path, what = paths[0], kind_of_file
     if len(paths) > 1:
@@ -139,7 +139,7 @@ def _of_linear(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictur
 
 
 def _is_of_format(path: Path, *file_formats: str) -> bool:
-    from mbproj.outputs import hdf5
+    from mbproj.output_files import hdf5
 
     return path.is_file() and hdf5(*file_formats).wrote(path)
 

@@ -14,8 +14,8 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import plot_option
 from mbproj.cli.quantity import Positive
 from mbproj.errors import ExitCode, InputError, Place, Problem
-from mbproj.facts import report_of
-from mbproj.facts.studies import RECOMMEND
+from mbproj.report_schema import report_of
+from mbproj.report_schema.studies import RECOMMEND
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,7 +77,7 @@ def command(
     """
     from mbproj.cli.scene_options import parameters
     from mbproj.cli.study import Study
-    from mbproj.outputs import check_rewritable
+    from mbproj.output_files import check_rewritable
     from mbproj.scene import read_scene
     from mbproj.studies.recommend.recommendation import recommend
     from mbproj.studies.recommend.write_back import write_back

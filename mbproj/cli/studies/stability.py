@@ -14,8 +14,8 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options_of
 from mbproj.errors import Place, placed_at
-from mbproj.facts import report_of
-from mbproj.facts.studies import STABILITY
+from mbproj.report_schema import report_of
+from mbproj.report_schema.studies import STABILITY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,8 +15,8 @@ from mbproj.cli.completion import FolderPath, scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import plot_option
 from mbproj.cli.quantity import Positive
-from mbproj.facts import report_of
-from mbproj.facts.designs import SWEEP
+from mbproj.report_schema import report_of
+from mbproj.report_schema.designs import SWEEP
 
 if TYPE_CHECKING:
     from mbproj.scene.ranges import Item

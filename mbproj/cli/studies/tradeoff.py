@@ -12,9 +12,9 @@ from mbproj.cli import study_options
 from mbproj.cli.completion import scene_file
 from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.quantity import Positive
-from mbproj.facts import report_of
-from mbproj.facts.studies import TRADEOFF
 from mbproj.registry import FORMULATIONS
+from mbproj.report_schema import report_of
+from mbproj.report_schema.studies import TRADEOFF
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

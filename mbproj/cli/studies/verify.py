@@ -13,8 +13,8 @@ from mbproj.cli.explained import Part, explained, option
 from mbproj.cli.figure_options import plot_option
 from mbproj.cli.scene_options import overrides, parameters, scene_options_of
 from mbproj.errors import ExitCode, Place, placed_at
-from mbproj.facts import report_of
-from mbproj.facts.designs import VERIFY
+from mbproj.report_schema import report_of
+from mbproj.report_schema.designs import VERIFY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import click
 
-from mbproj.calls.check.checked import assembled, checked
+from mbproj.api.check.checked import assembled, checked
 from mbproj.cli.watch.server import Board, ShownPage
 from mbproj.errors import InputError, SimulationError, message_and_code
 from mbproj.pages.data.pages import PageData, page_of

@@ -18,8 +18,8 @@ from mbproj.errors import InputError, Problem
 from mbproj.figures.kinds.mechanism import GHOST, MOST_PATHS, canvas, limits, nearest
 from mbproj.figures.kinds.poses import draw_pose, projected
 from mbproj.figures.style import line, styled
-from mbproj.outputs import film, replacing
-from mbproj.outputs.kinds import MARK
+from mbproj.output_files import film, replacing
+from mbproj.output_files.kinds import MARK
 from mbproj.pages.appearance.mechanism import Look, look_of
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.recorded import motion_of, scene_of

@@ -11,11 +11,11 @@ from mbproj.dataclass import brief, dataclass
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import shortened
-from mbproj.facts import report_of
-from mbproj.facts.run import RECORDED, ROWS
 from mbproj.integrate.events.time_events import DECIDES, SHARED, Event
 from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept
 from mbproj.model.system import System
+from mbproj.report_schema import report_of
+from mbproj.report_schema.run import RECORDED, ROWS
 from mbproj.scene.records import Settings
 from mbproj.thresholds import THRESHOLDS
 

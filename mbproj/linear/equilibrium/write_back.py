@@ -14,7 +14,7 @@ from mbproj.dynamics.assembly.assemble import State, assemble, moved_by
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.equilibrium.find import Equilibrium
 from mbproj.model import compile_system, initial_guess
-from mbproj.outputs import SCENE, check_rewritable, write_text
+from mbproj.output_files import SCENE, check_rewritable, write_text
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import Body, Scene
 from mbproj.scene.text.rewrite import Changes, with_changes

@@ -12,7 +12,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.outputs import FileKind, hdf5, replacing
+from mbproj.output_files import FileKind, hdf5, replacing
 from mbproj.results.linear.parts import FileLayout, RecordField, read, write
 from mbproj.scene.records import Scene
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
-from mbproj.outputs import hdf5, replacing
+from mbproj.output_files import hdf5, replacing
 from mbproj.results import provenance
 from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents

@@ -7,7 +7,7 @@ from typing import Any
 
 from mbproj.arrays import Array
 from mbproj.errors import shortened
-from mbproj.facts.run import RECORDED
+from mbproj.report_schema.run import RECORDED
 
 KINDS = ("bodies", "joints", "markers", "forces", "motions", "stops", "frictions", "states", "signals")
 #: The attributes whose numbers the summary shows.

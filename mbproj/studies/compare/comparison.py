@@ -13,9 +13,9 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, SimulationError
-from mbproj.facts import report_of
-from mbproj.facts.studies import COMPARED, ENERGY_ROW
 from mbproj.registry import AUTOMATIC, integrator_choices, is_embedded
+from mbproj.report_schema import report_of
+from mbproj.report_schema.studies import COMPARED, ENERGY_ROW
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.records import Scene
 from mbproj.studies.compare.energy_split import EnergySplit, energy_split

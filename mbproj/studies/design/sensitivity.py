@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.facts.designs import SENSITIVITY
+from mbproj.report_schema.designs import SENSITIVITY
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of, units_of
 from mbproj.scene.read import SceneText

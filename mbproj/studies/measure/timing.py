@@ -8,7 +8,7 @@ from statistics import median
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.facts.studies import CPU_SECONDS
+from mbproj.report_schema.studies import CPU_SECONDS
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve

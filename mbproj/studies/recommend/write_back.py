@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.outputs import SCENE, check_rewritable, write_text
+from mbproj.output_files import SCENE, check_rewritable, write_text
 from mbproj.scene import read_scene_text
 from mbproj.scene.records import Scene, Settings
 from mbproj.scene.text.rewrite import Changes, with_simulation

@@ -19,7 +19,7 @@ from zlib import crc32
 
 from mbproj.errors import ExitCode, InputError, MbprojError, Problem
 from mbproj.kernel import build_info
-from mbproj.outputs import make_folder
+from mbproj.output_files import make_folder
 from mbproj.results.file.lock import is_locked
 from mbproj.results.file.whole import as_text
 from mbproj.results.sweep.layout import NAME

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from mbproj.control_characters import escaped
 from mbproj.dataclass import dataclass
-from mbproj.outputs import FileKind, check_replaceable, csv, hdf5, replacing, write_csv
+from mbproj.output_files import FileKind, check_replaceable, csv, hdf5, replacing, write_csv
 from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
 from mbproj.results.sweep.layout import CASE, ENDINGS, FORMAT, NOT_RUN, SCHEMA_VERSION
 from mbproj.scene.ranges.family import column_of, with_unit

@@ -11,7 +11,7 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.outputs import DESIGNED, make_folder, write_text
+from mbproj.output_files import DESIGNED, make_folder, write_text
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of
 from mbproj.studies.design.run import FoundDesign, find_design

@@ -13,9 +13,9 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.facts import report_of
-from mbproj.facts.studies import COUNTED, OF_POINT, TRIALS, VARIED
-from mbproj.outputs import hdf5, replacing
+from mbproj.output_files import hdf5, replacing
+from mbproj.report_schema import report_of
+from mbproj.report_schema.studies import COUNTED, OF_POINT, TRIALS, VARIED
 from mbproj.results.views.table import Table, Tabled
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.reference import Reference

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.calls.check.fast_forces import facts, lines
+from mbproj.api.check.fast_forces import facts, lines
 from mbproj.cli.simulate.step_limits import remark
 from mbproj.errors import SimulationError
 from mbproj.integrate.formulations.choice import choose

@@ -1,0 +1,205 @@
+"""`mbproj.check`: read and assemble a scene without running it, and report on it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+from mbproj.api.arguments import Given, by_arguments, scene_of
+from mbproj.api.check import fast_forces
+from mbproj.api.check.diagnosis import Diagnosis, diagnose
+from mbproj.api.check.ropes import ropes_at_start
+from mbproj.api.settings import RunSettings, options_of, with_settings
+from mbproj.dataclass import dataclass
+from mbproj.dynamics import Mobility, State, mobility
+from mbproj.dynamics.assembly.adjust import adjustment_notes
+from mbproj.dynamics.assembly.assemble import coordinates, moved_from_scene
+from mbproj.dynamics.contact.driven import refuse_driven_beyond
+from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
+from mbproj.dynamics.equations.kinematics import pose_of
+from mbproj.dynamics.friction.shared_loads import refuse_shared_loads
+from mbproj.dynamics.rank.diagnosis import jammed_wheels
+from mbproj.errors import InputError, Problem, SimulationError
+from mbproj.integrate.formulations.choice import Choice, choose
+from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.integrate.stiff.fast_forces import FastMode, fastest_at, stable_steps
+from mbproj.integrate.stops.resting import RubsAtStart, frictions_at_start
+from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
+from mbproj.linear.equilibrium.started import start_state
+from mbproj.model import System, compile_system
+from mbproj.results.views.table import Table, Tabled
+from mbproj.scene.blocks.oversights import notes_on
+from mbproj.scene.meshes import meshes_of
+from mbproj.scene.records import Scene
+from mbproj.scene.settings import placed, placed_in
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+_NOTHING: Mapping[str, object] = {}
+
+
+@dataclass(frozen=True, eq=False)
+class SceneCheck(Tabled):
+    """The report on a scene at its assembled `state`.
+
+    `choice` is the formulation, or None where none can run. `diagnosis` names the rows that depend on others.
+    `problems` keep the scene from running; `notes` are on possible mistakes. `frictions` are the dry frictions at the
+    start, `fast` the fast motions of its forces. `mobility` is None where a loop is too large to compute it.
+    """
+
+    scene: Scene
+    system: System
+    state: State
+    choice: Choice | None
+    diagnosis: Diagnosis
+    problems: Sequence[Problem]
+    notes: Sequence[Problem]
+    frictions: Mapping[str, RubsAtStart]
+    fast: Sequence[FastMode]
+    mobility: Mobility | None
+
+    @property
+    def can_run(self) -> bool:
+        """Whether no problem keeps the scene from running."""
+        return not self.problems
+
+    @property
+    def degrees_of_freedom(self) -> int | None:
+        """The number of degrees of freedom, from the rank, or else from the kernel; None where neither is known."""
+        if self.mobility is not None:
+            return self.mobility.degrees_of_freedom
+        return None if self.choice is None else self.choice.degrees_of_freedom
+
+    @property
+    def coordinates(self) -> dict[str, dict[str, Any]]:
+        """The joints' coordinates and their speeds at the start, by name."""
+        values, speeds = coordinates(self.system, self.state.q, self.state.v)
+        values = values + 2.0 * pi * self.state.turns
+        units, names = self.system.names.coordinate_units, self.system.names.coordinates
+        return {
+            name: {"value": float(value), "speed": float(speed), "unit": unit}
+            for name, unit, value, speed in zip(names, units, values, speeds, strict=True)
+        }
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """The object that `mbproj check --json` prints."""
+        system, state, choice, ranks = self.system, self.state, self.choice, self.mobility
+        return {
+            "title": self.scene.title,
+            "coordinates": 7 * system.bodies,
+            "constraints": system.constraints,
+            "rank": None if ranks is None else ranks.rank,
+            "degrees_of_freedom": self.degrees_of_freedom,
+            "positions": self.degrees_of_freedom if ranks is None else ranks.positions,
+            "kinematic": choice is not None and choice.kinematic,
+            "formulation": None if choice is None else choice.name,
+            "formulation_why": None if choice is None else choice.why,
+            "elimination": None if choice is None else choice.elimination,
+            "position_violation": float(abs(constraint_at(system, state.q)).max()),
+            "velocity_violation": float(abs(constraint_velocity_at(system, state.q, state.v)).max()),
+            "moved_by": moved_from_scene(self.scene, system, state.q),
+            "coordinates_at_start": self.coordinates,
+            "stops_at_start": gaps_at_start(system, state),
+            "frictions_at_start": self.frictions,
+            "ropes_at_start": ropes_at_start(self.scene, system, state),
+            **self.diagnosis.facts(),
+            **fast_forces.facts(self.fast, stable_steps(self.fast)),
+            "expectations": [each.name for each in self.scene.expectations],
+            "can_run": self.can_run,
+            "problems": [_problem(problem) for problem in self.problems],
+            "adjusted_joints": {each.joint: {"shift": each.shift, "tilt": each.tilt} for each in system.adjustments},
+            "notes": [_problem(note) for note in self.notes],
+        }
+
+    @property
+    def table(self) -> Table:
+        """A table with a row for each joint coordinate at the start."""
+        rows = ((name, *entry.values()) for name, entry in self.coordinates.items())
+        return Table(("coordinate", "value", "speed", "unit"), tuple(rows))
+
+    @property
+    def line(self) -> str:
+        """A line with the degrees of freedom, and whether the scene can run."""
+        freedom = self.degrees_of_freedom
+        said = f"{'unknown' if freedom is None else freedom} degrees of freedom"
+        why = "can run" if self.can_run else "cannot run: " + "; ".join(problem.message for problem in self.problems)
+        return f"{self.scene.title or 'scene'}: {said}, {why}"
+
+    __repr__ = Tabled.__repr__
+
+
+@with_settings
+def check(scene: Given, *, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]) -> SceneCheck:
+    """Reads and assembles a scene without running it: whether it closes, whether it can run, and its degrees of
+    freedom.
+
+    `scene`, `parameters` and the settings are as in `run`. Raises InputError where the scene is wrong or does not
+    close. Equations without a unique solution are listed in `problems`.
+    """
+    with by_arguments():
+        what = scene_of(scene, parameters, options_of(settings, "check"))
+        return checked(what, *assembled(what))
+
+
+def assembled(what: Scene) -> tuple[System, State]:
+    """The compiled system and its start."""
+    meshes_of(what)  # raises for missing meshes, which a run records
+    system = compile_system(what)
+    return system, start_state(what, system)
+
+
+def checked(what: Scene, system: System, state: State) -> SceneCheck:
+    """The report on a scene at its start."""
+    with placed_in(what):
+        refuse_penetration(system, state, what.settings.start)
+        refuse_driven_beyond(system, state.t, state.t + (what.settings.duration or 0.0))
+        refuse_shared_loads(system, state)
+    choice, problems = None, []
+    try:
+        choice = choose(system, state, what.settings)
+        if choice.name == "full":
+            FullFormulation.of(system, state, what.settings)
+    except InputError as error:
+        problems = [placed(problem, what) for problem in error.problems]
+    diagnosis = diagnose(system, state)
+    problems = diagnosis.problems(system, runs=choice is not None) or problems
+    rubs: dict[str, RubsAtStart] = {}
+    try:
+        rubs = {} if problems else frictions_at_start(system, state)
+    except SimulationError as error:
+        problems = [Problem(f"{error.where}: {error.cause}" if error.where else error.cause, hint=error.hint or "")]
+    # A dense decomposition of a loop of hundreds of bodies would take minutes.
+    ranks = None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q))
+    own = [*notes_on(what), *adjustment_notes(what, system), *jammed_wheels(system, pose_of(state.q))]
+    return SceneCheck(
+        scene=what,
+        system=system,
+        state=state,
+        choice=choice,
+        diagnosis=diagnosis,
+        problems=problems,
+        notes=[*own, *_locked(what, ranks)],
+        frictions=rubs,
+        fast=[] if choice is None else fastest_at(choice, system, state),
+        mobility=ranks,
+    )
+
+
+def _locked(what: Scene, ranks: Mobility | None) -> list[Problem]:
+    """Return a note where couplings, not motions, leave no degree of freedom."""
+    couplings = [joint.name for joint in what.joints if joint.couples is not None]
+    if not couplings or what.motions or ranks is None or ranks.degrees_of_freedom:
+        return []
+    names = ", ".join(f"'{name}'" for name in couplings)
+    said = f"nothing can move: with {names} the joints leave no degree of freedom, and there is no motion"
+    return [Problem(said, what.place("joints", couplings[-1]), "take a coupling out, or let it couple others")]
+
+
+def _problem(problem: Problem) -> dict[str, Any]:
+    """A problem as a dictionary for JSON."""
+    place = problem.place
+    where = {} if place is None else {"file": place.file, "line": place.line, "column": place.column}
+    return {"message": problem.message, "hint": problem.hint, **where}
