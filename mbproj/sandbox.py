@@ -2,8 +2,8 @@
 
 HDF5 trusts what it reads: some damaged files make it spin for ever, take all memory, or crash, and nothing within the
 process can stop it. So a child process first does what the reader will do. Where the child does not come to its end,
-the reader does not begin. A part that a child has read without fault is not tried again while the file is unchanged,
-and files that this process has written itself are not tried at all.
+the reader does not begin. A part that a child has read without fault is not tried again while the file is unchanged.
+Files that this process has written itself are not tried at all.
 
 Every limit is in processor time of the child, which does not grow while other processes have the processor.
 """
