@@ -386,9 +386,10 @@ class _Loop:
         for t in times:
             y, projected = inside.project_between(t, inside.lead(t, extension.at((t - step.t) / step.h)))
             q, v, expected = inside.split(y)
-            position, _ = inside.violations(t, q, v, expected)
+            position, velocity = inside.violations(t, q, v, expected)
             if not _is_closed(system, position, projected):
                 raise _left_open(inside, t, position, projected)
+            self.tally.watch(position, velocity, _joint_rows(system), t)
             coordinate, speed = coordinates(system, q, v)
             if not len(expected):
                 expected = before.turning.between(system, after.turning, t, drive_at(system, t))

@@ -39,6 +39,12 @@ Outcome other_branch(Run& run, const Projected& done) {
     return {};
 }
 
+// The violations at the end of the step, or at a sample inside it: with the step they count or do not.
+void watch_peaks(Run& run, double t) {
+    Equations& equations = run.equations;
+    run.next.peaks.watch(equations.constraint(), equations.C_dot(), run.model.row_count(), run.model.driven_count(), t);
+}
+
 Outcome closed(Run& run) {
     const double t = run.to.t, h = t - run.now.t;
     State& next = run.next;
@@ -53,7 +59,7 @@ Outcome closed(Run& run) {
     if (const Slip slip = worst >= 0 ? run.turns.far(next.counted, h)
                                      : run.turns.advance(next.counted, run.now.t, run.now.y, t, next.y))
         return Outcome::untold(slip, t, h);
-    next.peaks.watch(C, run.equations.C_dot(), run.model.row_count(), run.model.driven_count(), t);
+    watch_peaks(run, t);
     if (worst < 0) {
         if (const auto off = run.equations.off_rope()) return Outcome::off_rope(t, off->first, off->second);
         if (const auto found = run.equations.overlap())
@@ -98,6 +104,8 @@ Outcome close_inside(Run& run, State& inside) {
     if (!done.regular) return failed_at(run, inside.t);
     const double* C = run.equations.constraint();
     const int worst = run.model.open_by_more(C, limit(run, done));
+    run.equations.set_velocities(inside.y.data(), true);
+    watch_peaks(run, inside.t);
     if (worst < 0) return {};
     return Outcome::left_open(inside.t, worst, std::abs(C[worst]), done.position_passes, done.failures > 0);
 }
