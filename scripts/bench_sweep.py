@@ -27,10 +27,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj.studies.cases.groups import FEWEST
 from mbproj.studies.parallel.hand_out import processors
-from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
-from mbproj.studies.sweep.run import run_sweep
+from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case, run_cases, run_sweep
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.sweep.summary import write_summary
 

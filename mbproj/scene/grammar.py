@@ -132,7 +132,7 @@ def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field
 
 
 def _parameter(given: Parameter) -> Field[Any]:
-    return Deferred("mbproj.scene.blocks.joint_parameters:parameter", (given,))
+    return Deferred("mbproj.scene.blocks.couplings:parameter", (given,))
 
 
 def _each(what: str, numbers: Mapping[str, Field[float]]) -> Field[dict[str, float]]:

@@ -32,7 +32,7 @@ UNRECORDED = {
     "studies/paper.py",
     "studies/stability/judge.py",
     "studies/stability/quantities.py",
-    "studies/sweep/case.py",
+    "studies/sweep/run.py",
     "studies/verify/small_motions.py",
     "studies/verify/turns.py",
 }
@@ -58,7 +58,7 @@ def test_one_place_compiles_assembles_and_records():
         "cli/simulate/execute.py",
         "cli/watch/follow.py",
         "studies/batch.py",
-        "studies/sweep/case.py",
+        "studies/sweep/run.py",
     }
 
 

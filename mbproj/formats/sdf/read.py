@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
+from math import pi
 from pathlib import Path
 
 import numpy as np
 
 from mbproj.arrays import Array
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem, choose_from
 from mbproj.formats.chains import Coordinates
-from mbproj.formats.geometry import IDENTITY, Frame
+from mbproj.formats.geometry import IDENTITY, Frame, check_inertia
 from mbproj.formats.loops import add_loops
 from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, ImportOptions, Same, said_of
 from mbproj.formats.merged import without_rings
 from mbproj.formats.sdf.frames import WORLD, SdfFrames, full_name, in_link
-from mbproj.formats.sdf.inertias import inertia_of
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
-from mbproj.formats.sdf.rest import say_rest
-from mbproj.formats.sdf.scopes import Scope, number, scopes_of, text, vector
+from mbproj.formats.sdf.scopes import FRAMES, Scope, number, pose_in, scopes_of, text, vector
 from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
@@ -270,3 +270,215 @@ def _shapes(kind: XmlElement) -> Shapes:
         make = cylinder if kind.tag == "cylinder" else capsule
         return make(number(kind, "radius", default[0]), number(kind, "length", default[1]))
     return ()
+
+
+# --- The mass and the inertia of a link of an SDF ---------------------------------------------------------------------
+# As given, or from its collision shapes with their densities.
+
+
+#: The density of a shape that gives none, in kg/m³: that of water.
+DENSITY = 1000.0
+
+
+@dataclass(frozen=True, eq=False)
+class Inertia:
+    """A mass, its centre (3,) in the frame of the link, and its inertia (3, 3) about that in the link's axes."""
+
+    mass: float
+    centre: Array
+    inertia: Array
+
+
+def inertia_of(link: XmlElement, shape_pose: Callable[[XmlElement], Frame]) -> Inertia:
+    """The inertia of a link; `shape_pose` gives the pose of a collision in it. Raises InputError where no body can have
+    it."""
+    inertial = link.first("inertial")
+    if inertial is None:
+        return Inertia(1.0, np.zeros(3), np.eye(3))
+    if inertial.get("auto") in ("true", "1"):
+        return _of_shapes(link, number(inertial, "density", DENSITY), shape_pose)
+    given, pose = inertial.first("inertia"), pose_in(inertial)
+    mass = number(inertial, "mass", 1.0)
+    inertia = np.eye(3)
+    if given is not None:
+        xx, yy, zz = (number(given, tag, 1.0) for tag in ("ixx", "iyy", "izz"))
+        xy, xz, yz = (number(given, tag) for tag in ("ixy", "ixz", "iyz"))
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    check_inertia(mass, inertia, (inertial.first("mass") or inertial).place, (given or inertial).place)
+    turned = pose.rotation @ inertia @ pose.rotation.T
+    return Inertia(mass, pose.position, 0.5 * (turned + turned.T))
+
+
+def _of_shapes(link: XmlElement, density: float, shape_pose: Callable[[XmlElement], Frame]) -> Inertia:
+    """The inertia of all shapes about their common centre of mass, by Steiner's theorem."""
+    parts: list[Inertia] = []
+    for collision in link.all("collision"):
+        of_shape = _shape(collision, number(collision, "density", density))
+        if of_shape is None:
+            continue
+        pose = shape_pose(collision)
+        centre = pose.position + pose.rotation @ of_shape.centre
+        parts.append(Inertia(of_shape.mass, centre, pose.rotation @ of_shape.inertia @ pose.rotation.T))
+    if not parts:
+        what = f"link '{link.get('name')}' has its inertia from its collision shapes, and has none"
+        raise InputError(Problem(what, link.place, "give it a <mass> and an <inertia>"))
+    mass = sum(part.mass for part in parts)
+    middle = sum((part.mass * part.centre for part in parts), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for part in parts:
+        arm = part.centre - middle
+        inertia += part.inertia + part.mass * ((arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    check_inertia(mass, inertia, link.place, link.place)
+    return Inertia(mass, middle, 0.5 * (inertia + inertia.T))
+
+
+def _shape(collision: XmlElement, density: float) -> Inertia | None:
+    """The inertia of a shape in its own frame; None for a plane, which has no volume."""
+    geometry = collision.first("geometry")
+    shape = geometry.children[0] if geometry is not None and geometry.children else None
+    if shape is None or shape.tag in ("plane", "empty"):
+        return None
+    if shape.tag not in SHAPES:
+        what = f"the inertia of a <{shape.tag}> is not computed"
+        raise InputError(Problem(what, shape.place, "give the link a <mass> and an <inertia>"))
+    volume, centre, per_mass = SHAPES[shape.tag](shape)
+    if not volume > 0.0:
+        raise InputError(Problem(f"the <{shape.tag}> has no volume", shape.place, "give it a size"))
+    mass = density * volume
+    return Inertia(mass, np.array([0.0, 0.0, centre]), mass * np.diag(per_mass))
+
+
+_Solid = tuple[float, float, tuple[float, float, float]]
+
+
+def _box(shape: XmlElement) -> _Solid:
+    x, y, z = vector(shape, "size", "1 1 1")
+    return x * y * z, 0.0, ((y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12)
+
+
+def _sphere(shape: XmlElement) -> _Solid:
+    r = number(shape, "radius", 1.0)
+    return 4 / 3 * pi * r**3, 0.0, (0.4 * r * r, 0.4 * r * r, 0.4 * r * r)
+
+
+def _ellipsoid(shape: XmlElement) -> _Solid:
+    x, y, z = vector(shape, "radii", "1 1 1")
+    return 4 / 3 * pi * x * y * z, 0.0, ((y * y + z * z) / 5, (x * x + z * z) / 5, (x * x + y * y) / 5)
+
+
+def _cylinder(shape: XmlElement) -> _Solid:
+    r, h = number(shape, "radius", 1.0), number(shape, "length", 1.0)
+    across = r * r / 4 + h * h / 12
+    return pi * r * r * h, 0.0, (across, across, r * r / 2)
+
+
+def _cone(shape: XmlElement) -> _Solid:
+    """The solid of a cone. Its frame is at half its height, with the tip along z; its centre of mass is at a quarter of
+    its height above the base."""
+    r, h = number(shape, "radius", 0.5), number(shape, "length", 1.0)
+    across = 3 / 20 * r * r + 3 / 80 * h * h
+    return pi * r * r * h / 3, -h / 4, (across, across, 0.3 * r * r)
+
+
+def _capsule(shape: XmlElement) -> _Solid:
+    r, h = number(shape, "radius", 0.5), number(shape, "length", 1.0)
+    tube, ends = pi * r * r * h, 4 / 3 * pi * r**3
+    across = tube * (h * h / 12 + r * r / 4) + ends * (0.4 * r * r + h * h / 4 + 3 * h * r / 8)
+    along = tube * r * r / 2 + ends * 0.4 * r * r
+    volume = tube + ends
+    return volume, 0.0, (across / volume, across / volume, along / volume)
+
+
+SHAPES: dict[str, Callable[[XmlElement], _Solid]] = {
+    "box": _box,
+    "sphere": _sphere,
+    "ellipsoid": _ellipsoid,
+    "cylinder": _cylinder,
+    "cone": _cone,
+    "capsule": _capsule,
+}
+
+
+# --- Rows on the other parts of an SDF --------------------------------------------------------------------------------
+# Further worlds and models, shapes, sensors, plug-ins, data of physics engines.
+
+
+#: Tags in a world, a model, a link or a joint: those read, those without effect on the motion, those of joints only.
+READ = (
+    *("pose", "static", "gravity", "inertial", "visual", "collision"),
+    *("parent", "child", "axis", "axis2", "name", "uri"),
+)
+ONLY_SHOWN = (
+    *("light", "scene", "gui", "audio", "road", "spherical_coordinates", "physics", "self_collide", "sensor"),
+    *("allow_auto_disable", "must_be_base_link", "enable_wind", "projector", "audio_source", "audio_sink", "material"),
+    *("battery", "particle_emitter", "magnetic_field", "placement_frame", "gripper", "license", "wind", "atmosphere"),
+)
+OF_JOINTS = ("screw_thread_pitch", "thread_pitch", "gearbox_ratio", "gearbox_reference_body", "reference_body")
+OF_ROTORS = ("drake:rotor_inertia", "drake:gear_ratio")
+#: Words in the names of plug-ins that only draw, measure, or act on request.
+HARMLESS = (
+    *("apply-link-wrench", "joint-state-publisher", "pose-publisher", "scene-broadcaster", "user-commands"),
+    *("physics", "sensors", "imu"),
+)
+
+
+def say_rest(
+    mechanism: ImportedMechanism,
+    scope: Scope,
+    others: list[XmlElement],
+    frames: SdfFrames,
+    joints: Iterable[SdfJoint],
+    meet: bool,
+) -> None:
+    """Add rows on all parts except links, joints and frames."""
+    for other in others:
+        what = f"left out: the scene is that of '{scope.name}'"
+        mechanism.say(f"{other.tag} '{other.get('name')}'", other.place, what, Same.NO)
+    models = list(scope.walk())
+    links = [(name, element) for model in models for name, element in model.all("link")]
+    touching = sum(len(link.all("collision")) for _, link in links)
+    if touching:
+        mechanism.say(f"{touching} collision shapes", None, "left out: shapes pass through each other", Same.UNTIL)
+    for model in models:
+        _say_elements(mechanism, model.rest)
+    for _, link in links:
+        _say_elements(mechanism, link.children)
+    for joint in joints:
+        _say_elements(mechanism, [each for each in joint.element.children if each.tag not in (*OF_JOINTS, *OF_ROTORS)])
+        if not meet:
+            _say_apart(mechanism, frames, joint)
+
+
+def _say_elements(mechanism: ImportedMechanism, elements: Iterable[XmlElement]) -> None:
+    for element in elements:
+        if element.tag in READ or element.tag in (*FRAMES, *ONLY_SHOWN) or element.tag == "model":
+            continue
+        if element.tag == "kinematic" and text_of(element) in ("false", "0"):
+            continue
+        shown, file = f"<{element.tag}>", element.get("filename")
+        what, same = "left out: it is not read, and may act on the motion", Same.NO
+        if element.tag == "plugin":
+            shown = f"plug-in '{file}'"
+            if any(word in file.lower() for word in HARMLESS):
+                what, same = "left out: it shows, or acts on request", Same.YES
+        mechanism.say(shown, element.place, what, same)
+
+
+def text_of(element: XmlElement) -> str:
+    """The text of an element in small letters."""
+    return element.text.strip().lower()
+
+
+def _say_apart(mechanism: ImportedMechanism, frames: SdfFrames, joint: SdfJoint) -> None:
+    """Add a row on a joint whose named frame of the parent is elsewhere: SDF puts the joint at its child."""
+    named = text(joint.element, "parent")
+    if named in ("world", "__root__") or joint.scope.frames.get(named) is None:
+        return
+    if joint.scope.frames[named].tag != "frame" or joint.element.first("pose") is not None:
+        return
+    parent = frames.pose(joint.scope, named, joint.place)
+    child = frames.pose(joint.scope, joint.element.get("name"), joint.place)
+    apart = float(np.linalg.norm(parent.position - child.position))
+    if apart > 1e-9:
+        what = f"stands at its child, as SDF says; its parent's '{named}' is {apart:.4g} m away: --meet joins both"
+        mechanism.say(f"joint '{joint.name}'", joint.place, what, Same.YES)

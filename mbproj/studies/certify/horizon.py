@@ -18,13 +18,13 @@ from mbproj.analysis.trust import horizons, settled
 from mbproj.arrays import Array
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.records import Settings
-from mbproj.studies.certify.contacts import share_bound, slack_bound
 from mbproj.studies.measure.certain import not_smooth, uneven
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.nearby import TIGHTEST, largest_distance, round_off_bound
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import OFF_AXIS, Solution, solve, unseen
 from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.thresholds import Thresholds
 
 #: The error limits in m for which horizons are given.
 LIMITS = tuple(10.0**power for power in range(-9, 1))
@@ -180,3 +180,50 @@ def _remark(better: Solution, rough: Sequence[str]) -> str:
     if rough:
         return f"times are ranges where they are not known better, because {not_smooth(rough)}"
     return "the run is nearly as good as round-off allows: times are given as ranges where that matters"
+
+
+# --- The error that contacts leave in any solution --------------------------------------------------------------------
+# The slack with which they are decided, and loads that they share.
+
+
+#: The thresholds that decide when contacts open and frictions slip, the factor by which they are loosened, and the part
+#: of the distance to the looser solution that bounds the error. A decision comes between one slack and twice the slack
+#: early: the looser solution is at least 8 slacks away, and the true one at most 2.
+SLACKS, LOOSER, PART = ("slips", "contact_pulls"), 10.0, 0.25
+#: How much lower the floor under one of the feet is where these share a load, in lengths of the mechanism, and the most
+#: feet under which it is lowered.
+UNEVEN, MOST_FEET = 1e-6, 8
+
+
+def slack_bound(mechanism: Mechanism, of: Solution) -> Array:
+    """A bound on the error of a solution by the slack with which contacts and dry frictions are decided, up to each
+    time, (T, k), m. 0 without any."""
+    system = mechanism.system
+    if system.stops is None and system.frictions is None:
+        return np.zeros(of.position.shape[:2])
+    own = system.thresholds
+    looser = Thresholds(**{name: LOOSER * getattr(own, name) for name in SLACKS})
+    other = solve(Mechanism(mechanism.scene, replace(system, thresholds=looser), mechanism.state), of.setting, of.times)
+    return PART * largest_distance([other], of)
+
+
+def share_bound(mechanism: Mechanism, of: Solution, stops: Sequence[str]) -> Array | None:
+    """How far a solution depends on how these stops share a load, up to each time, (T, k), m: the largest distance to
+    those with the floor a little lower under one of them. None where none of these runs to the end."""
+    others = []
+    for floor in _uneven(mechanism, stops):
+        other = solve(floor, of.setting, of.times)
+        if other.failure is None:
+            others.append(other)
+    return largest_distance(others, of) if others else None
+
+
+def _uneven(mechanism: Mechanism, stops: Sequence[str]) -> Iterator[Mechanism]:
+    """Yield the mechanism with a bound of one of the stops shifted away from it."""
+    system = mechanism.system
+    assert system.stops is not None
+    for name in stops[:MOST_FEET]:
+        at = system.names.stops.index(name)
+        bound = system.stops.bound.copy()
+        bound[at] -= system.stops.side[at] * UNEVEN * system.length
+        yield Mechanism(mechanism.scene, replace(system, stops=replace(system.stops, bound=bound)), mechanism.state)

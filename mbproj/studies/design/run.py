@@ -7,22 +7,31 @@ from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
 from functools import partial
 from importlib.util import find_spec
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.arrays import Array, Flags
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.scene.ranges.family import column_of
-from mbproj.studies.design.front import balanced, front_of, merged
-from mbproj.studies.design.knowledge import Knowledge, knowledge
-from mbproj.studies.design.searches import EVOLUTION, FRONT, LEAST_SQUARES, QUADRATIC, SearchTask, searched
+from mbproj.studies.design.searches import (
+    EVOLUTION,
+    EVOLVED,
+    FRONT,
+    LEAST_SQUARES,
+    QUADRATIC,
+    SearchTask,
+    equalities,
+    lacking,
+    searched,
+)
 from mbproj.studies.design.slopes.derivative import Counted
 from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.design.start import looked_at, points_of
 from mbproj.studies.design.target import Target
-from mbproj.studies.design.trial import Trial, Wish, tried
+from mbproj.studies.design.trial import Trial, Wish, tried, tried_by_arrays
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
 from mbproj.studies.parallel.resumable import resumable
@@ -280,3 +289,197 @@ def _notes(spec: DesignSpec, best: Search, u: Array, trial: Trial, known: Knowle
         if not known.is_white and scatter > max(10.0 * off, grain):
             notes.append("the residuals are no noise: neighbours are alike, the model lacks something")
     return notes
+
+
+# --- Several goals ----------------------------------------------------------------------------------------------------
+# Designs none of which another design improves in one goal without loss in another (a Pareto front).
+
+
+#: The number of designs in a generation.
+POPULATION = 40
+#: The value of each goal for a design that does not run.
+WORST = 1e300
+
+
+def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
+    """Return the front of one search as plain data for JSON. It has the shares `ends` (n, d) and the `goals` (n, g) of
+    designs that run and keep the constraints, and the number of `runs`. The method is NSGA-II (Deb et al. 2002), with
+    `lacking` as its constraint. A work item."""
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    sampler = optuna.samplers.NSGAIISampler(population_size=POPULATION, seed=task.seed)
+    study = optuna.create_study(directions=["minimize"] * len(wish.goals), sampler=sampler)
+    shares: dict[str, Any] = {path: optuna.distributions.FloatDistribution(0.0, 1.0) for path in wish.paths}
+    study.enqueue_trial(dict(zip(wish.paths, task.u, strict=True)))
+    ends, goals, equal, count = [], [], equalities(wish), EVOLVED * len(wish.paths)
+    for first in range(0, count, POPULATION):
+        asked = [study.ask(shares) for _ in range(min(POPULATION, count - first))]
+        points = [np.array([trial.params[path] for path in wish.paths]) for trial in asked]
+        for trial, u, trial_made in zip(asked, points, tried_by_arrays(wish, points), strict=True):
+            lack = lacking(trial_made, equal)
+            trial.set_constraint("lacking", lack)
+            study.tell(trial, trial_made.goals.tolist() if trial_made.runs else [WORST] * len(wish.goals))
+            if lack == 0.0:
+                ends.append(u.tolist())
+                goals.append(trial_made.goals.tolist())
+    best = undominated(np.array(goals).reshape(-1, len(wish.goals)))
+    kept = np.flatnonzero(best).tolist()
+    return {"ends": [ends[k] for k in kept], "goals": [goals[k] for k in kept], "runs": count}
+
+
+def undominated(goals: Array) -> Flags:
+    """Return whether each of n designs with goals (n, g) is undominated: no other is as good in all goals and better in
+    one."""
+    as_good = np.all(goals[:, None] <= goals[None], axis=2)
+    better = np.any(goals[:, None] < goals[None], axis=2)
+    return np.asarray(~np.any(as_good & better, axis=0))
+
+
+def merged(fronts: Sequence[dict[str, Any]], sizes: tuple[int, int]) -> tuple[Array, Array]:
+    """Return several fronts as one, shares (n, d) and goals (n, g), in the order of the first goal; `sizes` are d and
+    g."""
+    ends = np.array([end for front in fronts for end in front["ends"]], dtype=float).reshape(-1, sizes[0])
+    goals = np.array([goal for front in fronts for goal in front["goals"]], dtype=float).reshape(-1, sizes[1])
+    best = undominated(goals)
+    order = np.lexsort(goals[best].T[::-1])
+    return ends[best][order], goals[best][order]
+
+
+def balanced(goals: Array) -> int:
+    """Return the number of the design nearest to the best values of all goals, each scaled to its range on the
+    front."""
+    low, span = goals.min(axis=0), np.ptp(goals, axis=0)
+    return int(np.argmin(np.linalg.norm((goals - low) / np.where(span > 0.0, span, 1.0), axis=1)))
+
+
+# --- How accurate fitted numbers are ----------------------------------------------------------------------------------
+# Also the numbers that the measurements do not determine. Both follow from the residuals' slopes.
+
+
+#: A direction whose singular value is below this part of the largest one has no effect on the data. Slopes by
+#: differences of runs are exact to about 1e-8.
+UNSEEN = 1e-6
+#: Components of an unseen direction below this part of the largest one are round-off. Exponents this near to whole
+#: numbers count as whole, if they are at most `LARGEST`.
+NOTHING, WHOLE, LARGEST = 1e-3, 1e-2, 6
+#: Residuals are no noise where the correlation of neighbours exceeds this number of standard deviations for noise.
+WHITE = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Knowledge:
+    """The accuracy of fitted numbers. `deviation` (d,): their standard deviations from the residuals' scatter, with
+    `shift` (d,) included: their change by the error of the run's steps. Both are NaN for numbers that the data do not
+    determine. `correlation` (d, d) is that of the numbers. `singular`: singular values of the slopes by shares of the
+    ranges, largest first. `unseen`: the undetermined combinations, in words. `scatter`: the residuals' standard
+    deviation. `lag`: the correlation of neighbouring residuals, in its standard deviations for noise."""
+
+    deviation: Array
+    shift: Array
+    correlation: Array
+    singular: Array
+    unseen: tuple[str, ...]
+    scatter: float
+    lag: float
+
+    @property
+    def is_white(self) -> bool:
+        """Whether the residuals look like noise."""
+        return abs(self.lag) <= WHITE
+
+
+def knowledge(paths: Sequence[str], x: Array, width: Array, slopes: Array, residuals: Array, error: Array) -> Knowledge:
+    """Return the knowledge from the residuals (m,) at the numbers x (d,) and their slopes (m, d) by shares of the
+    ranges `width` (d,). `error` (m,): the differences to the residuals of a run with finer steps."""
+    m, d = slopes.shape
+    _, singular, directions = np.linalg.svd(slopes, full_matrices=False)
+    singular = np.concatenate([singular, np.zeros(d - len(singular))])
+    whole = np.linalg.svd(slopes)[2] if m < d else directions
+    seen = singular > UNSEEN * max(float(singular[0]), 1e-300)
+    freedom = max(m - int(seen.sum()), 1)
+    scatter = float(np.sqrt(residuals @ residuals / freedom))
+    covariance = (whole[seen].T / singular[seen] ** 2) @ whole[seen] * scatter**2
+    deviation = np.sqrt(np.diag(covariance))
+    shift = np.abs(whole[seen].T @ (whole[seen] @ (slopes.T @ np.nan_to_num(error)) / singular[seen] ** 2))
+    scale = np.where(deviation > 0.0, deviation, 1.0)
+    free = np.any(np.abs(whole[~seen]) > NOTHING, axis=0) if (~seen).any() else np.zeros(d, dtype=bool)
+    return Knowledge(
+        deviation=np.where(free, np.nan, np.hypot(deviation, shift) * width),
+        shift=np.where(free, np.nan, shift * width),
+        correlation=covariance / np.outer(scale, scale),
+        singular=singular,
+        unseen=tuple(_in_words(paths, x, width, whole[~seen])),
+        scatter=scatter,
+        lag=_lag(residuals),
+    )
+
+
+def _lag(residuals: Array) -> float:
+    """The correlation of each residual with the next, in its standard deviations for white noise."""
+    size = float(residuals @ residuals)
+    if len(residuals) < 3 or size == 0.0:
+        return 0.0
+    return float(residuals[1:] @ residuals[:-1] / size * np.sqrt(len(residuals)))
+
+
+def _in_words(paths: Sequence[str], x: Array, width: Array, unseen: Array) -> list[str]:
+    """Describe the directions (k, d), in shares of the ranges, that the data do not determine. Each is reduced to as
+    few numbers as possible: "only mass * length^2 is seen"."""
+    names = [column_of(path) for path in paths]
+    sentences = []
+    for direction in _sparse(unseen):
+        own = np.flatnonzero(np.abs(direction) > NOTHING * np.abs(direction).max())
+        if len(own) == 1:
+            sentences.append(f"'{names[own[0]]}' has no effect on what is matched")
+            continue
+        exponents = _whole(direction[own] * width[own] / x[own]) if np.all(x[own] != 0.0) else None
+        if exponents is not None:
+            sentences.append(f"only {_constant_products([names[k] for k in own], exponents)} is seen, not its factors")
+            continue
+        shares = direction[own] * width[own]
+        moved = ", ".join(
+            f"{names[k]} {share / np.abs(shares).max():+.3g}" for k, share in zip(own, shares, strict=True)
+        )
+        sentences.append(f"nothing changes where these move together: {moved}")
+    return sentences
+
+
+def _sparse(unseen: Array) -> Array:
+    """Return directions with many zeros that span the same space (k, d): Gauss-Jordan elimination with complete
+    pivoting."""
+    rows = unseen.copy()
+    for k in range(len(rows)):
+        row, column = np.unravel_index(np.argmax(np.abs(rows[k:])), rows[k:].shape)
+        rows[[k, k + row]] = rows[[k + row, k]]
+        rows[k] /= rows[k, column]
+        others = np.arange(len(rows)) != k
+        rows[others] -= rows[others, column][:, None] * rows[k]
+    return rows
+
+
+def _whole(powers: Array) -> list[int] | None:
+    """Return small whole numbers in the ratios of the relative changes `powers`; None where there are none."""
+    for unit in range(1, LARGEST + 1):
+        scaled = powers / np.abs(powers).min() * unit
+        near = np.round(scaled)
+        if np.abs(scaled - near).max() <= WHOLE * unit and np.abs(near).max() <= LARGEST:
+            return [int(value) for value in near]
+    return None
+
+
+def _constant_products(names: Sequence[str], exponents: Sequence[int]) -> str:
+    """Return, in words, the products a^q / b^p of neighbouring names that relative changes in the ratio of the
+    exponents p, q leave constant."""
+    products = []
+    for (first, p), (second, q) in pairwise(zip(names, exponents, strict=True)):
+        divisor = int(np.gcd(p, q))
+        a, b = q // divisor, -p // divisor
+        if a < 0:
+            a, b = -a, -b
+        products.append(f"{_power(first, a)}{' * ' if b > 0 else ' / '}{_power(second, abs(b))}")
+    return " and ".join(products)
+
+
+def _power(name: str, exponent: int) -> str:
+    return name if exponent == 1 else f"{name}^{exponent}"

@@ -2,17 +2,222 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
+from dataclasses import replace
+from functools import lru_cache, partial
+from pathlib import Path
+from time import perf_counter
+from uuid import uuid4
 
+import numpy as np
+
+from mbproj.analysis.expectations import measured
 from mbproj.dataclass import dataclass
+from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError, message_and_code
+from mbproj.integrate import simulate
+from mbproj.integrate.interruption import TimeIsUp, time_limit
+from mbproj.integrate.reporting.report import Report
+from mbproj.results import OutputError
+from mbproj.results.files import part_path
+from mbproj.runs.record import record_run
+from mbproj.scene.read import SceneText
+from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.sampling import whole_steps
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.cases.block import CaseBlock, values_of
+from mbproj.studies.cases.groups import FEWEST, by_arrays, common_values
+from mbproj.studies.measure.measured_samples import MeasuredSamples
+from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.bundles import in_bundles
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.workers import OVERDUE
-from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.spec import SweepSpec
+
+# --- One case of a sweep ----------------------------------------------------------------------------------------------
+# The scene with its values, run and measured. Any error is in its row.
+
+
+#: After this many blocks in a row without a case that runs in arrays, arrays are not tried any more.
+TRIALS = 3
+#: The number of parsed scenes in the cache of a process.
+SCENES = 4
+
+
+@dataclass(frozen=True)
+class CaseWork:
+    """The common data of all cases: the scene's text and its `name` in messages; the paths of the varied values; the
+    measures; the longest time (s) of a case. `keep` tells which cases keep their results files in `folder`: "none",
+    "failed" or "all"."""
+
+    text: str
+    name: str
+    paths: tuple[str, ...]
+    measures: tuple[Expectation, ...]
+    timeout: float | None
+    keep: str
+    folder: Path | None
+
+
+@dataclass(frozen=True)
+class CaseTask:
+    """A case: its key, which is the stem of its results file, and its values."""
+
+    key: str
+    values: tuple[float | str, ...]
+
+
+def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
+    """Runs a case. Its results file is written under a temporary name, and renamed when it is complete."""
+    started = perf_counter()
+    try:
+        with time_limit(work.timeout):
+            row = _run(work, task)
+    except TimeIsUp:
+        row = CaseRow(Status.TIMEOUT, message=f"stopped: it took longer than {work.timeout:g} s")
+    except InputError as error:
+        by_the_machine = isinstance(error.__cause__, OSError)  # a full disk, for example: not a fault of the case
+        status = Status.CRASHED if by_the_machine else Status.FAILED
+        row = CaseRow(status, message="; ".join(problem.line() for problem in error.problems))
+    except OutputError as error:
+        row = CaseRow(Status.CRASHED, message=str(error))
+    except MbprojError as error:
+        row = _failed(error)
+    except Exception as error:
+        message, code = message_and_code(error)
+        row = CaseRow(Status.CRASHED if code == ExitCode.FAILED else Status.FAILED, message=message)
+    return replace(row, seconds=perf_counter() - started)
+
+
+def run_cases(work: CaseWork, tasks: Sequence[CaseTask]) -> tuple[CaseRow, ...]:
+    """The rows of several cases. They run by arrays where this is supported, with the bits of single runs."""
+    tried = _tried(work.text, work.paths, work.measures)
+    rows: dict[int, CaseRow] = {}
+    if work.keep != "all" and len(tasks) >= FEWEST and tried.count < TRIALS:
+        rows = _by_arrays(work, tasks)
+        tried.count = 0 if rows else tried.count + 1
+    return tuple(rows.get(at) or run_case(work, task) for at, task in enumerate(tasks))
+
+
+class _Tried:
+    """The number of blocks in a row without a case that ran in arrays."""
+
+    count = 0
+
+
+@lru_cache(SCENES)
+def _tried(text: str, paths: tuple[str, ...], measures: tuple[Expectation, ...]) -> _Tried:
+    return _Tried()
+
+
+def _by_arrays(work: CaseWork, tasks: Sequence[CaseTask]) -> dict[int, CaseRow]:
+    """The rows of the cases that arrays can run to their end, by the cases' numbers."""
+
+    def holds(task: CaseTask, row: CaseRow) -> bool:
+        return np.array_equal(run_case(work, task).values, row.values, equal_nan=True)
+
+    return by_arrays(tasks, partial(_run_block, work), holds, lambda task: common_values(work.paths, task.values))
+
+
+def _run_block(work: CaseWork, tasks: Sequence[CaseTask]) -> list[CaseRow | None]:
+    """The rows of the cases of a group; None for cases that must run alone."""
+    begun = perf_counter()
+    values = values_of([task.values for task in tasks])
+    scene = scene_of(work, CaseTask("", tuple(values)))
+    block = CaseBlock.of(scene, sparse(settings_to_run(scene), work.measures, counts=False), len(tasks))
+    measures, name = block.measures(work.measures, work.timeout), block.compiled.name
+    seconds = (perf_counter() - begun) / len(tasks)
+    return [
+        None if each is None else CaseRow(Status.DONE, each, formulation=name, seconds=seconds, by_arrays=True)
+        for each in measures
+    ]
+
+
+def _run(work: CaseWork, task: CaseTask) -> CaseRow:
+    scene = scene_of(work, task)
+    if work.keep == "all":
+        return _recorded(work, task, scene)
+    mechanism, settings = Mechanism.of(scene), sparse(settings_to_run(scene), work.measures)
+    kept = MeasuredSamples(mechanism, work.measures)
+    try:
+        report = simulate(mechanism.system, mechanism.state, settings, kept, accounts=False)
+    except SimulationError:
+        if work.keep != "failed":
+            raise
+        return _recorded(work, task, scene)
+    found = (measured(each, kept, settings.duration) for each in work.measures)
+    return _done((None if one is None else one.values for one in found), report)
+
+
+def scene_of(work: CaseWork, task: CaseTask) -> Scene:
+    """The scene with the values of a case. Raises InputError."""
+    return _taken_apart(work.text, work.name).scene(dict(zip(work.paths, task.values, strict=True)))
+
+
+@lru_cache(SCENES)
+def _taken_apart(text: str, name: str) -> SceneText:
+    return SceneText(text, name, Path(name))
+
+
+def sparse(settings: Settings, measures: Sequence[Expectation], *, counts: bool = True) -> Settings:
+    """Return the settings without samples before the end where only that is measured. Where the count of evaluations
+    `counts`, a run with error control keeps its samples: they change the count, but not the motion."""
+    late = all(each.at == "end" and each.quantity != "energy_drift_relative" for each in measures)
+    if late and settings.step is not None:
+        return replace(settings, output_step=whole_steps(settings) * settings.step)
+    return settings if counts or not late else replace(settings, output_step=settings.duration)
+
+
+def _done(values: Iterable[Iterable[float] | None], report: Report) -> CaseRow:
+    """The row of a case that ran to its end, with the first number of each measure."""
+    numbers = tuple(np.nan if each is None else float(next(iter(each))) for each in values)
+    return CaseRow(Status.DONE, numbers, formulation=report.formulation)
+
+
+def _failed(error: MbprojError) -> CaseRow:
+    if not isinstance(error, SimulationError):
+        return CaseRow(Status.FAILED, message=str(error))
+    hint = f"; {error.hint}" if error.hint else ""
+    return CaseRow(
+        Status.FAILED,
+        message=f"{error.cause}{hint}",
+        time=error.time,
+        joint=error.where or "",
+        formulation=error.formulation or "",
+    )
+
+
+def _recorded(work: CaseWork, task: CaseTask, scene: Scene) -> CaseRow:
+    """The case's row; its results file is written."""
+    assert work.folder is not None
+    whole, private = work.folder / f"{task.key}.h5", work.folder / f".{task.key}-{uuid4().hex[:8]}.h5"
+    try:
+        run = record_run(replace(scene, expectations=work.measures), private, attributes={"output": str(whole)})
+        row = _done((outcome.measured for outcome in run.outcomes), run.report)
+    except SimulationError as error:
+        if error.output is None:  # nothing was simulated
+            raise
+        row = _failed(error)
+    except BaseException:
+        _remove(private)
+        raise
+    try:
+        private.replace(whole)
+    except OSError:
+        _remove(private)
+        raise
+    return replace(row, kept=True)
+
+
+def _remove(private: Path) -> None:
+    private.unlink(missing_ok=True)
+    part_path(private).unlink(missing_ok=True)
+
+
+# --- All cases of a sweep ---------------------------------------------------------------------------------------------
+
 
 #: A case that does not stop by itself at its time limit is ended after this multiple of the limit plus this time in s.
 PATIENCE, GRACE = 2.0, 5.0

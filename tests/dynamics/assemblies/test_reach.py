@@ -7,8 +7,7 @@ import pytest
 
 import mbproj
 from mbproj.dynamics import assemble
-from mbproj.dynamics.assembly.assemblies import conditions
-from mbproj.dynamics.assembly.assemblies import reach_of
+from mbproj.dynamics.assembly.assemblies import conditions, reach_of
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene_text

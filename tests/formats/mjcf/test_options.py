@@ -7,7 +7,7 @@ import pytest
 
 import mbproj
 from mbproj.formats import ImportOptions, read_model
-from mbproj.formats.mjcf import actuators, compiled, options, source
+from mbproj.formats.mjcf import actuators, compiled, read, source
 from mbproj.formats.mjcf.flags import SWITCHES
 
 mujoco = pytest.importorskip("mujoco")
@@ -178,7 +178,7 @@ def test_the_list_of_options_is_mujocos():
     names = {name for name in dir(mujoco.MjOption()) if not name.startswith("_")}
     names -= {"disableflags", "enableflags", "disableactuator"}
     assert names <= VALUES.keys()
-    assert names <= {*options.OTHERS, *options.ELSEWHERE}
+    assert names <= {*read.OTHERS, *read.ELSEWHERE}
 
 
 @pytest.mark.parametrize("name", VALUES)
@@ -211,7 +211,7 @@ def test_each_flag_that_enables_has_a_row(name, tmp_path):
     said = read_model(written(tmp_path, name.lower(), own, kind="enable"), ImportOptions()).said
     (row,) = [row for row in said if f"flag {name.lower()}" in row.element]
     assert row.what.startswith("left out")
-    assert row.same.value == ("yes" if options.OTHERS.get(name) in (options.SOLVER, options.SENSORS) else "until then")
+    assert row.same.value == ("yes" if read.OTHERS.get(name) in (read.SOLVER, read.SENSORS) else "until then")
 
 
 def test_sleep_has_a_row_with_its_tolerance(tmp_path):
@@ -223,7 +223,7 @@ def test_sleep_has_a_row_with_its_tolerance(tmp_path):
 def test_an_option_that_mbproj_does_not_know_may_move_the_model_otherwise(tmp_path, monkeypatch):
     """As one of a later version of MuJoCo would."""
     path = written(tmp_path, "warmstart", 'impratio="3"')
-    monkeypatch.setattr(options, "OTHERS", {})
+    monkeypatch.setattr(read, "OTHERS", {})
     (row,) = [row for row in read_model(path, ImportOptions()).said if row.element.startswith("options")]
     assert (row.element, row.same.value) == ("options flag warmstart, impratio", "no")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.studies.design import searches
-from mbproj.studies.design.front import undominated
+from mbproj.studies.design.run import undominated
 from tests.studies.design.scenes import BALL, FOUR_BAR, found, table, written
 
 FAR = "maximise: {far: {body: ball, quantity: position, component: x, at: end}}\n"

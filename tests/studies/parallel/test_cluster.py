@@ -19,7 +19,7 @@ from mbproj.studies.parallel import cluster as on_dask
 from mbproj.studies.parallel.bundles import in_bundles
 from mbproj.studies.parallel.client import Cluster, ClusterLost, connected
 from mbproj.studies.parallel.hand_out import in_parallel
-from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case
+from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
 from tests.studies.parallel.dask_cluster import cluster, wait_until

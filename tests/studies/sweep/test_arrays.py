@@ -10,8 +10,8 @@ import pytest
 from mbproj.mechanisms_folder import mechanism
 from mbproj.studies.cases.block import CaseBlock, as_one, values_of
 from mbproj.studies.cases.groups import FEWEST, common_values
-from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.row import Status
+from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.spec import read_spec
 from tests.studies.sweep.specs import SCENE, swept, write
 

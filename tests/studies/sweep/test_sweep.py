@@ -9,8 +9,8 @@ import pytest
 from mbproj.analysis import measured
 from mbproj.errors import InputError
 from mbproj.results import open_results
-from mbproj.studies.sweep.case import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.row import Status
+from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
 from tests.crossed import once

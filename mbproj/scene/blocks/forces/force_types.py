@@ -11,6 +11,7 @@ type: friction, joint: S, coulomb: {angle: {coefficient: 0.1, radius: 6 mm}, dis
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import partial
 from types import MappingProxyType
 from typing import Any, final
 
@@ -19,19 +20,99 @@ from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.elements import ELEMENTS, ElementType
-from mbproj.scene.blocks.forces.bushing import bushing_record
 from mbproj.scene.blocks.forces.coulomb import COULOMB
 from mbproj.scene.blocks.forces.stops import stop_record
-from mbproj.scene.fields.checks import of_these_bodies
+from mbproj.scene.fields import inertia
+from mbproj.scene.fields.checks import of_these_bodies, pair_of
 from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference, Variants
 from mbproj.scene.fields.containers import OneOf, Record, Rule
 from mbproj.scene.fields.fields import Converted, Field, List
 from mbproj.scene.fields.functions import Function, Varying, table
-from mbproj.scene.fields.placing import BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
-from mbproj.scene.fields.quantities import Number, position_in
+from mbproj.scene.fields.orientation import ORIENTATION
+from mbproj.scene.fields.placing import BODY_POINT, FRAMES, JOINT_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
+from mbproj.scene.fields.quantities import Number, position_in, rows, vector
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.friction import DryFriction
-from mbproj.scene.records import BodyForce, Force, JointForce, Law, PointForce
+from mbproj.scene.records import BodyForce, Bushing, Force, JointForce, Law, Matrix, Orientations, PointForce, Vector
+
+# --- The force `bushing` ----------------------------------------------------------------------------------------------
+# An elastic element that resists the relative translation and rotation of two frames:
+#     type: bushing
+#     bodies: [ground, arm]
+#     location: [0, 0, 0]                             # global, or by body in its own axes
+#     axes: {euler: [0, 30 deg, 0], sequence: xyz}    # of both frames, global; or by body, each in its body's axes
+#     stiffness: {translation: [1e6, 1e6, 2e5], rotation: [[300, 10, 0], [10, 300, 0], [0, 0, 20]]}
+#     damping: {...}, preload: {...}
+
+
+NONE: Vector = (0.0, 0.0, 0.0)
+#: The default axes: both frames have the global axes at the scene's pose.
+GLOBAL_AXES = Orientations((1.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0))
+
+TWO_FRAMES: Field[Any] = Alternatives((Converted(ORIENTATION, lambda axes: Orientations(axes, axes)), FRAMES))
+
+
+def _definite(what: str, matrix: Matrix) -> Matrix:
+    """The matrix of a stiffness or damping, made exactly symmetric. Raises Unfit where it could give energy away."""
+    symmetric = inertia.symmetric(matrix)
+    if symmetric is None:
+        raise Unfit("is not symmetric", f"a {what} has equal numbers in row 1, column 2 and in row 2, column 1")
+    least, _, largest = inertia.principal_moments(symmetric)
+    if least < -inertia.ROUND_OFF * max(abs(least), abs(largest)):
+        raise Unfit(f"has the negative eigenvalue {least:.6g}", f"no {what} gives energy away")
+    return symmetric
+
+
+def _resistance(what: str, per_length: str, per_angle: str) -> Field[tuple[Matrix, Matrix]]:
+    """The field of two matrices, for translation and for rotation; each may be given by its diagonal."""
+
+    def matrix(unit: str) -> Field[Matrix]:
+        diagonal = Converted(List(Number(unit, minimum=0.0), 3), inertia.from_principal)
+        return Converted(Alternatives((diagonal, rows(unit))), partial(_definite, what))
+
+    zero = inertia.from_principal(NONE)
+    keys: dict[str, Field[Any]] = {"translation": matrix(per_length), "rotation": matrix(per_angle)}
+    return Record(f"a {what}", keys, lambda translation=zero, rotation=zero: (translation, rotation))
+
+
+def _bushing(
+    name: str, type: str, bodies: tuple[str, str], location: Any, axes: Any = GLOBAL_AXES, **given: Any
+) -> Bushing:
+    if not any(any(map(any, part)) for part in (*given.get("stiffness", ()), *given.get("damping", ()))) and not any(
+        map(any, given.get("preload", ()))
+    ):
+        raise Unfit("does nothing", "give a 'stiffness', a 'damping' or a 'preload' that is not zero")
+    if isinstance(axes, Mapping):
+        axes = Orientations(axes[bodies[0]], axes[bodies[1]], local=True)
+    return Bushing(name, bodies, pair_of(location, bodies), axes, **given)
+
+
+def bushing_record(force_type: NameChoice) -> Record[Force]:
+    """The record that reads a bushing."""
+    preload = {"translation": vector("N"), "rotation": vector("N*m")}
+    return Record(
+        "a bushing",
+        {
+            "type": force_type,
+            "bodies": TWO_BODIES,
+            "location": JOINT_POINT,
+            "axes": TWO_FRAMES,
+            "stiffness": _resistance("stiffness", "N/m", "N*m/rad"),
+            "damping": _resistance("damping", "N*s/m", "N*m*s/rad"),
+            "preload": Record("a preload", preload, lambda translation=NONE, rotation=NONE: (translation, rotation)),
+        },
+        _bushing,
+        ("type", "bodies", "location"),
+        (
+            Rule(("bodies", "location"), of_these_bodies("location")),
+            Rule(("bodies", "axes"), of_these_bodies("axes")),
+        ),
+        named=True,
+    )
+
+
+# --- All types of force -----------------------------------------------------------------------------------------------
+
 
 COEFFICIENT = Number(None, minimum=0.0)
 #: Coefficients of viscous friction on coordinates in m and rad.
