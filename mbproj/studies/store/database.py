@@ -10,13 +10,12 @@ from __future__ import annotations
 import os
 import sqlite3
 import stat
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from time import time
 from typing import TypeVar
-
-from platformdirs import user_cache_path
 
 from mbproj.errors import warn_once
 
@@ -145,9 +144,15 @@ def _set_aside(path: Path, why: str) -> None:
 
 
 def _folder() -> Path:
-    """MBPROJ_CACHE, or `mbproj` in the user's folder for caches."""
-    given = os.environ.get("MBPROJ_CACHE")
-    return Path(given) if given else user_cache_path("mbproj", appauthor=False)
+    """MBPROJ_CACHE, or `mbproj` in the user's folder for caches, as the system has it."""
+    if given := os.environ.get("MBPROJ_CACHE"):
+        return Path(given)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", "~/AppData/Local")) / "mbproj" / "Cache"
+    if sys.platform == "darwin":
+        return Path("~/Library/Caches/mbproj")
+    caches = Path(os.environ.get("XDG_CACHE_HOME", ""))  # a relative path does not count (XDG Base Directory, 3)
+    return (caches if caches.is_absolute() else Path("~/.cache")) / "mbproj"
 
 
 def _private_folder() -> Path:

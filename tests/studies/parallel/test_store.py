@@ -146,6 +146,26 @@ def test_a_cache_folder_that_is_a_file_is_said_and_nothing_is_kept(tmp_path):
     assert (tmp_path / "cache").read_text() == "a file"
 
 
+@pytest.mark.parametrize(
+    ("system", "variables", "folder"),
+    [
+        ("linux", {}, "~/.cache/mbproj"),
+        ("linux", {"XDG_CACHE_HOME": "/caches"}, "/caches/mbproj"),
+        ("linux", {"XDG_CACHE_HOME": "caches"}, "~/.cache/mbproj"),
+        ("linux", {"XDG_CACHE_HOME": "/caches", "MBPROJ_CACHE": "here"}, "here"),
+        ("darwin", {}, "~/Library/Caches/mbproj"),
+        ("win32", {"LOCALAPPDATA": "/local"}, "/local/mbproj/Cache"),
+    ],
+)
+def test_the_store_is_where_the_system_keeps_caches(monkeypatch, system, variables, folder):
+    for name in ("XDG_CACHE_HOME", "MBPROJ_CACHE", "LOCALAPPDATA"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(database.sys, "platform", system)
+    assert database._folder() == Path(folder)
+
+
 def test_a_user_without_a_home_keeps_nothing(monkeypatch):
     monkeypatch.setenv("MBPROJ_CACHE", "~no such user/cache")
     (line,) = said(lambda: computed(1))
