@@ -83,6 +83,16 @@ def test_what_is_refused(ours, standard):
             kind(1.0, z=2.0)
 
 
+def test_classes_have_the_defaults_of_their_fields():
+    """Before fields are asked for, and after."""
+    for ours, standard in zip(declared(dataclass), declared(dataclasses.dataclass), strict=True):
+        for _ in range(2):
+            for name in ("x", "y", "tags", "secret", "name"):
+                assert getattr(ours, name, None) == getattr(standard, name, None)
+                assert (name in vars(ours)) == (name in vars(standard))
+            assert [each.default for each in fields(ours)] == [each.default for each in fields(standard)]
+
+
 def test_each_instance_has_its_own_default():
     first, second = OURS[0](1.0), OURS[0](1.0)
     assert first.tags is not second.tags

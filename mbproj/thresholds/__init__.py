@@ -12,7 +12,7 @@ from dataclasses import Field
 from functools import cache
 from typing import Any, NamedTuple, final
 
-from mbproj.dataclass import dataclass
+from mbproj.dataclass import dataclass, given_fields
 from mbproj.thresholds.contact import Contact, Curves, Ropes
 from mbproj.thresholds.entry import threshold
 from mbproj.thresholds.poses import Linear, Looks, Passages, Searches
@@ -118,10 +118,7 @@ class Thresholds(
 
 #: As the groups declare them. `fields` would look at each declaration twice, 5 ms in each process.
 _DECLARED: dict[str, Field[Any]] = {
-    name: entry
-    for group in reversed(Thresholds.__mro__)
-    for name, entry in vars(group).items()
-    if isinstance(entry, Field)
+    name: entry for group in reversed(Thresholds.__mro__[:-1]) for name, entry in given_fields(group).items()
 }
 THRESHOLDS = Thresholds()
 
