@@ -13,7 +13,6 @@ __getattr__ = lazily(
         "pages.modes": "PICTURES",
         "pages.profile": "draw_profile",
         "pages.sensitivity": "draw_sensitivities",
-        "sheet": "REFUSED read_sheet",
-        "style": "STYLE",
+        "style": "REFUSED STYLE read_sheet",
     },
 )

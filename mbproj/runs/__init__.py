@@ -5,7 +5,6 @@ from mbproj.registry import lazily
 __getattr__ = lazily(
     __name__,
     {
-        "notes": "notes_on notes_on_rows",
-        "record": "Earlier Interrupted Run record_equilibrium record_run",
+        "record": "Earlier Interrupted Run notes_on notes_on_rows record_equilibrium record_run",
     },
 )
