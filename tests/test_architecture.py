@@ -119,7 +119,7 @@ FOLDERS = {
     "model": ("compile", "planar"),
     "dynamics": ("equations", "derivatives", "assembly", "observe", "rank", "friction", "contact"),
     "integrate": ("steppers", "events", "reporting", "formulations", "stops", "stiff", "automatic"),
-    "results": ("file", "loads", "crash_safety", "linear", "sweep", "design", "views"),
+    "results": ("file", "loads", "crash_safety", "linear", "sweep", "views"),
     "studies": (
         "store",
         "parallel",
@@ -138,7 +138,7 @@ FOLDERS = {
         "synthesis",
     ),
     "formats": ("mjcf", "urdf", "sdf", "export"),
-    "analysis": ("contacts", "loads"),
+    "analysis": ("contacts",),
     "linear": ("reduction", "equilibrium", "state_space"),
     "pages": ("appearance", "data", "page"),
     "figures": ("pages", "kinds", "sweeps"),

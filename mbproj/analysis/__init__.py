@@ -29,7 +29,7 @@ __getattr__ = lazily(
         "energy": "EnergyDrift energy_drift",
         "expectations": "Outcome measured outcomes",
         "growth": "Growth",
-        "loads.largest": "duration_above loads_of recorded_in samples_of swings",
+        "loads": "duration_above loads_of recorded_in samples_of swings",
         "summary": "SeriesPeak peak worst",
         "trust": "usual_limit",
     },

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.analysis.loads.largest import loads_of
+from mbproj.analysis.loads import loads_of
 from mbproj.analysis.observed import mechanical_advantage, transmission_angle, velocity_ratio
 from mbproj.analysis.reactions import shared_at_contacts
 from mbproj.arrays import Array

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mbproj.analysis.common_quantities import COMPARED
-from mbproj.analysis.loads.largest import loads_of
+from mbproj.analysis.loads import loads_of
 from mbproj.analysis.same_motion import MotionComparison, compare_motions
 from mbproj.analysis.tables import QuantityTable, tables
 from mbproj.api.again import opened

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.analysis.loads.largest import loads_of
+from mbproj.analysis.loads import loads_of
 from mbproj.results import ResultsWriter, open_results
 from tests.support import ROOT
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from math import degrees, isnan
 from typing import Any
 
-from mbproj.analysis.loads.largest import cycle_of, duration_above, loads_of, recorded_in, samples_of, swings
+from mbproj.analysis.loads import cycle_of, duration_above, loads_of, recorded_in, samples_of, swings
 from mbproj.cli.report.text import columns
 from mbproj.results import Results
 from mbproj.results.loads.largest import Load

@@ -115,7 +115,7 @@ def _of_sweep(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePicture
 
 def _of_design(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictures:
     from mbproj.figures.pages.designs import PICTURES, why_not
-    from mbproj.results.design.design_file import read_drawn
+    from mbproj.results.design_file import read_drawn
 
     drawn = read_drawn(path)
     draw = {kind: partial(draw, drawn) for kind, draw in PICTURES.items()}

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from mbproj.analysis.loads.largest import loads_of, recorded_in
+from mbproj.analysis.loads import loads_of, recorded_in
 from mbproj.figures import fitting_names, panels
 from mbproj.figures.panels import by_turns, in_degrees, label_of
 from mbproj.figures.style import line, page_width, styled

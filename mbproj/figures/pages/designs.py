@@ -13,7 +13,7 @@ from mbproj.arrays import Array
 from mbproj.figures import panels
 from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import line, page_width, styled
-from mbproj.results.design.design_file import Drawn, Matched
+from mbproj.results.design_file import Drawn, Matched
 
 #: The height of a row of panels and the room for a name beside a matrix, inches; the most numbers whose correlations
 #: are written into the cells.

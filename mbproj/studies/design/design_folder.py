@@ -9,7 +9,7 @@ import numpy as np
 
 from mbproj.errors import InputError, Problem
 from mbproj.output_files import DESIGN_DRAWN, DESIGNED, check_replaceable, csv, make_folder, write_csv, write_text
-from mbproj.results.design.design_file import FILE
+from mbproj.results.design_file import FILE
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.scene.read import SceneText, read_scene_text

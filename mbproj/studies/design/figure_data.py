@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.results.design.design_file import Drawn, Matched
+from mbproj.results.design_file import Drawn, Matched
 from mbproj.scene.ranges.family import column_of, with_unit
 from mbproj.studies.design.run import FoundDesign
 from mbproj.studies.design.spec import Goal

@@ -1,1 +1,0 @@
-"""The loads of a run: the largest ones, how long they last, how often they swing."""

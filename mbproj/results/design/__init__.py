@@ -1,1 +1,0 @@
-"""The data of a design's pictures, stored in the design's folder."""
