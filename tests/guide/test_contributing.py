@@ -126,3 +126,13 @@ def test_the_walks_lead_where_the_page_says(tmp_path):
     assert [each["formulation"] for each in (ran, reduced, planar)] == ["full", "reduced", "planar"]
     assert max(float(str(each["position_violation_max"])) for each in (ran, reduced, planar)) <= 1e-13
     assert (tmp_path / "tables" / "results-state-turn.sum.csv").is_file()
+
+
+def test_the_page_shows_the_time_step():
+    """In the order of `step.cpp`; comments may be shorter."""
+    page = pages()["contributing"]
+    (shown,) = [fence.text for fence in fences(page) if "attempt(run)" in fence.text]
+    statements = [line.partition("//")[0].strip() for line in shown.splitlines()]
+    source = (ROOT / "mbproj/kernel/src/stepping/step.cpp").read_text(encoding="utf-8")
+    places = [source.index(statement) for statement in statements]
+    assert len(places) == 8 and places == sorted(places)
