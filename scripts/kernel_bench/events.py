@@ -54,14 +54,14 @@ motions:
 #: In the plane friction by the load of the guide is unknown, as it depends on forces out of the plane.
 BY_FORCE = SLIDER_CRANK + "forces: {rubbing: {type: friction, joint: guide, coulomb: {force: 4}}}"
 BY_LOAD = SLIDER_CRANK + "forces: {rubbing: {type: friction, joint: guide, coulomb: {coefficient: 0.2}}}"
-#: A scene, its formulation, and the duration of about five events, s.
+#: A scene, its formulation, and the duration of about ten events, s.
 SCENES = {
-    "a bouncing ball in the plane": (BALL, "planar", 5.0),
-    "a bouncing ball in space": (BALL, "reduced", 5.0),
-    "stick-slip in the plane": (STICK_SLIP, "planar", 2.0),
-    "stick-slip in space": (STICK_SLIP, "reduced", 2.0),
-    "a slider-crank's guide in the plane": (BY_FORCE, "planar", 3.0),
-    "a slider-crank's guide in space": (BY_LOAD, "reduced", 3.0),
+    "a bouncing ball in the plane": (BALL, "planar", 10.0),
+    "a bouncing ball in space": (BALL, "reduced", 10.0),
+    "stick-slip in the plane": (STICK_SLIP, "planar", 3.0),
+    "stick-slip in space": (STICK_SLIP, "reduced", 3.0),
+    "a slider-crank's guide in the plane": (BY_FORCE, "planar", 5.0),
+    "a slider-crank's guide in space": (BY_LOAD, "reduced", 5.0),
 }
 
 
