@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import re
 import subprocess
 import sys
@@ -33,8 +34,8 @@ CASES = {
     "five_bar in space": ("five_bar", False),
     "spatial_slider_crank": ("spatial_slider_crank", False),
 }
-#: Runs of a short process, and by how many more a long one makes.
-FEW, MORE = 1, 2
+#: Runs of a short process, and by how many more a long one makes; and by how many times a run with events is longer.
+FEW, MORE, LONGER = 1, 2, 10
 FOREVER = 1e6
 #: Arithmetic of doubles as objdump writes it, alone (`sd`) or in vectors (`pd`).
 ARITHMETIC = re.compile(r"v?(add|sub|mul|div|sqrt|fn?m(?:add|sub)\d+)([sp])d\b")
@@ -73,7 +74,7 @@ def events(names: list[str]) -> int:
     """Print what an event costs in each of these scenes."""
     step = of_a_step("five_bar in the plane")["instructions"]
     for name in names:
-        (few, before), (more, after) = counted(name, FEW), counted(name, FEW + MORE)
+        (few, before), (more, after) = counted(name, FEW), counted(name, FEW + LONGER)
         found = {key: (after[key] - before[key]) / (after["events"] - before["events"]) for key in after}
         cost = (more["instructions"] - few["instructions"]) / (after["events"] - before["events"]) / step
         print(
@@ -102,7 +103,8 @@ def counted(name: str, runs: int) -> tuple[Counter[str], dict[str, int]]:
         callgrind = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}", "--dump-instr=yes"]
         form = ["--dump-line=no", "--compress-strings=no", "--compress-pos=no"]
         command = [*callgrind, *form, sys.executable, __file__, "--only", name, "--runs", str(runs)]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
+        same = os.environ | {"PYTHONHASHSEED": "0", "OPENBLAS_NUM_THREADS": "1"}
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=same)
         collected = re.search(r"Collected : (\d+)", done.stderr)
         if collected is None:
             raise RuntimeError(f"callgrind counted nothing: {done.stderr[-500:]}")

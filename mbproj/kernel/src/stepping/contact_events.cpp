@@ -53,9 +53,18 @@ bool reach(Run& run, const Target& whole, double h, MeetingSearch::Margins& foun
     return !closed_end(run).stops() && margins_at_end(run, found);
 }
 
+// The margins at the end of the whole step.
+bool margins_of_whole(Run& run, MeetingSearch::Margins& found) {
+    const EndAtBreak at_break(run);
+    run.equations.set_pose(run.next.t, run.next.y.data());
+    run.equations.set_velocities(run.next.y.data(), false);
+    return margins_at_end(run, found);
+}
+
 // Where the step meets something, by looks at its extension, or at the cubic: they are cheaper than steps. False where the forces
 // at its start have no solution.
-bool expect(Run& run, MeetingSearch& search, MeetingSearch::Margins& first, Meeting& expected) {
+bool expect(Run& run, MeetingSearch& search, MeetingSearch::Margins& first, const MeetingSearch::Margins& last,
+            Meeting& expected) {
     const CubicStep step = cubic_of(run);
     const bool forces = !run.watch.rows().empty(), fixed = run.steps.fixed() && !run.stepper.carries_slope();
     if (!fixed) run.state.counters.evaluations += run.stepper.extend_cost();
@@ -73,8 +82,7 @@ bool expect(Run& run, MeetingSearch& search, MeetingSearch::Margins& first, Meet
         return run.watch.margins(run.now.counted.turns, inside.lambda, found), true;
     };
     if (forces && !along(0.0, first)) return false;
-    expected =
-        search.first(along, first, run.met.last, run.watch.parts(), step.h, run.thresholds.same_written * step.h);
+    expected = search.first(along, first, last, run.watch.parts(), step.h, run.thresholds.same_written * step.h);
     return true;
 }
 
@@ -119,9 +127,6 @@ bool meets(Run& run) {
         if (run.contacts.finds_push(run.next.y, run.next.lambda)) run.stop({Status::undecided, run.next.t});
         return false;
     }
-    run.equations.set_pose(run.next.t, run.next.y.data());
-    run.equations.set_velocities(run.next.y.data(), false);
-    run.met.last_known = margins_at_end(run, run.met.last);
     return true;
 }
 
@@ -130,18 +135,16 @@ bool locate(Run& run) {
     const Target whole = run.to;
     const double grain = 4.0 * run.schedule.grain(run.now.t);
     MeetingSearch search(run.watch.slacks());
-    MeetingSearch::Margins first = run.watch.first_margins();
+    MeetingSearch::Margins first = run.watch.first_margins(), last;
     Meeting expected;
-    const bool known = run.met.last_known && (run.met.rests >= 0 || expect(run, search, first, expected));
+    const bool rests = run.met.rests >= 0;
+    const bool known = rests || (margins_of_whole(run, last) && expect(run, search, first, last, expected));
     if (!back(run) || !known) return stop_at(run, run.now.t), false;
     run.contacts.record_speed(run.now.y);
-    if (run.met.rests >= 0) {
-        run.met.stop = run.met.rests, run.met.released = false, run.met.at_end = true;
-        return meet_contact(run), false;
-    }
+    if (rests) return run.met.stop = run.met.rests, run.met.released = false, meet_contact(run), false;
     double made = -1.0;  // the size of the last step
     const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(run, whole, made = h, found); };
-    const Meeting met = search.first(at, first, run.met.last, run.watch.parts(), whole.h, grain, expected);
+    const Meeting met = search.first(at, first, last, run.watch.parts(), whole.h, grain, expected);
     if (!met.made) return discard_end(run), stop_at(run, run.now.t), false;
     if (met.which >= 0) {  // else nothing is met after all
         set_met(run, met.which);
