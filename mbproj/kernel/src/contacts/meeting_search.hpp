@@ -21,12 +21,12 @@ struct Meeting {
 };
 
 // Searches margins after steps of some size. They are not negative before a meeting, and are compared in parts of their
-// `slack`, by which they may be below zero.
+// `slack`, by which they may be below zero; below the part `zero` of it they are met.
 class MeetingSearch {
 public:
     using Margins = std::vector<ValueAndRate>;
 
-    explicit MeetingSearch(std::vector<double> slack) : slack_(std::move(slack)) {}
+    MeetingSearch(std::vector<double> slack, double zero) : slack_(std::move(slack)), zero_(zero) {}
 
     // The first meeting in a step of size h, with margins `first` and `last` at its ends. at(h, margins) makes another
     // step; false where it fails. Newton's method from what is `expected` mostly gets there; else `parts` of the step,
@@ -81,11 +81,10 @@ private:
     static Meeting failed() { return {0.0, -1, false}; }
 
     // Whether a margin is zero. That of a gap, which has a rate, is so to the resolution of time, and not open by more than its
-    // slack: bounces that come ever faster make errors larger.
+    // slack.
     bool is_met(const ValueAndRate& margin, int which, double grain) const {
         const double off = std::abs(margin.value), slack = slack_[which];
-        return off <= (std::isfinite(margin.rate) ? 1e-3 : 0.5) * slack ||
-               (off <= grain * std::abs(margin.rate) && margin.value <= 0.5 * slack);
+        return off <= zero_ * slack || (off <= grain * std::abs(margin.rate) && margin.value <= 0.5 * slack);
     }
     bool is_below(const Margins& margins) const;
     int worst(const Margins& margins) const;
@@ -120,6 +119,7 @@ private:
     static double between(double low, double y_low, double high, double y_high, double old, double y_old);
 
     const std::vector<double> slack_;
+    const double zero_;
 };
 
 }  // namespace mbproj

@@ -63,8 +63,7 @@ bool margins_of_whole(Run& run, MeetingSearch::Margins& found) {
 
 // Where the step meets something, by looks at its extension, or at the cubic: they are cheaper than steps. False where the forces
 // at its start have no solution.
-bool expect(Run& run, MeetingSearch& search, MeetingSearch::Margins& first, const MeetingSearch::Margins& last,
-            Meeting& expected) {
+bool expect(Run& run, MeetingSearch::Margins& first, const MeetingSearch::Margins& last, Meeting& expected) {
     const CubicStep step = cubic_of(run);
     const bool forces = !run.watch.rows().empty(), fixed = run.steps.fixed() && !run.stepper.carries_slope();
     if (!fixed) run.state.counters.evaluations += run.stepper.extend_cost();
@@ -82,7 +81,8 @@ bool expect(Run& run, MeetingSearch& search, MeetingSearch::Margins& first, cons
         return run.watch.margins(run.now.counted.turns, inside.lambda, found), true;
     };
     if (forces && !along(0.0, first)) return false;
-    expected = search.first(along, first, last, run.watch.parts(), step.h, run.thresholds.same_written * step.h);
+    expected = MeetingSearch(run.watch.slacks(), 0.5)
+                   .first(along, first, last, run.watch.parts(), step.h, run.thresholds.same_written * step.h);
     return true;
 }
 
@@ -134,17 +134,17 @@ bool locate(Run& run) {
     if (run.halts) return run.stop({Status::halted, run.now.t}), false;  // where the step began
     const Target whole = run.to;
     const double grain = 4.0 * run.schedule.grain(run.now.t);
-    MeetingSearch search(run.watch.slacks());
     MeetingSearch::Margins first = run.watch.first_margins(), last;
     Meeting expected;
     const bool rests = run.met.rests >= 0;
-    const bool known = rests || (margins_of_whole(run, last) && expect(run, search, first, last, expected));
+    const bool known = rests || (margins_of_whole(run, last) && expect(run, first, last, expected));
     if (!back(run) || !known) return stop_at(run, run.now.t), false;
     run.contacts.record_speed(run.now.y);
     if (rests) return run.met.stop = run.met.rests, run.met.released = false, meet_contact(run), false;
     double made = -1.0;  // the size of the last step
     const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(run, whole, made = h, found); };
-    const Meeting met = search.first(at, first, last, run.watch.parts(), whole.h, grain, expected);
+    const Meeting met =
+        MeetingSearch(run.watch.slacks(), 1e-3).first(at, first, last, run.watch.parts(), whole.h, grain, expected);
     if (!met.made) return discard_end(run), stop_at(run, run.now.t), false;
     if (met.which >= 0) {  // else nothing is met after all
         set_met(run, met.which);
