@@ -12,7 +12,7 @@
 namespace mbproj {
 
 // A step of size h ends where margin number `which` is met, or -1 where none is after all. Not `made` where a step on
-// the way could not be made. `slope`: about the derivative of this margin by h.
+// the way could not be made. `slope`: the derivative of this margin by h, where it is known.
 struct Meeting {
     double h = 0.0;
     int which = -1;
@@ -35,14 +35,15 @@ public:
                                       const std::vector<double>& parts, double h, double grain,
                                       const Meeting& expected = {}) {
         Margins below = last;
-        double guess = expected.h, high = -1.0;
+        const bool gap = expected.which >= 0 && std::isfinite(last[expected.which].rate);
+        double guess = expected.h + (gap ? 0.0 : 0.5 * grain), high = -1.0;
         for (int tried = 0; tried < most_polished && expected.which >= 0 && guess > grain && guess < h; ++tried) {
             if (!at(guess, below)) return failed();
             if (worst(below) != expected.which) break;
             const ValueAndRate& met = below[expected.which];
-            if (is_met(met, expected.which, grain)) return {guess, expected.which};
-            const double change = -met.value / (std::isfinite(met.rate) ? met.rate : expected.slope);
-            guess += std::abs(change) > grain ? change : change + 0.5 * grain;
+            if (is_met(met, expected.slope, expected.which, grain)) return {guess, expected.which};
+            const double change = -met.value / (gap ? met.rate : expected.slope);
+            guess += change + (gap && std::abs(change) > grain ? 0.0 : 0.5 * grain);  // rather below zero
         }
         for (std::size_t k = 0; k < parts.size() && high < 0.0; ++k) {
             if (!at(parts[k] * h, below)) return failed();
@@ -78,13 +79,15 @@ public:
 
 private:
     static constexpr int most_tries = 80, most_polished = 4;
+    static constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
     static Meeting failed() { return {0.0, -1, false}; }
 
-    // Whether a margin is zero. That of a gap, which has a rate, is so to the resolution of time, and not open by more than its
-    // slack.
-    bool is_met(const ValueAndRate& margin, int which, double grain) const {
-        const double off = std::abs(margin.value), slack = slack_[which];
-        return off <= zero_ * slack || (off <= grain * std::abs(margin.rate) && margin.value <= 0.5 * slack);
+    // Whether a margin is zero, or would be within what time resolves: `slope` is its rate where it has none. It is not above
+    // zero then, but for a gap, which counts as closed.
+    bool is_met(const ValueAndRate& margin, double slope, int which, double grain) const {
+        const bool gap = std::isfinite(margin.rate);
+        const double off = std::abs(margin.value), slack = slack_[which], rate = gap ? margin.rate : slope;
+        return off <= zero_ * slack || (margin.value <= (gap ? 0.5 * slack : 0.0) && off <= grain * std::abs(rate));
     }
     bool is_below(const Margins& margins) const;
     int worst(const Margins& margins) const;
@@ -106,13 +109,13 @@ private:
                 y_low = y_old = above[which].value, old = low;
             }
             const double value = there[which].value;
-            if (is_met(there[which], which, grain)) return {guess, which, true, (y_high - y_low) / (high - low)};
+            if (is_met(there[which], not_known, which, grain)) return {guess, which};
             double &end = value > 0.0 ? low : high, &y_end = value > 0.0 ? y_low : y_high;
             old = std::exchange(end, guess), y_old = std::exchange(y_end, value);
             if (value > 0.0) above = there;
             guess -= value / there[which].rate;
         }
-        return {high, which, true, (y_high - y_low) / (high - low)};
+        return {high, which};
     }
 
     // The zero of the parabola x(y) through three points, if it is between the ends; else the zero of the line.

@@ -63,7 +63,8 @@ bool margins_of_whole(Run& run, MeetingSearch::Margins& found) {
 
 // Where the step meets something, by looks at its extension, or at the cubic: they are cheaper than steps. False where the forces
 // at its start have no solution.
-bool expect(Run& run, MeetingSearch::Margins& first, const MeetingSearch::Margins& last, Meeting& expected) {
+bool expect(Run& run, double grain, MeetingSearch::Margins& first, const MeetingSearch::Margins& last,
+            Meeting& expected) {
     const CubicStep step = cubic_of(run);
     const bool forces = !run.watch.rows().empty(), fixed = run.steps.fixed() && !run.stepper.carries_slope();
     if (!fixed) run.state.counters.evaluations += run.stepper.extend_cost();
@@ -81,8 +82,12 @@ bool expect(Run& run, MeetingSearch::Margins& first, const MeetingSearch::Margin
         return run.watch.margins(run.now.counted.turns, inside.lambda, found), true;
     };
     if (forces && !along(0.0, first)) return false;
-    expected = MeetingSearch(run.watch.slacks(), 0.5)
-                   .first(along, first, last, run.watch.parts(), step.h, run.thresholds.same_written * step.h);
+    expected = MeetingSearch(run.watch.slacks(), 0.5).first(along, first, last, run.watch.parts(), step.h, grain);
+    if (expected.which < 0 || std::isfinite(last[expected.which].rate)) return true;
+    const double beside = run.thresholds.beside * step.h;
+    MeetingSearch::Margins before, after;
+    if (along(expected.h - beside, before) && along(expected.h + beside, after))
+        expected.slope = (after[expected.which].value - before[expected.which].value) / (2.0 * beside);
     return true;
 }
 
@@ -137,7 +142,7 @@ bool locate(Run& run) {
     MeetingSearch::Margins first = run.watch.first_margins(), last;
     Meeting expected;
     const bool rests = run.met.rests >= 0;
-    const bool known = rests || (margins_of_whole(run, last) && expect(run, first, last, expected));
+    const bool known = rests || (margins_of_whole(run, last) && expect(run, grain, first, last, expected));
     if (!back(run) || !known) return stop_at(run, run.now.t), false;
     run.contacts.record_speed(run.now.y);
     if (rests) return run.met.stop = run.met.rests, run.met.released = false, meet_contact(run), false;
