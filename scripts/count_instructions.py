@@ -6,9 +6,9 @@ not.
 
 RK4 and GPOPM with the steps of the scenes; needs valgrind and objdump. With `--events` instead the instructions of an
 event of contacts, with the steps before it, in steps of the five-bar in the plane. Each case runs twice, with so many
-runs or events and more: their difference leaves out what starting Python costs. The arithmetic is what the kernel itself does to doubles:
-sums, products, quotients and roots. A vector of four counts as four, a fused product and sum as two. A comparison is
-fair on one machine with one compiler.
+runs or events and more: their difference leaves out what starting Python costs. The arithmetic is what the kernel
+itself does to doubles: sums, products, quotients and roots. A vector of four counts as four, a fused product and sum
+as two. A comparison is fair on one machine with one compiler.
 """
 
 from __future__ import annotations
@@ -96,8 +96,8 @@ def run(name: str, runs: int) -> dict[str, int]:
 
 
 def counted(name: str, runs: int) -> tuple[Counter[str], dict[str, int]]:
-    """Instructions of a process that makes so many runs, with the operations of the kernel on doubles by kind; and what it
-    prints."""
+    """Instructions of a process that makes so many runs, with the operations of the kernel on doubles by kind. And what
+    it prints."""
     with tempfile.TemporaryDirectory() as folder:
         profile = Path(folder) / "profile"
         callgrind = ["valgrind", "--tool=callgrind", f"--callgrind-out-file={profile}", "--dump-instr=yes"]

@@ -10,7 +10,8 @@ from mbproj import assemble, compile_system, initial_guess, read_scene_text, set
 HEAD = """
 mbproj: 1
 gravity: [0, -10, 0]
-simulation: {{duration: {duration}, integrator: dop853, tolerance: 1.0e-9, output_step: {duration}, formulation: {form}}}
+simulation:
+  {{duration: {duration}, integrator: dop853, tolerance: 1.0e-9, output_step: {duration}, formulation: {form}}}
 """
 BALL = """
 bodies:

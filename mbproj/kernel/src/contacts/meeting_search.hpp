@@ -79,7 +79,6 @@ public:
 
 private:
     static constexpr int most_tries = 80, most_polished = 4;
-    static constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
     static Meeting failed() { return {0.0, -1, false}; }
 
     // Whether a margin is zero, or would be within what time resolves: `slope` is its rate where it has none. It is not above
@@ -109,7 +108,7 @@ private:
                 y_low = y_old = above[which].value, old = low;
             }
             const double value = there[which].value;
-            if (is_met(there[which], not_known, which, grain)) return {guess, which};
+            if (is_met(there[which], std::nan(""), which, grain)) return {guess, which};
             double &end = value > 0.0 ? low : high, &y_end = value > 0.0 ? y_low : y_high;
             old = std::exchange(end, guess), y_old = std::exchange(y_end, value);
             if (value > 0.0) above = there;
