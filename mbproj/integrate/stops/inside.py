@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from itertools import count, takewhile
 from typing import Any
 
@@ -36,13 +37,6 @@ MARKED = ("idle", "straight", "starting")
 def _joints(system: System, compiled: Compiled) -> list[int]:
     """Return the system's number of each joint of the kernel."""
     return [*takewhile(lambda joint: joint < len(system.names.joints), map(compiled.joint, count()))]
-
-
-def _load_names(system: System, compiled: Compiled) -> list[str]:
-    """Return the names of all stops, frictions and joints, which may share a load, in the kernel's order."""
-    joints = [system.names.joints[joint] for joint in _joints(system, compiled)]
-    parts = {"stop": system.names.stops, "friction": system.names.frictions, "joint": joints}
-    return [f"{what} '{name}'" for what, names in parts.items() for name in names]
 
 
 def _stop_laws(system: System) -> list[tuple[float, ...]]:
@@ -149,7 +143,14 @@ class Inside:
         if what != SHARED and frictions is not None and 0 <= k < frictions.size and frictions.stop[k] >= 0:
             name = frictions.owners[k].split("'")[1]
             return f"friction '{name}'"
-        return _load_names(self.system, self.compiled)[number]
+        return self._names[number]
+
+    @cached_property
+    def _names(self) -> list[str]:
+        """The names of all stops, frictions and joints, which may share a load, in the kernel's order."""
+        joints = [self.system.names.joints[joint] for joint in _joints(self.system, self.compiled)]
+        parts = {"stop": self.system.names.stops, "friction": self.system.names.frictions, "joint": joints}
+        return [f"{what} '{name}'" for what, names in parts.items() for name in names]
 
     def samples(self, samples: Samples, block: Mapping[str, Any]) -> Samples:
         """Return a block of samples with the forces of stops and frictions. Energy stored in compliant stops is not

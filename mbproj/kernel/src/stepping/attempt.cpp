@@ -36,7 +36,7 @@ Outcome why_unsolved(Run& run, double t) {
 }
 
 bool attempt_fixed(Run& run) {
-    const bool made = stages(run) || (run.equations.hold_others() && stages(run));
+    const bool made = stages(run).has_value();
     run.phases.mark(Phase::evaluation);
     if (made && !passes_branch(run)) return true;
     if (!made) halve(run);
@@ -45,8 +45,7 @@ bool attempt_fixed(Run& run) {
 
 bool attempt_controlled(Run& run) {
     run.equations.forget_broken_state();
-    std::optional<double> error = stages_and_error(run);
-    if (!error && run.equations.hold_others()) error = stages_and_error(run);
+    const std::optional<double> error = stages(run);
     run.phases.mark(Phase::evaluation);
     run.lost = {};
     if (!error)
@@ -57,6 +56,18 @@ bool attempt_controlled(Run& run) {
     const bool passes = run.schedule.follows() ? std::isfinite(run.error) : run.error <= 1.0;
     if (!passes) reject(run, run.control.after_rejected(run.error, run.to.h));
     return passes;
+}
+
+// The stages with the rows that are held; nothing also where others would serve.
+std::optional<double> stages_with_rows(Run& run) {
+    run.equations.begin_step();
+    if (run.other) run.other->begin_step();
+    run.stepper.begin(run.now.slope);
+    const bool fixed = run.steps.fixed(), made = run.stepper.attempt(run.now.t, run.now.y, run.to.h, run.next.y);
+    run.state.counters.evaluations += run.stepper.attempt_cost() + (fixed ? 0 : run.stepper.error_cost());
+    if (!made) return std::nullopt;
+    if (fixed) return 0.0;
+    return run.stepper.error(run.to.t, run.now.y, run.next.y, run.to.h, run.steps.tolerance, run.control.is_again());
 }
 
 // How far the step and its extension are from its halves.
@@ -73,24 +84,13 @@ bool halves_made(Run& run) {
 
 }  // namespace
 
-bool attempt(Run& run) {
+bool attempt(Run& run) { return run.steps.fixed() ? attempt_fixed(run) : attempt_controlled(run); }
+
+std::optional<double> stages(Run& run) {
     run.extended = run.halved = false;
-    return run.steps.fixed() ? attempt_fixed(run) : attempt_controlled(run);
-}
-
-bool stages(Run& run) {
-    run.equations.begin_step();
-    if (run.other) run.other->begin_step();
-    run.stepper.begin(run.now.slope);
-    const bool made = run.stepper.attempt(run.now.t, run.now.y, run.to.h, run.next.y);
-    run.state.counters.evaluations += run.stepper.attempt_cost();
-    return made;
-}
-
-std::optional<double> stages_and_error(Run& run) {
-    run.state.counters.evaluations += run.stepper.error_cost();
-    if (!stages(run)) return std::nullopt;
-    return run.stepper.error(run.to.t, run.now.y, run.next.y, run.to.h, run.steps.tolerance, run.control.is_again());
+    std::optional<double> error = stages_with_rows(run);
+    if (!error && run.equations.hold_others()) error = stages_with_rows(run);
+    return error;
 }
 
 void reject(Run& run, double h) {

@@ -8,65 +8,86 @@ namespace {
 // The step at hand as the cubic through both ends. The slope at its end is known.
 CubicStep cubic_of(const Run& run) { return {run.to.h, run.now.y, run.now.slope, run.next.y, run.next.slope}; }
 
-// The multipliers at the part x of the step. Stiff forces are those of its extension: at a state beside it they are far off.
-bool solve_inside(Run& run, const CubicStep& step, double x, std::vector<double>& lambda) {
-    State& inside = run.inside;
-    const double t = run.now.t + x * step.h;
-    bool solved = false;
-    if (run.stepper.carries_slope()) {
-        run.stepper.at(run.now.y, step.h, x, inside.y);
-        solved = run.stepper.inside(t, step.h, x, inside.y, inside.slope, lambda.data());
-    } else {
-        step.at(x, inside.y);
-        solved = run.equations.own_derivative(t, inside.y.data(), inside.slope.data(), lambda.data());
-    }
+// The multipliers at the part x of the step, where the state is `inside`. Stiff forces are those of its extension: at a state
+// beside it they are far off.
+bool solve_inside(Run& run, double h, double x, State& inside, std::vector<double>& lambda) {
+    const double t = run.now.t + x * h;
+    const bool solved = run.stepper.carries_slope()
+                            ? run.stepper.inside(t, h, x, inside.y, inside.slope, lambda.data())
+                            : run.equations.own_derivative(t, inside.y.data(), inside.slope.data(), lambda.data());
     if (solved) run.equations.variables_at(t, inside.y.data());
     return solved;
 }
 
-// The margins at the end of the step. Where the slope is part of the state, forces are those of the last stage.
+// The margins at the end of the step, whose state is in place. Where the slope is part of the state, forces are those of the last
+// stage.
 bool margins_at_end(Run& run, MeetingSearch::Margins& found) {
     State &next = run.next, &inside = run.inside;
-    if (run.watch.rows().empty() || run.stepper.carries_slope()) {
-        run.equations.set_pose(next.t, next.y.data());
-        run.equations.set_velocities(next.y.data(), false);
-    } else if (!run.equations.own_derivative(next.t, next.y.data(), inside.slope.data(), inside.lambda.data())) {
-        return false;
+    double* lambda = inside.lambda.data();
+    if (!run.watch.rows().empty()) {
+        const bool solved = run.stepper.carries_slope()
+                                ? run.stepper.arrive(next.y, inside.slope, lambda)
+                                : run.equations.factor(Metric::mass) &&
+                                      run.equations.own_slope_at(next.y.data(), inside.slope.data(), lambda);
+        if (!solved) return false;
+        run.equations.variables_at(next.t, next.y.data());
     }
-    run.equations.variables_at(next.t, next.y.data());
     run.watch.margins(next.counted.turns, inside.lambda, found);
     return true;
 }
 
-// Holds the rows again with which the step began, at its start.
+// Takes back the end of the step, and holds the rows again with which it began, at its start.
 bool back(Run& run) {
+    discard_end(run);
     run.equations.set_pose(run.now.t, run.now.y.data());
     return run.equations.start();
 }
 
-// Makes and closes a step of size h, and evaluates the margins at its end.
-bool reach(Run& run, double h, MeetingSearch::Margins& found) {
-    run.to = run.schedule.to(run.now.t, run.now.t + h);
-    if (!stages(run) && !(run.equations.hold_others() && stages(run))) return false;
-    run.halved = false;
-    const bool stops = closed_end(run).stops();
+// Makes and closes the step once more, with size h, and evaluates the margins at its end.
+bool reach(Run& run, const Target& whole, double h, MeetingSearch::Margins& found) {
     discard_end(run);
-    if (stops) return false;
-    State& inside = run.inside;
-    if (run.stepper.carries_slope()) run.stepper.arrive(run.next.y, inside.slope, inside.lambda.data());
+    run.to = whole;
+    if (h != whole.h) run.to = run.schedule.to(run.now.t, run.now.t + h), run.to.shaped = whole.shaped;
+    if (!stages(run)) return false;
+    const EndAtBreak at_break(run);
+    return !closed_end(run).stops() && margins_at_end(run, found);
+}
+
+// The margins at the end of the whole step.
+bool margins_of_whole(Run& run, MeetingSearch::Margins& found) {
+    const EndAtBreak at_break(run);
+    run.equations.set_pose(run.next.t, run.next.y.data());
+    run.equations.set_velocities(run.next.y.data(), false);
     return margins_at_end(run, found);
 }
 
-// Where the step meets something, by looks at the cubic: they are cheaper than steps. False where one fails.
-bool expect(Run& run, MeetingSearch& search, MeetingSearch::Margins& first, Meeting& expected) {
+// Where the step meets something, by looks at its extension, or at the cubic: they are cheaper than steps. False where the forces
+// at its start have no solution.
+bool expect(Run& run, double grain, MeetingSearch::Margins& first, const MeetingSearch::Margins& last,
+            Meeting& expected) {
     const CubicStep step = cubic_of(run);
+    const bool forces = !run.watch.rows().empty(), fixed = run.steps.fixed() && !run.stepper.carries_slope();
+    if (!fixed) run.state.counters.evaluations += run.stepper.extend_cost();
+    const bool extended = !fixed && run.stepper.extend(run.now.t, run.now.y, step.h);
+    State& inside = run.inside;
     const auto along = [&](double h, MeetingSearch::Margins& found) {
-        if (!solve_inside(run, step, h / step.h, run.inside.lambda)) return false;
-        return run.watch.margins(run.now.counted.turns, run.inside.lambda, found), true;
+        const double x = h / step.h;
+        extended ? run.stepper.at(run.now.y, step.h, x, inside.y) : step.at(x, inside.y);
+        if (forces) {
+            if (!solve_inside(run, step.h, x, inside, inside.lambda)) return false;
+        } else {
+            run.equations.set_pose(run.now.t + h, inside.y.data());
+            run.equations.set_velocities(inside.y.data(), false);
+        }
+        return run.watch.margins(run.now.counted.turns, inside.lambda, found), true;
     };
-    if (!along(0.0, first)) return false;
-    expected =
-        search.first(along, first, run.met.last, run.watch.parts(), step.h, run.thresholds.same_written * step.h);
+    if (forces && !along(0.0, first)) return false;
+    expected = MeetingSearch(run.watch.slacks(), 0.5).first(along, first, last, run.watch.parts(), step.h, grain);
+    if (expected.which < 0 || std::isfinite(last[expected.which].rate)) return true;
+    const double beside = run.thresholds.beside * step.h;
+    MeetingSearch::Margins before, after;
+    if (along(expected.h - beside, before) && along(expected.h + beside, after))
+        expected.slope = (after[expected.which].value - before[expected.which].value) / (2.0 * beside);
     return true;
 }
 
@@ -101,17 +122,16 @@ bool meets(Run& run) {
     run.equations.variables_at(run.next.t, run.next.y.data());
     const bool at_end = run.watch.met(step, run.next.counted.turns, run.next.lambda);
     run.met.rests = run.watch.rests(step.h);
-    const auto solve = [&](double x, std::vector<double>& found) { return solve_inside(run, step, x, found); };
+    const auto solve = [&](double x, std::vector<double>& found) {
+        State& inside = run.inside;
+        run.stepper.carries_slope() ? run.stepper.at(run.now.y, step.h, x, inside.y) : step.at(x, inside.y);
+        return solve_inside(run, step.h, x, inside, found);
+    };
     if (!run.watch.gives_way_inside(step.h, solve) && !at_end && run.met.rests < 0) {
         run.watch.pass();
         if (run.contacts.finds_push(run.next.y, run.next.lambda)) run.stop({Status::undecided, run.next.t});
         return false;
     }
-    if (!run.halts) {
-        run.inside.lambda = run.next.lambda;
-        run.met.last_known = margins_at_end(run, run.met.last);
-    }
-    discard_end(run);
     return true;
 }
 
@@ -119,29 +139,30 @@ bool locate(Run& run) {
     if (run.halts) return run.stop({Status::halted, run.now.t}), false;  // where the step began
     const Target whole = run.to;
     const double grain = 4.0 * run.schedule.grain(run.now.t);
-    MeetingSearch search(run.watch.slacks());
-    MeetingSearch::Margins first = run.watch.first_margins();
+    MeetingSearch::Margins first = run.watch.first_margins(), last;
     Meeting expected;
-    if (!run.met.last_known ||
-        (run.met.rests < 0 && !run.watch.rows().empty() && !expect(run, search, first, expected)) || !back(run))
-        return stop_at(run, run.now.t), false;
+    const bool rests = run.met.rests >= 0;
+    const bool known = rests || (margins_of_whole(run, last) && expect(run, grain, first, last, expected));
+    if (!back(run) || !known) return stop_at(run, run.now.t), false;
     run.contacts.record_speed(run.now.y);
-    if (run.met.rests >= 0) {
-        run.met.stop = run.met.rests, run.met.released = false, run.met.at_end = true;
-        return meet_contact(run), false;
+    if (rests) return run.met.stop = run.met.rests, run.met.released = false, meet_contact(run), false;
+    double made = -1.0;  // the size of the last step
+    const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(run, whole, made = h, found); };
+    const Meeting met =
+        MeetingSearch(run.watch.slacks(), 1e-3).first(at, first, last, run.watch.parts(), whole.h, grain, expected);
+    if (!met.made) return discard_end(run), stop_at(run, run.now.t), false;
+    if (met.which >= 0) {  // else nothing is met after all
+        set_met(run, met.which);
+        run.crossing.reset();
+        if (met.h < 4.0 * grain) return back(run) ? void(meet_contact(run)) : stop_at(run, run.now.t), false;
     }
-    const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(run, h, found); };
-    const Meeting met = search.first(at, first, run.met.last, run.watch.parts(), whole.h, grain, expected);
-    if (!met.made || !back(run)) return stop_at(run, run.now.t), false;
-    run.to = whole;
-    if (met.which < 0) return true;  // nothing is met after all
-    set_met(run, met.which);
-    run.crossing.reset();
-    if (met.h < 4.0 * grain) return meet_contact(run), false;
     const bool ends_there = whole.h - met.h <= (run.steps.fixed() ? run.thresholds.on_grid * run.steps.step : 0.0);
-    if (!ends_there) run.to = run.schedule.to(run.now.t, run.now.t + met.h);
-    if (!ends_there) run.to.shaped = whole.shaped;
-    return true;
+    const double h = ends_there ? whole.h : met.h;
+    if (made != h && !reach(run, whole, h, first)) return discard_end(run), stop_at(run, run.now.t), false;
+    const EndAtBreak at_break(run);
+    run.watch.begin(run.next.counted.turns);
+    run.state.counters.evaluations += run.stepper.arrival_cost();
+    return arrive(run, false);
 }
 
 void shorten_to_rest(Run& run) {

@@ -141,7 +141,7 @@ const Eigen::VectorXd* try_step(Run& run, double h) {
     const FlushToZero flush;
     begin(run);
     run.to = run.schedule.to(run.now.t, run.now.t + h);
-    return !run.outcome.stops() && stages_and_error(run) ? run.stepper.estimate() : nullptr;
+    return !run.outcome.stops() && stages(run) ? run.stepper.estimate() : nullptr;
 }
 
 void sample(Run& run, const State& at, double h) {

@@ -55,15 +55,12 @@ struct RunState {
 };
 
 // A contact that the step at hand meets, or a friction: its number; whether it lets go or begins to slide; the coordinate that
-// has come to rest, or -1; whether the step ends there; and the watched margins at the end of the step that has met it, if
-// they are known.
+// has come to rest, or -1; and whether the step ends there.
 struct MetContact {
     int stop = -1;
     bool released = false;
     int rests = -1;
     bool at_end = false;
-    MeetingSearch::Margins last;
-    bool last_known = false;
 };
 
 struct Run {

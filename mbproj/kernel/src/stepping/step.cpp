@@ -5,22 +5,6 @@ namespace mbproj {
 
 namespace {
 
-// At a break functions of time belong to that time itself, while the end of the step is closed.
-class EndAtBreak final {
-public:
-    explicit EndAtBreak(Run& run) : run_(run) {
-        if (run.to.at_break) run.equations.set_window({});
-    }
-    ~EndAtBreak() {
-        if (run_.to.at_break) run_.equations.set_window(run_.window());
-    }
-    EndAtBreak(const EndAtBreak&) = delete;
-    EndAtBreak& operator=(const EndAtBreak&) = delete;
-
-private:
-    Run& run_;
-};
-
 bool choose_end(Run& run) {
     run.crossing.reset();
     run.met.at_end = false;
@@ -36,23 +20,17 @@ bool choose_end(Run& run) {
 
 // Makes the step from `now` to `next`. False where there is none: the run stops, or tries another one.
 bool make(Run& run) {
-    const bool watches = run.watch.any();
-    bool again = false;  // the step is made once more, to where a contact is met
-    while (true) {
-        if (!attempt(run)) return false;                       // stages and error; else shorter, or in halves
-        if (!again && !cut_at_switch(run)) return false;       // by the extension, at the first crossing
-        if (!again && !agrees_with_halves(run)) return false;  // near singular poses
-        {
-            const EndAtBreak at_break(run);
-            if (!close(run)) return false;                      // projections; turns; peaks
-            if (!arrive(run, watches && !again)) return false;  // rows that hold there; slope
-            if (again || !watches || !meets(run)) break;        // contacts and frictions
-        }
-        if (!locate(run)) return false;  // the step ends where the contact is met
-        again = true;
+    if (!attempt(run)) return false;             // stages and error; else shorter, or in halves
+    if (!cut_at_switch(run)) return false;       // by the extension, at the first crossing
+    if (!agrees_with_halves(run)) return false;  // near singular poses
+    {
+        const EndAtBreak at_break(run);
+        const bool watches = run.watch.any();
+        if (!close(run)) return false;                             // projections; turns; peaks
+        if (!arrive(run, watches)) return false;                   // rows that hold there; slope
+        if (!watches || !meets(run)) return !run.outcome.stops();  // contacts and frictions
     }
-    if (again) run.watch.begin(run.next.counted.turns);
-    return !run.outcome.stops();
+    return locate(run);  // the step is made again: it ends where the contact is met
 }
 
 }  // namespace

@@ -6,6 +6,22 @@
 
 namespace mbproj {
 
+// At a break functions of time belong to that time itself, while the end of the step is closed.
+class EndAtBreak final {
+public:
+    explicit EndAtBreak(Run& run) : run_(run) {
+        if (run.to.at_break) run.equations.set_window({});
+    }
+    ~EndAtBreak() {
+        if (run_.to.at_break) run_.equations.set_window(run_.window());
+    }
+    EndAtBreak(const EndAtBreak&) = delete;
+    EndAtBreak& operator=(const EndAtBreak&) = delete;
+
+private:
+    Run& run_;
+};
+
 // Makes a step. Where samples lie inside it, it waits to be taken over until they are recorded.
 void step(Run& run);
 // Records the next sample inside the step that was made: a copy of the extension's value is projected, which the integration
@@ -19,10 +35,9 @@ void end_step(Run& run);
 // attempt.cpp: the stages of a step to `to`, and its error.
 
 bool attempt(Run& run);
-// The stages alone, with the rows that are held; false also where others would serve.
-bool stages(Run& run);
-// The norm of the error of its stages; nothing where they fail.
-std::optional<double> stages_and_error(Run& run);
+// Its stages, with the rows that are held, else with others; the norm of their error, which for fixed steps is 0. Nothing
+// where they fail.
+std::optional<double> stages(Run& run);
 // Rejects the step: the next one is tried with size h.
 void reject(Run& run, double h);
 // Sets the continuous extension: for samples after the projection, which uses the last factor; for events before.
@@ -60,7 +75,7 @@ void stop_at(Run& run, double t);  // for that reason
 // Whether the step meets a contact, or a friction changes. Such an end is discarded. Where a friction pushes along the motion,
 // nothing could be right, and the run stops.
 [[gnu::noinline, gnu::cold]] bool meets(Run& run);
-// Sets `to` where the meeting is. False also where it is at once, and decided.
+// Makes the step once more, to where the meeting is. False also where that is at once, and decided.
 [[gnu::noinline, gnu::cold]] bool locate(Run& run);
 // Shortens a fixed step so that sliding in a plane does not come to rest in it.
 void shorten_to_rest(Run& run);
