@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 
 import pytest
 from hypothesis import settings
@@ -25,10 +26,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     Tests that take long go first: at the end, the other processes would wait for them.
     """
     for item in items:
+        if any(_has(item, mark.kwargs) for mark in item.iter_markers("full_where")):
+            item.add_marker("full")
         if item.get_closest_marker("full") is None:
             item.add_marker("default")
             item.add_marker("full")
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
+def _has(item: pytest.Item, values: Mapping[str, object]) -> bool:
+    """Whether the test is a case with one of these values."""
+    return any(item.callspec.params[name] == value for name, value in values.items())
 
 
 @pytest.fixture

@@ -64,7 +64,7 @@ def _as_a_process(words: list[str], folder: Path) -> Iterator[tuple[io.BytesIO, 
     """With the arguments, the folder, the environment and the streams of a command; afterwards all is as it was, also
     what a command changes of its process. Studies run their cases here."""
     out, err, threshold, handler = io.BytesIO(), io.BytesIO(), gc.get_threshold(), signal.getsignal(signal.SIGINT)
-    with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings(), open(os.devnull) as nothing:
+    with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings(), Path(os.devnull).open() as nothing:
         _filter_as_python_does()
         patch.chdir(folder)
         for name in list(os.environ):

@@ -31,6 +31,7 @@ joints:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_the_torque_of_a_cycloidal_cam(formulation):
     """Against the closed form, each 10 deg of a turn: lift, acceleration, torque, and the force on the roller."""

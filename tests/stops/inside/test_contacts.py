@@ -129,6 +129,7 @@ def test_a_rod_without_mass_bears_the_push_of_stops_in_the_plane_as_in_space(ste
     np.testing.assert_allclose(across, 0.0, atol=1e-6 * np.abs(force).max())
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["reduced", "planar", "full"])
 @pytest.mark.parametrize("inertia", [0.0, 1.5])
 def test_a_motion_pays_for_what_flywheels_take_in_no_time(formulation, inertia):
