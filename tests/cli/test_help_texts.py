@@ -110,14 +110,15 @@ def folder(tmp_path_factory):
 
 
 def short_examples():
-    """The default run has the first of each command."""
+    """The default run has the first of each command, and of `plot` the first that does not draw all there is."""
     begun = set()
     for name, arguments in examples(long=False):
         needs_docs = pytest.mark.skipif(find_spec("furo") is None, reason="the extra `docs` is not installed")
         needs_mujoco = pytest.mark.skipif(find_spec("mujoco") is None, reason="the extra `import` is not installed")
         marks = [needs_docs] if "--html" in arguments else [needs_mujoco] if "robot.xml" in arguments else []
-        marks += [pytest.mark.full] if name in begun else []
-        begun.add(name)
+        draws_all = name == "plot" and "--kind" not in arguments
+        marks += [pytest.mark.full] if name in begun or draws_all else []
+        begun |= set() if draws_all else {name}
         yield pytest.param(name, arguments, id=" ".join(arguments), marks=marks)
 
 

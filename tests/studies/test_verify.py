@@ -34,7 +34,7 @@ from tests.support import MECHANISMS, ROOT, random_chain
 SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
 
 
-@pytest.mark.parametrize("path", some(MECHANISMS, 7, 3), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", some(MECHANISMS, 14, 3), ids=lambda path: path.stem)
 def test_everything_holds_on_the_shipped_mechanisms(path):
     found = verify(read_scene(path))
     assert not found.of("failed")

@@ -35,7 +35,7 @@ SMALL = (
 
 
 def test_compare(tmp_path):
-    options = ("--projections", "none,gpopm", "--until", "0.5", "--repeat", "2", "-o", "out")
+    options = ("--projections", "none,gpopm", "--until", "0.2", "--repeat", "1", "-o", "out")
     done = mbproj("compare", SLIDER_CRANK, *options, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
@@ -104,11 +104,11 @@ def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path):
 
 
 def test_threshold(tmp_path):
-    done = mbproj("threshold", SLIDER_CRANK, "--duration", "1", "--repeat", "1", folder=tmp_path)
+    done = mbproj("threshold", SLIDER_CRANK, "--duration", "0.4", "--repeat", "1", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "* recommended: --threshold " in done.stdout
     assert (tmp_path / "spatial_slider_crank-threshold.png").exists()
-    again = mbproj("threshold", SLIDER_CRANK, "--duration", "1", "--repeat", "1", "--json", folder=tmp_path)
+    again = mbproj("threshold", SLIDER_CRANK, "--duration", "0.4", "--repeat", "1", "--json", folder=tmp_path)
     found = _strict(again.stdout)
     assert [row["recommended"] for row in found["trials"]].index(True) == found["recommended"]
 
