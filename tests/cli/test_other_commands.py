@@ -90,7 +90,7 @@ def test_examples_are_listed_and_copied_but_never_over_others(tmp_path):
 
 
 def test_paper_draws_its_eight_figures_and_says_what_is_not_converged(tmp_path):
-    done = mbproj("paper", "--output", "figures", "--duration", "0.3", "--format", "svg", folder=tmp_path)
+    done = mbproj("paper", "--output", "figures", "--duration", "0.1", "--format", "svg", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     names = sorted(path.name for path in (tmp_path / "figures").iterdir())
     assert names == [f"paper-fig{number:02d}.svg" for number in (2, 3, 4, 5, 7, 8, 9, 10)]

@@ -114,7 +114,7 @@ def test_a_light_rod_comes_to_it_in_proportion_to_its_mass():
 @pytest.mark.parametrize(
     ("formulation", "method"),
     [
-        (formulation, name)
+        pytest.param(formulation, name, marks=[pytest.mark.full] * (formulation == "full" and name != "gpopm"))
         for formulation in FORMULATIONS
         for name, entry in PROJECTIONS.items()
         if entry.corrects and name != "popm" and (entry.compiled or formulation != "reduced")

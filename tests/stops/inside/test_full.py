@@ -61,7 +61,7 @@ def test_it_moves_as_the_reduced_one(name):
 
 @needs_kernel
 @pytest.mark.parametrize(
-    ("steps", "until"), [("dop853", 0.2), ("rk4", 0.2), pytest.param("rk4", 0.7, marks=pytest.mark.full)]
+    ("steps", "until"), [("dop853", 0.2), *(pytest.param("rk4", until, marks=pytest.mark.full) for until in (0.2, 0.7))]
 )
 def test_friction_goes_by_loads_as_in_the_reduced_one(steps, until):
     """The slider turns at 0.171 s and 0.441 s."""
@@ -93,6 +93,7 @@ def test_accelerations_and_projections_are_numpys(monkeypatch):
 
 
 @needs_kernel
+@pytest.mark.full
 def test_every_projection_keeps_contacts_as_the_usual_one():
     _, usual = run(PRESSED_AT_ONCE.format(steps=COARSE, formulation="full"))
     assert usual["stops/force"][-1].max() > 0.0
@@ -105,7 +106,9 @@ def test_every_projection_keeps_contacts_as_the_usual_one():
 
 
 @needs_kernel
-@pytest.mark.parametrize("steps", ["integrator: dop853, tolerance: 1.0e-5, output_step: 0.1", COARSE])
+@pytest.mark.parametrize(
+    "steps", ["integrator: dop853, tolerance: 1.0e-5, output_step: 0.1", pytest.param(COARSE, marks=pytest.mark.full)]
+)
 def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps):
     """With redundant rows, of which NumPy's policy remembers how they were, and with a contact that holds."""
     text = PRESSED_AT_ONCE.format(steps=steps, formulation="full")
