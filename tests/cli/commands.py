@@ -1,4 +1,4 @@
-"""Runs the command line as a user does, in this process; or it, or a program, in another: see `fork_server.py`."""
+"""Runs the command line as a user does, in this process, and a program in another: see `fork_server.py`."""
 
 from __future__ import annotations
 
@@ -44,16 +44,7 @@ def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]
     words = [str(each) for each in arguments]
     with _as_a_process(words, folder) as (out, err), pytest.raises(SystemExit) as end:
         main()
-    return _checked(words, subprocess.CompletedProcess(words, int(end.value.code or 0), _text(out), _text(err)))
-
-
-def forked(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
-    """The same in a process of its own, where what a process keeps or is ended by is in question."""
-    words = [str(each) for each in arguments]
-    return _checked(words, _run({"arguments": words}, folder))
-
-
-def _checked(words: list[str], done: subprocess.CompletedProcess[str]) -> subprocess.CompletedProcess[str]:
+    done = subprocess.CompletedProcess(words, int(end.value.code or 0), _text(out), _text(err))
     if "--json" in words and done.stdout.startswith(("{", "[")):
         refuse_what_no_table_says(words, json.loads(done.stdout))
     return done
