@@ -88,7 +88,7 @@ def test_tradeoff_again_is_the_same(tmp_path):
 
 def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path):
     """Garbage in the file, and a file in place of the folder: a note each, and the same tables."""
-    options = ("compare", PENDULUM, "--projections", "gpopm", "--until", "0.2", "--repeat", "1", "--json")
+    options = ("compare", PENDULUM, "--projections", "gpopm", "--until", "0.05", "--repeat", "1", "--json")
     (tmp_path / "cache" / "studies").mkdir(parents=True)
     (tmp_path / "cache" / "studies" / "store.sqlite3").write_text('{"key": 1}\ngarbage\n')
     first = mbproj(*options, folder=tmp_path)
