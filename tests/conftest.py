@@ -52,3 +52,13 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Results files are read in the test's own process alone: none is damaged, and a child would read each first."""
     for reader in ("outputs.kinds", "results.file.opening", "results.check"):
         monkeypatch.setattr(f"mbproj.{reader}.try_in_sandbox", lambda *_: True)
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are composed, and a blank one is saved in place of each: to lay it out takes longer than most commands.
+    `tests/figures` and `tests/calls` draw each kind."""
+    from matplotlib.figure import Figure
+
+    save = Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda _, file, **options: save(Figure((1, 1)), file, **options))

@@ -110,20 +110,19 @@ def folder(tmp_path_factory):
 
 
 def short_examples():
-    """The default run has the first of each command, and of `plot` the first that does not draw all there is."""
+    """The default run has the first of each command."""
     begun = set()
     for name, arguments in examples(long=False):
         needs_docs = pytest.mark.skipif(find_spec("furo") is None, reason="the extra `docs` is not installed")
         needs_mujoco = pytest.mark.skipif(find_spec("mujoco") is None, reason="the extra `import` is not installed")
         marks = [needs_docs] if "--html" in arguments else [needs_mujoco] if "robot.xml" in arguments else []
-        draws_all = name == "plot" and "--kind" not in arguments
-        marks += [pytest.mark.full] if name in begun or draws_all else []
-        begun |= set() if draws_all else {name}
+        marks += [pytest.mark.full] if name in begun else []
+        begun.add(name)
         yield pytest.param(name, arguments, id=" ".join(arguments), marks=marks)
 
 
 @pytest.mark.parametrize(("name", "arguments"), list(short_examples()))
-def test_an_example_does_what_it_says(name, arguments, folder, tmp_path):
+def test_an_example_does_what_it_says(name, arguments, folder, tmp_path, undrawn):
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     done = mbproj(*arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr

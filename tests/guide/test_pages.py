@@ -29,8 +29,10 @@ def is_quick(page):
     return commands + sum(fence.language == "python" and not fence.words for fence in blocks) <= 1
 
 
-@pytest.mark.parametrize("page", where(is_quick, pages().values()), ids=list(pages()))
-def test_what_a_page_shows_is_what_happens(page, tmp_path):
+@pytest.mark.parametrize(
+    "page", where(lambda page: page.kind == "tutorial" or is_quick(page), pages().values()), ids=list(pages())
+)
+def test_what_a_page_shows_is_what_happens(page, tmp_path, undrawn):
     run_page(page, tmp_path)
 
 

@@ -103,7 +103,7 @@ def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path):
     assert errors[0] == errors[1]
 
 
-def test_threshold(tmp_path):
+def test_threshold(tmp_path, undrawn):
     done = mbproj("threshold", SLIDER_CRANK, "--duration", "0.4", "--repeat", "1", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "* recommended: --threshold " in done.stdout
