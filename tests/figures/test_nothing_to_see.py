@@ -140,7 +140,7 @@ def test_what_three_forces_act_along_is_drawn_once(tmp_path):
         (vectors(0.0, WAVE, 0.1 * WAVE), None),
     ],
 )
-def test_paths_without_anything_to_see_are_left_out_with_a_note(tmp_path, path, reason):
+def test_paths_without_anything_to_see_are_left_out_with_a_note(tmp_path, path, reason, undrawn):
     values = block(times())
     values["markers/position"][:] = path[:, None]
     file = record(tmp_path / "run.h5", values)

@@ -39,7 +39,7 @@ def test_table_figure_and_csv(tmp_path, undrawn):
     assert (other.returncode, other.stdout == done.stdout) == (0, False)  # another study, with values of its own
 
 
-def test_json_of_baumgartes_limit(tmp_path):
+def test_json_of_baumgartes_limit(tmp_path, undrawn):
     path = write(tmp_path, "slow", "", "step: 0.01", "step: 1e-4")
     done = mbproj("stability", str(path), "--vary", "baumgarte-gain", "--points", "6", "--json", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

@@ -86,7 +86,7 @@ def test_tradeoff_again_is_the_same(tmp_path):
     assert fresh.stdout != first.stdout  # its times are new
 
 
-def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path):
+def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path, undrawn):
     """Garbage in the file, and a file in place of the folder: a note each, and the same tables."""
     options = ("compare", PENDULUM, "--projections", "gpopm", "--until", "0.05", "--repeat", "1", "--json")
     (tmp_path / "cache" / "studies").mkdir(parents=True)
