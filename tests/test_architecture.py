@@ -172,7 +172,6 @@ SHORT_FILES = {
     "scene/fields/option_numbers.py": "what the command line needs of the fields",
     "scene/schema.py": "imported alone, by `mbproj schema`",
     "studies/parallel/progress.py": "the words for progress, without what runs",
-    "__main__.py": "the entry point of `python -m mbproj`",
     "version.py": "read by the build",
 }
 #: Folders of which a file may be shorter: each is an entry.
