@@ -191,6 +191,7 @@ def test_functions_of_forces_are_moved_and_rescaled_with_the_scene():
         assert check.verdict == "passed", (name, check)
 
 
+@pytest.mark.full
 def test_mechanisms_of_a_thousand_kilometres_and_of_a_micrometre():
     """Their numbers are held against their own round-off. In millimetres GOPM sums rows of 1e9 and of 1."""
     bars = read_scene(ROOT / "mechanisms" / "five_bar.yaml")

@@ -80,6 +80,7 @@ def test_a_follower_moves_by_the_law(name):
     np.testing.assert_allclose(found["joints/coordinate"][:, 1] + 0.01, 0.02 * expected, atol=1e-13)
 
 
+@pytest.mark.full
 def test_formulations_agree_on_a_slot():
     settings = "integrator: dop853, tolerance: 1.0e-7"
     reports, ends = zip(*(run(scene(SLOT, each, 0.6, "600 ms", settings)) for each in FORMULATIONS), strict=True)

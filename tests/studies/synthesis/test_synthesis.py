@@ -101,6 +101,7 @@ def test_three_positions_put_the_pivots_of_the_body_on_circles(tmp_path):
         np.testing.assert_allclose(np.abs(places - ground[pivot]), own[length], rtol=1e-11)
 
 
+@pytest.mark.full
 def test_a_body_is_carried_by_a_slider_crank(tmp_path):
     positions = np.array([[0.0, 0.0, 0.0], [0.3, 0.2, 0.3], [0.6, 0.25, 0.7]])
     path = written(tmp_path, "positions", "x (m),z (m),angle (rad)", positions.T, "starts: 4\n")
