@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 
 import pytest
 from hypothesis import settings
@@ -25,10 +26,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     Tests that take long go first: at the end, the other processes would wait for them.
     """
     for item in items:
+        if any(_has(item, mark.kwargs) for mark in item.iter_markers("full_where")):
+            item.add_marker("full")
         if item.get_closest_marker("full") is None:
             item.add_marker("default")
             item.add_marker("full")
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
+def _has(item: pytest.Item, values: Mapping[str, object]) -> bool:
+    """Whether the test is a case with one of these values."""
+    return any(item.callspec.params[name] == value for name, value in values.items())
 
 
 @pytest.fixture
@@ -44,3 +52,13 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Results files are read in the test's own process alone: none is damaged, and a child would read each first."""
     for reader in ("output_files.kinds", "results.file.opening", "results.check"):
         monkeypatch.setattr(f"mbproj.{reader}.try_in_sandbox", lambda *_: True)
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pictures are composed, and a blank one is saved in place of each: to lay it out takes longer than most commands.
+    `tests/figures` and `tests/calls` draw each kind."""
+    from matplotlib.figure import Figure
+
+    save = Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda _, file, **options: save(Figure((1, 1)), file, **options))

@@ -44,7 +44,7 @@ def test_every_script_that_is_run_is_named():
         assert ("__main__" in path.read_text(encoding="utf-8")) == (f"`{path.name}" in named), path.name
 
 
-def test_the_first_mechanism_runs_as_written(tmp_path):
+def test_the_first_mechanism_runs_as_written(tmp_path, undrawn):
     (tmp_path / "swing.yaml").write_text(blocks("yaml")[0])
     checked = mbproj("check", "swing.yaml", folder=tmp_path)
     assert checked.returncode == 0, checked.stderr

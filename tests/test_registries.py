@@ -201,7 +201,7 @@ def through(commands, text, kind, method, call):
 
 @needs_kernel
 @pytest.mark.filterwarnings("error::RuntimeWarning")
-@pytest.mark.parametrize(("kind", "element", "method", "integrator"), some(UNVERIFIED, 8))
+@pytest.mark.parametrize(("kind", "element", "method", "integrator"), some(UNVERIFIED, 8, 3))
 def test_each_entry_is_verified(kind, element, method, integrator, call):
     of_the_kernel = [] if PROJECTIONS[method].compiled else OF_THE_KERNEL
     call(with_all(kind, element, method, integrator), "verify", "scene.yaml", "--json", *of_the_kernel)

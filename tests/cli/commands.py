@@ -1,18 +1,26 @@
-"""Runs the command line, or a program, in a process of its own, as a user does; see `fork_server.py`."""
+"""Runs the command line as a user does, in this process, and a program in another: see `fork_server.py`."""
 
 from __future__ import annotations
 
+import gc
+import io
 import json
 import os
+import signal
 import sqlite3
 import subprocess
 import sys
 import tempfile
-from contextlib import closing
+import warnings
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
 from threading import Lock
 
+import pytest
+
+from tests.cli.fork_server import in_this_process
 from tests.report_schema.reports import refuse_what_no_table_says
 from tests.support import ROOT
 
@@ -28,13 +36,58 @@ def environment() -> dict[str, str]:
     return {"PYTHONPATH": str(ROOT), **shared}
 
 
-def mbproj(*arguments: str, folder: Path) -> subprocess.CompletedProcess[str]:
-    """`mbproj ARGUMENTS` in `folder`. What it prints as JSON is as the tables of facts say."""
+def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    """`mbproj ARGUMENTS` in `folder`, in this process, without the start of another. What it prints as JSON is as the
+    tables of facts say."""
+    from mbproj.cli import main
+
     words = [str(each) for each in arguments]
-    done = _run({"arguments": words}, folder)
+    with _as_a_process(words, folder) as (out, err), pytest.raises(SystemExit) as end:
+        main()
+    done = subprocess.CompletedProcess(words, int(end.value.code or 0), _text(out), _text(err))
     if "--json" in words and done.stdout.startswith(("{", "[")):
         refuse_what_no_table_says(words, json.loads(done.stdout))
     return done
+
+
+@contextmanager
+def _as_a_process(words: list[str], folder: Path) -> Iterator[tuple[io.BytesIO, io.BytesIO]]:
+    """With the arguments, the folder, the environment and the streams of a command; afterwards all is as it was, also
+    what a command changes of its process. Studies run their cases here."""
+    out, err, threshold, handler = io.BytesIO(), io.BytesIO(), gc.get_threshold(), signal.getsignal(signal.SIGINT)
+    with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings(), Path(os.devnull).open() as nothing:
+        _filter_as_python_does()
+        patch.chdir(folder)
+        for name in list(os.environ):
+            patch.delenv(name)
+        for name, value in (environment() | {"MBPROJ_CACHE": str(folder / "cache")}).items():
+            patch.setenv(name, value)
+        patch.setattr(sys, "argv", ["mbproj", *words])
+        patch.setattr(sys, "stdin", nothing)
+        patch.setattr(sys, "stdout", io.TextIOWrapper(out, "utf-8"))
+        patch.setattr(sys, "stderr", io.TextIOWrapper(err, "utf-8"))
+        patch.setattr(sys, "unraisablehook", sys.unraisablehook)
+        patch.setattr("mbproj.studies.parallel.hand_out.processors", lambda: 1)
+        patch.setattr("mbproj.studies.parallel.bundles.in_parallel", in_this_process)
+        try:
+            yield out, err
+        finally:
+            for stream in (sys.stdout, sys.stderr):
+                stream.flush()
+                stream.detach()
+            gc.set_threshold(*threshold)
+            signal.signal(signal.SIGINT, handler)
+
+
+def _filter_as_python_does() -> None:
+    """Each warning once a place and a process; what concerns developers alone is not shown."""
+    warnings.resetwarnings()
+    for category in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+        warnings.simplefilter("ignore", category)
+
+
+def _text(stream: io.BytesIO) -> str:
+    return io.TextIOWrapper(io.BytesIO(stream.getvalue()), "utf-8").read()
 
 
 def python(program: str, folder: Path) -> subprocess.CompletedProcess[str]:

@@ -33,7 +33,7 @@ def write(folder, motion="0.5*sin(3*t)", text=SCENE):
     return "scene.yaml"
 
 
-def test_run_and_what_the_results_say(tmp_path):
+def test_run_and_what_the_results_say(tmp_path, undrawn):
     done = mbproj("run", write(tmp_path), "--json", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     numbers = json.loads(done.stdout)

@@ -122,7 +122,7 @@ def short_examples():
 
 
 @pytest.mark.parametrize(("name", "arguments"), list(short_examples()))
-def test_an_example_does_what_it_says(name, arguments, folder, tmp_path):
+def test_an_example_does_what_it_says(name, arguments, folder, tmp_path, undrawn):
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     done = mbproj(*arguments, folder=tmp_path)
     assert done.returncode == 0, done.stderr

@@ -50,6 +50,7 @@ def balance(found):
     return np.abs(found["diagnostics/energy_balance"]).max() / max(1.0, *moved)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_servo_without_limits_is_a_spring_and_a_damper(formulation):
     drive = "{type: servo, joint: pin-1, position: 0.4, stiffness: 30, damping: 1.2, motor_constant: 0.5}"

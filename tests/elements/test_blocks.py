@@ -83,6 +83,7 @@ def test_a_rate_is_limited_and_ends_as_a_lag():
     assert y == pytest.approx(-2.0 * t, abs=1e-12)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     "options", [{}, {"integrator": "rk4", "tolerance": None, "step": 0.003}], ids=["error", "fixed"]
 )

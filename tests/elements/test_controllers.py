@@ -135,6 +135,7 @@ forces:
 )
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed(
     "options, formulation, text",
     [pytest.param({}, id="error"), pytest.param({"tolerance": None, "step": 0.003, "output_step": 0.03}, id="fixed")],

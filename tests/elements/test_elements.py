@@ -29,6 +29,7 @@ def push(along, value):
     return Force(along, Program(number(value)))
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_controller_drives_a_coordinate_as_its_linear_equations_say(formulation):
     """A slide of 3 kg on level rails with gains P, I and D and a filter: four first-order equations."""
@@ -81,6 +82,7 @@ def lift(count=0):
 CAM = cam("cam", "pin.angle", "rail.displacement", lift())
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_free_cam_moves_as_its_one_equation_says(formulation):
     """(I + m f'²) φ'' + m f' f'' φ'² + m g f' = 0 with f of the cosine, over two turns; and the energy is kept."""

@@ -9,6 +9,7 @@ from tests.elements.kinds import motor, spring
 from tests.elements.wheel_and_slide import FORMULATIONS, at, brief, run
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_spring_that_is_an_element_does_no_work(formulation):
     """A slide of 3 kg that swings with 2 m/s at the start: T + V is 6 J all the time."""
@@ -23,6 +24,7 @@ def test_a_spring_that_is_an_element_does_no_work(formulation):
     assert np.abs(found["diagnostics/energy_balance"]).max() < 1e-8
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_the_account_of_a_motor_is_electric(formulation):
     """J ω = k ∫i, so that W = ∫U i = U J ω/k; of it the winding keeps ½ L i² and loses ∫R i²."""

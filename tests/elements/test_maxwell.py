@@ -66,6 +66,7 @@ def exact(t, inertia: float, stiffness: float, damping: float, speed: float):
     return np.real(np.exp(np.outer(t, values)) * np.linalg.solve(vectors, [0.0, speed, 0.0]) @ vectors.T).T
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed("formulation, place", FORMULATIONS, PLACES, dear=["full"])
 def test_it_moves_and_loses_as_its_equations_say(place, formulation):
     system, found, report = ran(scene(place, formulation))

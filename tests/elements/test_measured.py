@@ -97,6 +97,7 @@ def test_the_checks_of_verify_pass_where_an_element_pulls_on_a_length_by_a_heigh
     assert found == dict.fromkeys(names, "passed")
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize("along", ["own.cable", "one.z", "a.displacement"])
 def test_an_inerter_slows_a_fall(formulation, along):
@@ -110,6 +111,7 @@ def test_an_inerter_slows_a_fall(formulation, along):
     assert system.names.forces[-1].endswith(".inertia")
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize("along", ["own.cable", "one.z"])
 def test_a_row_of_the_time_drives_a_length_or_a_markers_height(formulation, along):
@@ -138,6 +140,7 @@ forces:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize(("name", "forces", "sign"), [("given", FORCE_OF_ALL_KINDS, 1), ("pull", PULL, -1)])
 def test_the_integral_of_a_force_that_is_read_is_momentum(name, forces, sign, formulation):

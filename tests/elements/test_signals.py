@@ -23,6 +23,7 @@ def test_it_moves_as_the_equations_of_the_motor_and_the_controller_say(formulati
     assert np.abs(columns(system, found)[:, :2] - reference()[:, 1:3]).max() < 1e-10
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(("formulation", "integrator"), [("full", "radau5"), ("auto", "esdirk4"), ("auto", "auto")])
 def test_implicit_steps_take_states_along(formulation, integrator):
     system, found, _ = ran(PID, formulation=formulation, integrator=integrator, tolerance=1e-8)

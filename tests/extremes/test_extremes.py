@@ -54,14 +54,18 @@ def kernel_of(formulation: str) -> list[pytest.MarkDecorator]:
 
 
 def cases():
-    """All are `full`. The default has each extreme by each method and in each formulation, and each of its values."""
+    """All are `full`. The default has each extreme in each formulation, each of its values, each method, and what does
+    not run."""
     every = [
         (extreme.name, method, formulation, (extreme.name, value))
         for extreme in EXTREMES.values()
         for value in extreme.brief
         for method, formulation in combinations(extreme)
     ]
-    keep = cover(every, rare=[(3, case[3]) for case in every])
+    keep = cover(every, rare=[*((3, case[3]) for case in every), *((1, method) for method in ALL)])
+    for extreme, value, formulations, methods, *_ in SAID:
+        own = (case for case in every if case[3] == (extreme, value) and case[2] in formulations and case[1] in methods)
+        keep.add(next(own))
     for case in every:
         name, method, formulation, (_, value) = case
         marks = kernel_of(formulation) + ([] if case in keep else [FULL])

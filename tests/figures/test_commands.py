@@ -64,7 +64,7 @@ def test_a_figure_of_many_samples_is_freed_before_the_next_is_drawn(tmp_path, pa
     assert set(alive) == {alive[0]}
 
 
-def test_plot_the_kinds_asked_for(tmp_path, path):
+def test_plot_the_kinds_asked_for(tmp_path, path, undrawn):
     code, out, _ = run(plot.command, path, "--kind", "energy", "--kind", "steps", "-o", tmp_path, "--format", "svg")
     assert (code, out.split()) == (0, [str(tmp_path / f"run-{kind}.svg") for kind in ("energy", "steps")])
 
@@ -116,7 +116,7 @@ def test_plot_without_labels_takes_what_differs(tmp_path, path, monkeypatch):
     assert drawn(monkeypatch, path, other, "-o", tmp_path)[2] == ["run", "other"]
 
 
-def test_plot_leaves_out_what_does_not_apply(tmp_path):
+def test_plot_leaves_out_what_does_not_apply(tmp_path, undrawn):
     path = record(tmp_path / "run.h5", block(times(), NO_NAMES), names=NO_NAMES)
     _, out, err = run(plot.command, path, "-o", tmp_path)
     assert out.split() == [str(tmp_path / f"run-{kind}.png") for kind in ("violation", "energy", "steps")]
@@ -171,7 +171,7 @@ def test_plot_without_samples(tmp_path):
     assert str(caught.value) == f"error: '{path}' holds no samples; its status: interrupted"
 
 
-def test_a_failed_run_is_drawn_with_a_note(tmp_path):
+def test_a_failed_run_is_drawn_with_a_note(tmp_path, undrawn):
     path = tmp_path / "run.h5"
     with pytest.raises(SimulationError), ResultsWriter(path, scene(), NAMES) as recorder:
         recorder.write(block(times()))
@@ -181,7 +181,7 @@ def test_a_failed_run_is_drawn_with_a_note(tmp_path):
     assert err == f"note: '{path}': failed: stopped at t = 2 s: diverged\n"
 
 
-def test_the_part_of_a_run_is_drawn_with_a_note(tmp_path, path):
+def test_the_part_of_a_run_is_drawn_with_a_note(tmp_path, path, undrawn):
     part = path.rename(tmp_path / "run.h5.part")
     _, out, err = run(plot.command, path, "--kind", "energy", "-o", tmp_path)
     assert out == f"{tmp_path}/run-energy.png\n"

@@ -24,7 +24,7 @@ UNCERTIFIED = [kind for kind in KINDS if kind not in OTHERS]
 
 
 @pytest.mark.parametrize(
-    ("kind", "suffix"), [*some([(kind, "png") for kind in UNCERTIFIED], 6), ("markers", "svg"), ("energy", "pdf")]
+    ("kind", "suffix"), [*some([(kind, "png") for kind in UNCERTIFIED], 12, 2), ("steps", "svg"), ("energy", "pdf")]
 )
 def test_every_kind_can_be_saved_and_leaves_no_trace(two, tmp_path, kind, suffix):
     settings = mpl.rcParams.copy()
@@ -34,7 +34,7 @@ def test_every_kind_can_be_saved_and_leaves_no_trace(two, tmp_path, kind, suffix
     assert mpl.rcParams.copy() == settings
 
 
-@pytest.mark.parametrize("kind", UNCERTIFIED)
+@pytest.mark.parametrize("kind", some(UNCERTIFIED, 2))
 def test_one_sample_is_a_dot(tmp_path, kind):
     with open_results(record(tmp_path / "run.h5", block(times(1)))) as results:
         figure = draw(kind, [results], ["run"])

@@ -56,7 +56,7 @@ OTHERS = ("trust", "mechanism", "ratios", "transmission")
 
 
 @pytest.mark.parametrize(
-    ("kind", "results"), some([(kind, results) for kind in KINDS if kind not in OTHERS for results in (2, 1)], 5)
+    ("kind", "results"), some([(kind, results) for kind in KINDS if kind not in OTHERS for results in (2, 1)], 11, 1)
 )
 def test_all_texts_are_on_the_page_and_beside_each_other(crowded, kind, results):
     figure = draw(kind, crowded[:results], ["first", "p" * 300 + " = 1e-3"][:results])

@@ -56,7 +56,7 @@ def changed(text: str, rng: random.Random) -> str:
 
 
 @pytest.mark.filterwarnings(f"ignore::{MbprojWarning.__module__}.{MbprojWarning.__name__}")
-@pytest.mark.parametrize("name", some(MODELS, 4))
+@pytest.mark.parametrize("name", some(MODELS, 8, 4))
 def test_a_changed_model_is_a_scene_or_wrong_at_a_line_of_its(name, tmp_path):
     text, path = (DATA / name).read_text(encoding="utf-8"), tmp_path / name
     shutil.copytree(DATA / "rocker", tmp_path / "rocker")  # which one of them includes

@@ -14,6 +14,7 @@ from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.linear import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
+from tests.crossed import some
 from tests.formats.agreement import agreement
 from tests.support import ROOT
 
@@ -211,7 +212,8 @@ def on_its_side(angles):
 
 
 @pytest.mark.parametrize(
-    "angles", ["1.5707963 0 0", "1.570796 0 0", "1.57079633 0 3.1415927", "1.5708 0 0", "0 1.57079633 0", "0.3 -0.7 2"]
+    "angles",
+    some(["1.5707963 0 0", "1.570796 0 0", "1.57079633 0 3.1415927", "1.5708 0 0", "0 1.57079633 0", "0.3 -0.7 2"], 2),
 )
 def test_a_loop_on_its_side_is_as_free_as_upright_however_its_angles_are_rounded(angles, tmp_path):
     path = tmp_path / "side.sdf"

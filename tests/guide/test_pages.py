@@ -32,7 +32,7 @@ def is_quick(page):
 @pytest.mark.parametrize(
     "page", where(lambda page: page.kind == "tutorial" or is_quick(page), pages().values()), ids=list(pages())
 )
-def test_what_a_page_shows_is_what_happens(page, tmp_path):
+def test_what_a_page_shows_is_what_happens(page, tmp_path, undrawn):
     run_page(page, tmp_path)
 
 

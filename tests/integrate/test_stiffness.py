@@ -135,6 +135,7 @@ def test_the_governor_says_what_holds_its_step():
     assert "dop853 is stable up to 6.4" in report.stiffness
 
 
+@pytest.mark.full
 def test_the_governor_runs_in_the_full_formulation_too():
     """What it tries and rejects overflows there; NumPy warns of nothing (pytest makes errors of warnings)."""
     settings = {"formulation": "full", "duration": "0.003", "output_step": "0.001"}
@@ -215,6 +216,7 @@ def test_an_error_in_a_run_without_stiffness_keeps_its_own_reason(formulation):
     assert "'sqrt(0.05 - t)' fails" in error.cause
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed("integrator, formulation", ["dop853", "bs32"], EACH, dear=["full"])
 def test_a_step_into_where_a_force_has_no_value_is_shortened(formulation, integrator):
     """A bob flies at 5 m/s towards a barrier of the potential 1e-3 / √(0.5 - s), which has no value beyond s = 0.5: it

@@ -92,7 +92,7 @@ def test_modes_and_linear_models_are_those_of_where_a_run_begins(folder, at):
     assert json.loads(done.stdout)["A"][1][0] == pytest.approx(-400.0, rel=1e-9)
 
 
-def test_a_trace_over_a_parameter_and_its_pictures(folder):
+def test_a_trace_over_a_parameter_and_its_pictures(folder, undrawn):
     done = mbproj("modes", "scene.yaml", "--vary", "length=0.5 m:1000 mm:3", "-o", "t.h5", folder=folder)
     assert "3 values of length; the table is of the last, 1" in done.stdout
     traced = read_modes(folder / "t.h5")

@@ -23,13 +23,13 @@ SECONDS = 60.0
     ("family", "seed"),
     [
         ("stage", 2),
-        ("stage", 18),
-        ("yoke", 10),
+        pytest.param("stage", 18, marks=pytest.mark.full),
+        pytest.param("yoke", 10, marks=pytest.mark.full),
         ("slider_crank", 1),
         ("block", 6),
         ("plate", 8),
-        ("ball", 0),
-        ("wheel", 1),
+        pytest.param("ball", 0, marks=pytest.mark.full),
+        pytest.param("wheel", 1, marks=pytest.mark.full),
     ],
 )
 def test_runs_agree_with_the_independent_solution(family, seed):

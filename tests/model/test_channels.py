@@ -35,6 +35,7 @@ KNOWN = {
 }
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_motor_with_a_controller_moves_as_its_own_equations_say(formulation):
     """Torque by a state, rates of states by the angle and its rate."""

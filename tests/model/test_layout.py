@@ -76,6 +76,7 @@ def test_errors_of_states_are_controlled_by_their_scale(formulation):
     assert steps[0] > 5 * steps[1]
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed(
     "options, formulation",
     [FIXED, BY_ERROR, BY_ERROR | {"integrator": "radau5", "tolerance": "1e-5"}],
@@ -117,6 +118,7 @@ def test_a_results_file_has_them(tmp_path):
         np.testing.assert_array_equal(again.x, results["states/value"][10])
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed("options, formulation", [FIXED, BY_ERROR], FORMULATIONS, dear=["full"])
 def test_a_rate_without_a_value_names_its_state(formulation, options):
     with pytest.raises(SimulationError, match=r"state 'lag\.z'.*sqrt"):

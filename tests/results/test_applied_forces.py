@@ -25,6 +25,7 @@ forces:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
 def test_given_forces_are_recorded_with_their_power_and_their_work(tmp_path, formulation):
     scene = read_scene_text(SCENE.replace("FORMULATION", formulation))

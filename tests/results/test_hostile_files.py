@@ -15,6 +15,7 @@ from mbproj.results import open_results
 from mbproj.results.file.checksums import OF_ATTRIBUTES, OF_DATA, stamp_attributes
 from mbproj.results.file.whole import create_text
 from mbproj.results.reader import BESIDE_SAMPLES
+from tests.crossed import some
 from tests.results.pendulum_blocks import PATHS, block, record, times
 
 
@@ -151,13 +152,13 @@ REFERENCE = h5py.special_dtype(ref=h5py.Reference)
 
 @pytest.mark.parametrize(
     "made",
-    [
+    some([
         {"data": 1.0}, {"data": np.zeros((20, 2))}, {"data": np.zeros(20, "f4")}, {"data": np.zeros(20, "c16")},
         {"data": NOTHING}, {"shape": (20,), "dtype": REFERENCE}, {"data": ["a"] * 20},
         {"shape": (20,), "dtype": h5py.vlen_dtype(np.float64)}, {"data": np.zeros(20, [("a", "f8"), ("b", "i4")])},
         {"shape": (20,), "dtype": np.dtype((np.float64, (3,)))}, {"data": np.zeros(20, "V8")},
         {"data": np.zeros(20, ">f8")}, {"shape": (2**60,), "dtype": "f4", "chunks": (1,)},
-    ],
+    ], 3),
 )  # fmt: skip
 def test_samples_of_another_type_or_shape_are_refused(path, made):
     assert said(path, replaced("time", **made)) in (
@@ -198,7 +199,7 @@ def test_text_and_constants_that_make_no_sense(path, change, read, what):
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [
+    some([
         ("duration", -1), ("duration", "nan"), ("duration", 1e999), ("duration", [1]), ("duration", {"a": 1}),
         ("duration", True), ("step", 0), ("step", "x" * 10_000), ("tolerance", 5), ("integrator", "euler"),
         ("integrator", 3), ("formulation", "none"), ("output_step", -0.1), ("colour", "red"), ("acceleration", []),
@@ -206,7 +207,7 @@ def test_text_and_constants_that_make_no_sense(path, change, read, what):
         ("projection", {"method": "baumgarte", "gains": [1]}), ("projection", {"gains": {"a": 1}}),
         ("projection", {"max_iterations": 1.5}), ("projection", {"test": "hope"}), ("projection", {"method": {}}),
         ("projection", {"alpha": -1}), ("projection", {"x": 1}),
-    ],
+    ], 5),
 )  # fmt: skip
 def test_settings_that_no_scene_can_have(path, key, value):
     def change(file: h5py.File) -> None:

@@ -27,6 +27,7 @@ motions:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
 def test_orientations_do_not_jump_between_samples(formulation: str) -> None:
     scene = read_scene_text(CRANK)

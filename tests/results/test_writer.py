@@ -131,9 +131,15 @@ def test_nothing_but_bodies(tmp_path):
         assert results.names("joints") == ()
 
 
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """A file that no test changes."""
+    return record(tmp_path_factory.mktemp("recorded") / "out.h5")
+
+
 @pytest.mark.parametrize("dataset", DATASETS, ids=lambda dataset: dataset.path)
-def test_every_dataset_says_what_it_is(tmp_path, dataset):
-    with h5py.File(record(tmp_path / "out.h5"), "r") as file:
+def test_every_dataset_says_what_it_is(recorded, dataset):
+    with h5py.File(recorded, "r") as file:
         stored = file[dataset.path]
         assert stored.attrs["units"] == dataset.unit
         assert stored.attrs["description"] == dataset.description

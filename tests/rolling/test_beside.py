@@ -41,6 +41,7 @@ def way(r):
     return r["joints/coordinate"][:, r.names("coordinates").index("rail.displacement")]
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["reduced", "full"])
 def test_a_wheel_that_a_motion_turns_drives_the_cart(formulation):
     """Its angle is 2 t²: the cart goes 0.6 t², and the drive has to give R times the force that the whole asks for."""

@@ -22,6 +22,7 @@ def run(text, **settings):
     return mbproj.run(mbproj.read_scene_text(text), **settings)
 
 
+@pytest.mark.full_where(formulation="full")
 def test_a_coin_rolls_on_its_circle(formulation):
     r = run(scenes.coin(), formulation=formulation)
     p, t = r["bodies/position"][:, 0], r.time
@@ -39,6 +40,7 @@ def test_a_ball_on_a_turntable_moves_on_a_circle(formulation):
     np.testing.assert_allclose(r["bodies/position"][:, 1, :2], scenes.on_turntable(r.time), atol=2e-9)
 
 
+@pytest.mark.full_where(formulation="full")
 def test_a_ball_rolls_down_at_five_sevenths(formulation):
     plane = "plane: {location: [0, 0, 0], normal: [-sin(0.3), 0, cos(0.3)]}"
     at = "[-0.1 * sin(0.3), 0, 0.1 * cos(0.3)]"
@@ -89,6 +91,7 @@ def test_a_wheel_on_a_line_counts_how_far_it_has_rolled(formulation):
     np.testing.assert_allclose(r["joints/reaction_force"][:, 0], [[-1.0, 0.0, 2 * 9.81]] * len(s), atol=1e-7)
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed(
     "formulation, integrator, steps, least",
     FORMULATIONS,

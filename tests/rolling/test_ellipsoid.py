@@ -56,6 +56,7 @@ def elliptic(**simulation: object) -> str:
     return scenes.scene(body, joints + ellipsoid("egg", "[0, 0, 0.3]", 0.0, [0.1, 0.2, 0.3]), **simulation)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
 def test_an_ellipse_rolls_its_circumference_along_a_line(formulation):
     """It touches where the arc from its lowest point at the start ends; its energy says how fast it turns."""

@@ -40,6 +40,7 @@ def coordinate(r, name):
     return r["joints/coordinate"][:, r.names("coordinates").index(name)]
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_disk_in_a_bowl_is_a_pendulum_and_turns_as_it_rolls(formulation):
     """Its centre swings on 0.2 m as one does under g / (1 + J / m r²), from 60 degrees: sin(θ/2) = k cd(ω t)."""
@@ -56,6 +57,7 @@ def test_a_disk_in_a_bowl_is_a_pendulum_and_turns_as_it_rolls(formulation):
     np.testing.assert_allclose(np.hypot(x, z), arm, atol=1e-13)
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed("rim, formulation", [0.1, 0.1 * np.sqrt(7.0)], FORMULATIONS, dear=["full"])
 def test_a_disk_goes_round_a_circle_again_and_again(formulation, rim):
     """It turns (R + r) / r times a lap, whatever the ratio; one of the same radius writes a cardioid."""
@@ -127,6 +129,7 @@ def test_mistakes_are_told(old, new, message):
         mbproj.read_scene_text(text.replace(old, new), "f.yaml")
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed("radius, formulation", [0.05, 0.1], FORMULATIONS, dear=["full"])
 def test_a_run_from_any_state_knows_how_far_the_roller_has_come(formulation, radius):
     """After half a turn the pose alone has another angle: once the row was off by a turn of the roller, 2 π r."""

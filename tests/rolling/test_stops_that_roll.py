@@ -80,6 +80,7 @@ def started_as(scene: str, results: mbproj.Results) -> str:
     return "\n".join([*lines[:at], *(f"    {key}: {list(map(float, v))}" for key, v in given.items()), *lines[at:], ""])
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     ("name", "formulation"),
     [

@@ -30,6 +30,7 @@ joints:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     ("formulation", "integrator", "duration", "off"),
     [
@@ -178,6 +179,7 @@ joints:
         run(scene(thrown, formulation, 0.5, tolerance="1.0e-8"))
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     ("formulation", "settings"),
     [

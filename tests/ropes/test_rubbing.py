@@ -50,6 +50,7 @@ motions:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(("turns", "heavy"), [(0, 3.0), (1, 20.0)])
 @pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
 def test_it_slips_where_the_weights_ask_for_more(formulation, turns, heavy):

@@ -12,6 +12,7 @@ from mbproj.mechanisms_folder import mechanism, validation_scenes
 from mbproj.scene import read
 from mbproj.scene.read import SceneText, read_scene
 from mbproj.scene.text.document import compose
+from tests.crossed import where
 
 SCENES = [mechanism("five_bar"), mechanism("locomotive"), mechanism("stewart_platform"), *validation_scenes()[:6]]
 #: A scene in which a value follows from a parameter by another one, names occur in laws, and a unit depends on a name.
@@ -37,7 +38,9 @@ def same(one, other):
     assert one.places.items() >= other.places.items()
 
 
-@pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", where(lambda path: path.stem != "stewart_platform", SCENES), ids=lambda path: path.stem
+)
 def test_every_parameter_and_mass_changed_in_turn(path):
     text = path.read_text(encoding="utf-8")
     again = SceneText(text, "a")

@@ -20,7 +20,7 @@ from mbproj.scene.fields.containers import OneOf
 from mbproj.scene.schema import scene_schema
 from mbproj.scene.solids.shapes import SHAPES
 from tests.cli.commands import mbproj
-from tests.crossed import campaign
+from tests.crossed import campaign, crossed
 from tests.scene.good_scene import GOOD, changed, read
 from tests.scene.wrong_scenes import BLIND, IDS, ROWS
 from tests.stops.scenes import SCENE as STOPS
@@ -67,8 +67,7 @@ def test_the_schema_is_one() -> None:
     assert json.loads(json.dumps(SCHEMA)) == SCHEMA
 
 
-@pytest.mark.parametrize("load", [as_text, as_typed, as_python])
-@pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
+@crossed("path, load", MECHANISMS, [as_text, as_typed, as_python], together=1)
 def test_the_shipped_mechanisms_are_valid(path: Path, load: Any) -> None:
     assert_valid(load(path.read_text(encoding="utf-8")))
 
@@ -203,7 +202,7 @@ def test_odd_but_legal_scenes_are_valid(old: str, new: str, load: Any) -> None:
     st.integers(0, len(GOOD)),
     st.integers(0, 12),
     st.text("0123456789.eE+-*/() _abmsxyz[],{}:'\"\n", max_size=6),
-    few=125,
+    few=60,
     many=500,
 )
 def test_what_the_reader_accepts_is_valid(at: int, length: int, piece: str) -> None:

@@ -13,6 +13,7 @@ from tests.stops.runs import DOP853, FIXED, run
 IN_A_PLANE = ("planar", "reduced", "full")
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     ("formulation", "steps", "e"),
     [
@@ -163,6 +164,7 @@ forces:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
 def test_what_touches_is_held_from_when_it_is_pressed_on(formulation):
     """The push grows from nothing at 0.5 s, and is nothing again at 0.9 s: from there it is pulled off."""

@@ -115,6 +115,7 @@ def test_a_free_impact_has_the_restitution(e, exponent):
     assert recorded["stops/force"].min() >= 0.0
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["reduced", "full"])
 def test_fixed_steps_end_where_it_is_met(formulation):
     steps = FIXED if formulation == "reduced" else "integrator: rk4, step: 5.0e-3"
@@ -221,6 +222,7 @@ joints:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
 @pytest.mark.parametrize(
     ("start", "speed", "limits"), [(0, -3, "[-30 deg, null]"), (170, 9, "[null, 200 deg]"), (720, 9, "[null, 750 deg]")]
@@ -236,6 +238,7 @@ def test_limits_of_angles_count_turns(formulation, start, speed, limits):
     assert recorded.unbalanced < 1e-3
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["full", "reduced"])
 def test_an_overdamped_stop_is_steep_and_no_dry_friction(formulation):
     """k δ (1 + d v) with d = 2e4 s/m has no jump: explicit steps ring about its kink, where implicit ones come to rest

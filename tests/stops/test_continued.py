@@ -27,6 +27,7 @@ forces:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("law", ["rigid: true, restitution: 0.5", "stiffness: 1.0e4, restitution: 0.5"])
 @pytest.mark.parametrize(
     ("formulation", "steps"), [("planar", DOP853), ("planar", FIXED), ("full", "integrator: rk4, step: 0.02")]

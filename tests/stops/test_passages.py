@@ -26,6 +26,7 @@ SPHERE = (
 STEPS = [DOP853, "integrator: dop853, tolerance: 1.0e-6, output_step: 5", "integrator: rk4, step: 0.5, output_step: 5"]
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed("steps, formulation", STEPS, ["reduced", "full"], dear=["full"])
 def test_what_rises_and_falls_through_within_a_step_is_stopped(steps, formulation):
     """It passes the whole sphere within the step, so that the gap is open at both ends of it."""
@@ -75,6 +76,7 @@ joints:
 CONTROLLED = [f"integrator: {name}, tolerance: 1.0e-9" for name in ("dop853", "dopri5", "radau5")]
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed(
     "steps, e, formulation",
     [*(pytest.param(steps, 0.0) for steps in CONTROLLED), pytest.param(CONTROLLED[0], 0.4)],

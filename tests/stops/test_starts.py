@@ -153,6 +153,7 @@ def test_a_motion_beyond_a_rigid_stop_of_its_coordinate_is_found_before_the_run(
     refuse_driven_beyond(touching, 0.0, 20.0)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["full", "auto"])
 @pytest.mark.parametrize("law", ["rigid: true, restitution: 0.5", "stiffness: 1e4 N/m, restitution: 0.5"])
 @pytest.mark.parametrize("speed", [1e-9, 1e-12])

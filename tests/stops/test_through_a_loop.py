@@ -57,6 +57,7 @@ def inertia(θ):
     return crank + rod + MASS * slider(θ)[1] ** 2
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
 def test_the_impulse_is_that_of_one_coordinate(formulation):
     tolerance = "1.0e-11" if formulation != "full" else "1.0e-9"

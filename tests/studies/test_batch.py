@@ -24,10 +24,15 @@ def batch(paths: list[Path], folder: Path, jobs: int = 2, timeout: float = 120.0
     return [done[number] for number in range(len(paths))]
 
 
+#: Of all processor time of the shipped scenes these four take half.
+SLOW = ("andrews_squeezer", "bump_stop", "iftomm_n_four_bar_40", "iftomm_pendulum")
+
+
 @needs_kernel
 @pytest.mark.long
-def test_every_shipped_scene_holds_what_it_expects(tmp_path: Path) -> None:
-    scenes = [*mechanisms(), *validation_scenes()]
+@pytest.mark.parametrize("slow", [False, pytest.param(True, marks=pytest.mark.full)])
+def test_every_shipped_scene_holds_what_it_expects(slow: bool, tmp_path: Path) -> None:
+    scenes = [path for path in (*mechanisms(), *validation_scenes()) if (path.stem in SLOW) is slow]
     found = batch(scenes, tmp_path)
     short = {
         (str(result.scene), outcome.expectation.name): outcome.share

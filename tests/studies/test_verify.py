@@ -34,7 +34,7 @@ from tests.support import MECHANISMS, ROOT, random_chain
 SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
 
 
-@pytest.mark.parametrize("path", some(MECHANISMS, 7, 3), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", some(MECHANISMS, 14, 3), ids=lambda path: path.stem)
 def test_everything_holds_on_the_shipped_mechanisms(path):
     found = verify(read_scene(path))
     assert not found.of("failed")
@@ -191,6 +191,7 @@ def test_functions_of_forces_are_moved_and_rescaled_with_the_scene():
         assert check.verdict == "passed", (name, check)
 
 
+@pytest.mark.full
 def test_mechanisms_of_a_thousand_kilometres_and_of_a_micrometre():
     """Their numbers are held against their own round-off. In millimetres GOPM sums rows of 1e9 and of 1."""
     bars = read_scene(ROOT / "mechanisms" / "five_bar.yaml")

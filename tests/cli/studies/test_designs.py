@@ -22,7 +22,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_fit_prints_writes_and_goes_on(folder):
+def test_fit_prints_writes_and_goes_on(folder, undrawn):
     written(folder, BALL, VARY + "match: {flight: {body: ball, through: flight.csv}}\n")
     first = mbproj("fit", "design.yaml", "-j", "1", folder=folder)
     assert first.returncode == 0, first.stderr

@@ -18,7 +18,7 @@ from tests.support import ROOT
 FEW = ("--points", "5", "--duration", "1")
 
 
-def test_table_figure_and_csv(tmp_path):
+def test_table_figure_and_csv(tmp_path, undrawn):
     options = (*FEW, "--projections", "none,gpopm", "--from", "0.001", "--to", "0.02", "-o", "out")
     done = mbproj("stability", SLIDER_CRANK, "--vary", "step", *options, folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
@@ -28,7 +28,7 @@ def test_table_figure_and_csv(tmp_path):
     assert [line.split()[0] for line in lines if line.startswith(("none", "gpopm"))] == ["none", "gpopm"]
     stem = "out/spatial_slider_crank-stability-step"
     assert lines[-2:] == [f"{stem}.csv", f"{stem}.png"]
-    assert (tmp_path / lines[-1]).stat().st_size > 20_000
+    assert (tmp_path / lines[-1]).exists()
     with (tmp_path / lines[-2]).open() as file:
         rows = list(csv.DictReader(file))
     assert {row["projection"] for row in rows} == {"none", "gpopm"}
@@ -39,7 +39,7 @@ def test_table_figure_and_csv(tmp_path):
     assert (other.returncode, other.stdout == done.stdout) == (0, False)  # another study, with values of its own
 
 
-def test_json_of_baumgartes_limit(tmp_path):
+def test_json_of_baumgartes_limit(tmp_path, undrawn):
     path = write(tmp_path, "slow", "", "step: 0.01", "step: 1e-4")
     done = mbproj("stability", str(path), "--vary", "baumgarte-gain", "--points", "6", "--json", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")

@@ -35,7 +35,7 @@ SMALL = (
 
 
 def test_compare(tmp_path):
-    options = ("--projections", "none,gpopm", "--until", "0.5", "--repeat", "2", "-o", "out")
+    options = ("--projections", "none,gpopm", "--until", "0.2", "--repeat", "1", "-o", "out")
     done = mbproj("compare", SLIDER_CRANK, *options, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
@@ -86,9 +86,9 @@ def test_tradeoff_again_is_the_same(tmp_path):
     assert fresh.stdout != first.stdout  # its times are new
 
 
-def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path):
+def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path, undrawn):
     """Garbage in the file, and a file in place of the folder: a note each, and the same tables."""
-    options = ("compare", PENDULUM, "--projections", "gpopm", "--until", "0.2", "--repeat", "1", "--json")
+    options = ("compare", PENDULUM, "--projections", "gpopm", "--until", "0.05", "--repeat", "1", "--json")
     (tmp_path / "cache" / "studies").mkdir(parents=True)
     (tmp_path / "cache" / "studies" / "store.sqlite3").write_text('{"key": 1}\ngarbage\n')
     first = mbproj(*options, folder=tmp_path)
@@ -103,12 +103,12 @@ def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path):
     assert errors[0] == errors[1]
 
 
-def test_threshold(tmp_path):
-    done = mbproj("threshold", SLIDER_CRANK, "--duration", "1", "--repeat", "1", folder=tmp_path)
+def test_threshold(tmp_path, undrawn):
+    done = mbproj("threshold", SLIDER_CRANK, "--duration", "0.4", "--repeat", "1", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "* recommended: --threshold " in done.stdout
     assert (tmp_path / "spatial_slider_crank-threshold.png").exists()
-    again = mbproj("threshold", SLIDER_CRANK, "--duration", "1", "--repeat", "1", "--json", folder=tmp_path)
+    again = mbproj("threshold", SLIDER_CRANK, "--duration", "0.4", "--repeat", "1", "--json", folder=tmp_path)
     found = _strict(again.stdout)
     assert [row["recommended"] for row in found["trials"]].index(True) == found["recommended"]
 

@@ -282,7 +282,7 @@ def test_a_report_that_is_not_ours_is_replaced_with_force(tmp_path):
     assert mbproj("sweep", "spec.yaml", "--junit", "cases.xml", "--force", folder=tmp_path).returncode == 0
 
 
-def test_its_folder_is_drawn(tmp_path):
+def test_its_folder_is_drawn(tmp_path, undrawn):
     write(tmp_path, "  length: [1, 2, 3]\n  fails: [0, 1]\n")
     assert mbproj("sweep", "spec.yaml", "-q", folder=tmp_path).returncode == 3
     done = mbproj("plot", "spec-sweep", "-o", "pictures", folder=tmp_path)

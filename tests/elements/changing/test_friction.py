@@ -29,6 +29,7 @@ def scene(speed, mu, friction, push):
     return SCENE.replace("SPEED", speed).replace("MU", mu).replace("FRICTION", friction).replace("PUSH", push)
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed("friction, formulation", ["coefficient: mu", "force: mu * 19.62 N"], ["auto", "full"], dear=["full"])
 def test_it_slides_stops_sticks_and_breaks_away_as_the_signal_says(friction, formulation):
     """v' = -μ g with μ = 0.4 - 0.2 t from 2 m/s; it rests, and slides again when 2 μ g falls below 1 N: t = 1.7452."""

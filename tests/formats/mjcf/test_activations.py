@@ -8,7 +8,7 @@ import pytest
 import mbproj
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
-from tests.crossed import once
+from tests.crossed import once, some
 from tests.formats.agreement import agreement
 
 mujoco = pytest.importorskip("mujoco")
@@ -88,7 +88,7 @@ def test_forces_are_mujocos(name, signal, tmp_path):
     assert max(agreement(path, options=options, ctrl=[0.4], act=[each + 0.1 for each in act])) > 1e-6
 
 
-@pytest.mark.parametrize("name", ["integrated velocity", "plugin with limits", "muscle", *list(ACTING)[15:]])
+@pytest.mark.parametrize("name", some(["integrated velocity", "plugin with limits", "muscle", *list(ACTING)[15:]], 2))
 def test_motions_are_mujocos(name, tmp_path):
     """Half a second, against MuJoCo's fourth-order method with two steps; its activations are of the first order."""
     ends = []

@@ -201,6 +201,7 @@ def test_a_thrust_bearing():
     assert sticks.time == pytest.approx(exact.brake_stops(J, SPEED, 0.2 * 1.5 * MASS * 9.81)[0], abs=1e-9)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_an_eccentric_rotor_is_slowed_by_its_own_centrifugal_force(formulation):
     """Friction depends on the acceleration that it makes: it is solved together with the reaction."""

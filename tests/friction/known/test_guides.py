@@ -74,6 +74,7 @@ def test_preload_holds_without_a_load():
     assert recorded["joints/speed"][-1, 0] == pytest.approx((4.0 - 2.25 - 2.4 * 0.5) / 2.0, rel=1e-9)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["reduced", "full"])
 def test_a_mass_beside_its_guide_below_the_critical_coefficient(formulation):
     """κ = 0.8: friction by the slider's own inertia, m a = force - κ m |a|, forwards and slowed down."""

@@ -23,6 +23,7 @@ def angle(recorded):
     return recorded["joints/coordinate"][-1, 0], recorded["joints/speed"][-1, 0]
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     ("formulation", "steps"), [("reduced", "dop853"), ("reduced", "rk4"), ("reduced", "radau5"), ("full", "dop853")]
 )

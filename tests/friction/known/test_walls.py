@@ -103,6 +103,7 @@ def test_a_run_goes_on_from_where_it_rests(steps):
         assert rest.happened == whole.happened
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed("load, formulation", [-2.0, 0.0, 2.0], ["planar", "full"], dear=["full"])
 def test_it_may_begin_at_an_end(formulation, load):
     """At rest, with nothing that pushes it, towards the end or away."""

@@ -13,6 +13,7 @@ from tests.friction.planes.pucks import puck
 from tests.stops.runs import run
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(("formulation", "speed"), [("reduced", 5.0), ("full", 0.5)])
 def test_it_slides_straight_on_and_stops(formulation, speed):
     """In its own direction, slowed down by μ g."""
@@ -37,6 +38,7 @@ SOFT = """\
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["reduced", "full"])
 @pytest.mark.parametrize("height", [0.0, 9.0], ids=["it pushes", "it does not"])
 def test_it_slides_straight_on_beside_a_soft_stop(formulation, height):

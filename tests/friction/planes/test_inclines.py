@@ -19,6 +19,7 @@ def along(recorded):
     return recorded["joints/coordinate"][-1, SLIDES], recorded["joints/speed"][-1, SLIDES]
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(("formulation", "steps"), [("full", "dop853"), *(("reduced", steps) for steps in STEPS)])
 def test_it_is_released_when_the_angle_is_that_of_static_friction(formulation, steps):
     """Released to 1e-9 s, then on its way as the linear equation has it."""

@@ -42,6 +42,7 @@ def push(tilt, friction):
     return 20.0 / (1.0 + 3.0 * np.cos(tilt) ** 2 + 3.0 * friction * np.sin(tilt) * np.cos(tilt))
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["auto", "full"])
 @pytest.mark.parametrize(("tilt", "friction"), [(0.7, 0.3), (np.arctan(2.0), 1.2), (0.7, 3.0), (1.4, 4.0)])
 def test_trailing_it_slides_whatever_the_friction(tilt, friction, formulation):
@@ -51,6 +52,7 @@ def test_trailing_it_slides_whatever_the_friction(tilt, friction, formulation):
     assert recorded["friction/force"][0, 0] == pytest.approx(-friction * push(tilt, friction), rel=1e-9)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["auto", "full"])
 def test_pushed_before_itself_it_presses_harder(formulation):
     _, recorded = rod(np.arctan(2.0), -2.0, 1.2, formulation)

@@ -41,6 +41,7 @@ def four_bar(law: str, joint: str = "") -> str:
     return FOUR_BAR.replace("constant_speed: 60 rpm", law) + rub
 
 
+@pytest.mark.full_where(formulation="full")
 @crossed(
     "joint, column, formulation", [pytest.param("A", 0), pytest.param("D", 3)], ["full", *FORMULATIONS], dear=["full"]
 )

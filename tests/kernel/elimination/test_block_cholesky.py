@@ -59,7 +59,7 @@ def test_both_equations_hold_in_random_loops(seed):
     assert max(force, rows) <= 1e-10 * largest
 
 
-@pytest.mark.parametrize("size", [3, 30, 300])
+@pytest.mark.parametrize("size", [3, 30, pytest.param(300, marks=pytest.mark.full)])
 def test_trees_need_no_factor_at_all(size):
     """Leaves are eliminated one by one down to the root, which the ground holds or nothing does."""
     facts = topology(random_chain(3, [KINDS[body % 3] for body in range(size)]))

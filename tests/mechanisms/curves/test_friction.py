@@ -46,6 +46,7 @@ ROUND = BEAD.replace("{polyline: [[0, 0], [1, 0], [1, 4]], fillet: 0.5}", "{circ
 )
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     ("kind", "formulation"), [("slot", "planar"), ("cam", "planar"), ("cam", "reduced"), ("slot", "full")]
 )

@@ -64,7 +64,10 @@ HARD = ("reduced", LARGEST)
 
 @pytest.mark.parametrize(
     ("formulation", "case"),
-    some([(form, case) for form in ("planar", "reduced") for case in LOOPS if (form, case.name) != HARD], 2),
+    where(
+        lambda _, case: case.name not in ("iftomm_n_four_bar_2", "iftomm_n_four_bar_40"),  # a second each
+        some([(form, case) for form in ("planar", "reduced") for case in LOOPS if (form, case.name) != HARD], 2),
+    ),
     ids=lambda value: getattr(value, "name", value),
 )
 def test_planar_loops_of_revolutes_agree(formulation, case):

@@ -85,6 +85,7 @@ def test_the_dial_of_stiffness_turns_bushings_too():
     assert (after.damping, after.preload) == (before.damping, before.preload)
 
 
+@pytest.mark.full_where(formulation="full")
 @needs_kernel
 @pytest.mark.parametrize("formulation", ["reduced", "full"])
 def test_half_a_turn_stops_the_run(formulation):

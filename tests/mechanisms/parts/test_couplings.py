@@ -53,6 +53,7 @@ def coordinates(recorded):
     return recorded["joints/coordinate"].T
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     ("rack", "formulation", "integrator"),
     once(
@@ -72,6 +73,7 @@ def test_a_weight_that_falls_turns_a_wheel(rack, formulation, integrator):
     np.testing.assert_allclose(force, np.tile([0.0, 0.0, 3.0 * (G + fall)], (len(force), 1)), rtol=0, atol=1e-8)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(
     ("radii", "ratio", "formulation"),
     once([pytest.param("[6 cm, 15 cm]", 0.4), pytest.param("[6 cm, -15 cm]", -0.4)], FORMULATIONS),
@@ -84,6 +86,7 @@ def test_a_belt_turns_pulleys_by_their_radii(radii, ratio, formulation):
     np.testing.assert_allclose(second, ratio * first, rtol=0, atol=1e-13)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(("formulation", "integrator"), once(FORMULATIONS, ["esdirk4", "dop853"]))
 def test_a_differential_gives_both_shafts_the_same_torque(formulation, integrator):
     """Whatever loads them: J0 φ0'' = M - T, J1 φ1'' = J2 φ2'' = T / 2, φ0 = (φ1 + φ2) / 2."""

@@ -31,6 +31,7 @@ joints:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_the_torque_of_a_cycloidal_cam(formulation):
     """Against the closed form, each 10 deg of a turn: lift, acceleration, torque, and the force on the roller."""
@@ -79,6 +80,7 @@ def test_a_follower_moves_by_the_law(name):
     np.testing.assert_allclose(found["joints/coordinate"][:, 1] + 0.01, 0.02 * expected, atol=1e-13)
 
 
+@pytest.mark.full
 def test_formulations_agree_on_a_slot():
     settings = "integrator: dop853, tolerance: 1.0e-7"
     reports, ends = zip(*(run(scene(SLOT, each, 0.6, "600 ms", settings)) for each in FORMULATIONS), strict=True)

@@ -126,6 +126,7 @@ def test_a_driven_angle_counts_the_turns_of_its_motion(formulation):
     np.testing.assert_allclose(found["joints/coordinate"][late, 0], 100.5, rtol=0, atol=1e-9)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", [*EVERYWHERE, pytest.param("planar", marks=needs_kernel)])
 def test_stages_tell_the_turns_where_the_rates_at_the_ends_do_not(formulation):
     """A wheel on a spring swings by 1.5 rad to each side: φ = 1.5 cos(ω t), with h ω = 2 by DOP853. In the first step

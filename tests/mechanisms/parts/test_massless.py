@@ -114,7 +114,7 @@ def test_a_light_rod_comes_to_it_in_proportion_to_its_mass():
 @pytest.mark.parametrize(
     ("formulation", "method"),
     [
-        (formulation, name)
+        pytest.param(formulation, name, marks=[pytest.mark.full] * (formulation == "full" and name != "gpopm"))
         for formulation in FORMULATIONS
         for name, entry in PROJECTIONS.items()
         if entry.corrects and name != "popm" and (entry.compiled or formulation != "reduced")
@@ -176,6 +176,7 @@ FORKS = HOOKE.replace("  block:\n", "  cross: {mass: 0, inertia: [0, 0, 0], posi
 )
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_massless_cross_in_a_loop_transmits_as_hookes_formula_has_it(formulation):
     """ω2 = ω1 cos β / (1 - sin² β cos² φ1), and the times of the mechanism with a universal joint."""
@@ -200,6 +201,7 @@ joints: {pin: {type: revolute, bodies: [ground, bob], location: [0, 0, 0], axis:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["reduced", "planar", "full"])
 def test_a_point_mass_swings_as_the_simple_pendulum(formulation):
     """ψ = 2 asin(k sn(K - ω t)), k = sin 45°, from the horizontal; problem A01 of the IFToMM library has this body."""

@@ -15,6 +15,7 @@ from tests.mechanisms.running import BRIEF, TIGHT, assert_close, run_text
 FORMULATIONS = list(BRIEF)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_a_flywheel_pendulum_swings_as_one_with_so_much_more_inertia(formulation):
     """(J + m a² + I) θ'' = -m g a sin θ, and the torque on the pin's coordinate is -I θ''."""
@@ -133,6 +134,7 @@ ON_RAILS = [(name, "prismatic", "6") for name in FORMULATIONS]
 ON_RAILS += [(name, "cylindrical", "{displacement: 6}") for name in FORMULATIONS if name != "planar"]
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize(("formulation", "joint", "inertia"), ON_RAILS)
 def test_a_displacement_has_a_reflected_mass(formulation, joint, inertia):
     """(m + I) x'' = -k x."""
@@ -207,6 +209,7 @@ def test_redundant_joints_add_their_inertias(formulation):
     assert_close(force, 30 * done.column("bodies/acceleration", "door") - weight, 1e-8)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["full", "reduced"])
 def test_energy_and_momentum_of_a_floating_tree_are_kept(formulation):
     """What the flywheels do to one body, they do to the other the other way round."""

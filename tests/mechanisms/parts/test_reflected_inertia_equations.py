@@ -85,6 +85,7 @@ def test_the_formulations_agree_on_inertias_far_from_the_bodies(size):
     assert_close(multipliers, full.multipliers[case.system.bodies :], 1e-11 * np.abs(multipliers).max())
 
 
+@pytest.mark.full
 def test_everything_that_is_verified_holds_with_flywheels():
     """Among it units, order of the parts, balance of power and momentum, and the paper's identities for M with them."""
     for text in (FLOATING, ON_A_BALL):

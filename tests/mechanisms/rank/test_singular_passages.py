@@ -228,7 +228,7 @@ def time_at_the_branch(start: float, speed: float) -> float:
 @pytest.mark.parametrize(
     ("offset", "formulation"),
     some([(offset, name) for name in ("planar", "reduced") for offset in OFFSETS], 3)
-    + some([(each, "full") for each in OFFSETS[::3]], 3),
+    + some([(each, "full") for each in OFFSETS[::3]], 9),
 )
 def test_a_slider_goes_on_through_the_bearing(offset, formulation):
     """50 steps to the branch point, or to `offset` s from it."""

@@ -9,6 +9,7 @@ import pytest
 from mbproj import unique_components
 from mbproj.dynamics import redundancy
 from mbproj.scene import read_scene_text
+from tests.crossed import crossed
 from tests.dynamics.linkages import assembled
 from tests.mechanisms.running import Run, assert_close, run_text
 
@@ -136,8 +137,7 @@ joints:
 """
 
 
-@pytest.mark.parametrize("formulation", ["full", "reduced"])
-@pytest.mark.parametrize("light", ["1", "1/1000000000", "0"])
+@crossed("light, formulation", ["1", "1/1000000000", "0"], ["full", "reduced"], dear=["full"])
 def test_what_redundant_joints_lock_does_not_accelerate_however_light_it_is(light, formulation):
     """Round-off of the lamp's, which swings by the same law each time."""
     done = run_text(TRUSS, {"light": light}, formulation=formulation)

@@ -155,6 +155,7 @@ def test_three_balls_that_touch_part_as_the_impulses_say(law):
     np.testing.assert_allclose(strike(law, N, speeds, np.ones(2)).v, [-1 / 3, 2 / 3, 2 / 3], atol=1e-12)
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 @pytest.mark.parametrize("law", ROUGH)
 def test_a_rough_impact_that_newtons_law_refuses_goes_on(law, formulation):
@@ -285,6 +286,7 @@ forces:
 """
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", FORMULATIONS[::2])
 @pytest.mark.parametrize(("law", "speed"), [("newton", 0.0), ("poisson", -0.5)])
 def test_what_lies_at_a_wall_gives_its_impulse_back_by_poissons_law(law, speed, formulation):

@@ -7,7 +7,7 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run
 from mbproj.integrate import choose
-from tests.crossed import FULL, cover, crossed
+from tests.crossed import FULL, cover, crossed, some
 from tests.kernel.scenes import needs_kernel
 from tests.stops.inside.scenes import (
     BALL,
@@ -104,7 +104,7 @@ def test_stops_push_what_touches_and_nothing_passes(name, formulation, steps):
     assert report.position_violation.value < 2e-13
 
 
-@pytest.mark.parametrize(("name", "steps"), [(name, steps) for name, own, steps in PAIRS if own == "planar"])
+@pytest.mark.parametrize(("name", "steps"), some([(name, steps) for name, own, steps in PAIRS if own == "planar"], 2))
 def test_it_is_the_same_in_the_plane_and_in_space(name, steps):
     _, plane = run(text_of(name, "planar", steps))
     _, space = run(text_of(name, "reduced", steps))
@@ -129,6 +129,7 @@ def test_a_rod_without_mass_bears_the_push_of_stops_in_the_plane_as_in_space(ste
     np.testing.assert_allclose(across, 0.0, atol=1e-6 * np.abs(force).max())
 
 
+@pytest.mark.full_where(formulation="full")
 @pytest.mark.parametrize("formulation", ["reduced", "planar", "full"])
 @pytest.mark.parametrize("inertia", [0.0, 1.5])
 def test_a_motion_pays_for_what_flywheels_take_in_no_time(formulation, inertia):

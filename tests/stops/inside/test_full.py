@@ -10,6 +10,7 @@ from mbproj import InputError, SimulationError
 from mbproj.integrate import FullFormulation
 from mbproj.integrate.formulations import choice as formulation_choice
 from mbproj.integrate.formulations import full_in_loop
+from tests.crossed import some
 from tests.friction.known.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel
 from tests.stops.inside.scenes import BALL, DRIVEN, PRESSED_LOOP, SOFT_BALL, THREE_BALLS
@@ -61,7 +62,7 @@ def test_it_moves_as_the_reduced_one(name):
 
 @needs_kernel
 @pytest.mark.parametrize(
-    ("steps", "until"), [("dop853", 0.2), ("rk4", 0.2), pytest.param("rk4", 0.7, marks=pytest.mark.full)]
+    ("steps", "until"), [("dop853", 0.2), *(pytest.param("rk4", until, marks=pytest.mark.full) for until in (0.2, 0.7))]
 )
 def test_friction_goes_by_loads_as_in_the_reduced_one(steps, until):
     """The slider turns at 0.171 s and 0.441 s."""
@@ -93,19 +94,21 @@ def test_accelerations_and_projections_are_numpys(monkeypatch):
 
 
 @needs_kernel
-def test_every_projection_keeps_contacts_as_the_usual_one():
+@pytest.mark.parametrize("method", some(["gopm", "mass-orthogonal", "baumgarte"], 3))
+def test_every_projection_keeps_contacts_as_the_usual_one(method):
     _, usual = run(PRESSED_AT_ONCE.format(steps=COARSE, formulation="full"))
     assert usual["stops/force"][-1].max() > 0.0
-    for method in ("gopm", "mass-orthogonal", "baumgarte"):
-        steps = f"{COARSE}, projection: {{method: {method}}}"
-        _, own = run(PRESSED_AT_ONCE.format(steps=steps, formulation="full"))
-        told = [[(event.name, event.kind) for event in each.happened] for each in (own, usual)]
-        assert told[0] == told[1], method
-        np.testing.assert_allclose(own["bodies/position"], usual["bodies/position"], rtol=0, atol=1e-4, err_msg=method)
+    steps = f"{COARSE}, projection: {{method: {method}}}"
+    _, own = run(PRESSED_AT_ONCE.format(steps=steps, formulation="full"))
+    told = [[(event.name, event.kind) for event in each.happened] for each in (own, usual)]
+    assert told[0] == told[1]
+    np.testing.assert_allclose(own["bodies/position"], usual["bodies/position"], rtol=0, atol=1e-4)
 
 
 @needs_kernel
-@pytest.mark.parametrize("steps", ["integrator: dop853, tolerance: 1.0e-5, output_step: 0.1", COARSE])
+@pytest.mark.parametrize(
+    "steps", ["integrator: dop853, tolerance: 1.0e-5, output_step: 0.1", pytest.param(COARSE, marks=pytest.mark.full)]
+)
 def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps):
     """With redundant rows, of which NumPy's policy remembers how they were, and with a contact that holds."""
     text = PRESSED_AT_ONCE.format(steps=steps, formulation="full")

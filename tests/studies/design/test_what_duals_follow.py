@@ -8,6 +8,7 @@ import pytest
 import mbproj
 from mbproj.mechanisms_folder import mechanism
 from mbproj.studies.design.slopes.differences import DifferenceWork, differences
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 
 pytestmark = needs_kernel
@@ -79,13 +80,13 @@ def test_of_what_acts(name):
 @pytest.mark.parametrize(
     ("name", "to", "of"),
     [
-        ("differential", "ice,road", ""),  # gears
+        full("differential", "ice,road", ""),  # gears
         ("governor", "ball,arm", ""),  # loops in space
-        ("rolling_coin", "R,m", ""),  # rows of velocities
+        full("rolling_coin", "R,m", ""),  # rows of velocities
         ("chaplygin_sleigh", "a,J", ""),
         ("hoist", "g,load", ""),  # a rope around pulleys
-        ("planar_four_bar", "crank,speed", ""),
-        ("spatial_four_bar", "rocker", ""),  # loops with a motion
+        full("planar_four_bar", "crank,speed", ""),
+        full("spatial_four_bar", "rocker", ""),  # loops with a motion
     ],
 )
 def test_of_mechanisms(name, to, of):

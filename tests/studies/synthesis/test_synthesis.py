@@ -72,7 +72,7 @@ def test_a_function_is_generated(tmp_path):
     numbers = arrays({**TRUE, "ax": 0.0, "az": 0.0, "dx": 1.0, "dz": 0.0})
     known = FOUR_BAR.solved(numbers, 0.4 + crank)
     rocker = np.degrees(np.angle(known["C"] - known["D"])[0])
-    path = written(tmp_path, "function", "input (rad),output (deg)", [crank, rocker])
+    path = written(tmp_path, "function", "input (rad),output (deg)", [crank, rocker], "starts: 8\n")
     done = command("optimise", path.name, "--topologies", "four_bar", "--json", "--jobs", "1", folder=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     said = json.loads(done.stdout)
@@ -87,7 +87,7 @@ def test_a_function_is_generated(tmp_path):
 def test_three_positions_put_the_pivots_of_the_body_on_circles(tmp_path):
     """Burmester: each pivot of the coupler is at one distance from its pivot in the ground at all three positions."""
     positions = np.array([[0.0, 0.0, 0.0], [0.5, 0.2, 0.3], [1.0, 0.1, 0.8]])
-    path = written(tmp_path, "positions", "x (m),z (m),angle (rad)", positions.T)
+    path = written(tmp_path, "positions", "x (m),z (m),angle (rad)", positions.T, "starts: 8\n")
     found = synthesise(read_wanted(path), ["four_bar"], tmp_path / "out", 1).found[0]
     assert found.rms < 1e-12
     own, body = found.numbers, np.exp(1j * positions[:, 2])
@@ -101,6 +101,7 @@ def test_three_positions_put_the_pivots_of_the_body_on_circles(tmp_path):
         np.testing.assert_allclose(np.abs(places - ground[pivot]), own[length], rtol=1e-11)
 
 
+@pytest.mark.full
 def test_a_body_is_carried_by_a_slider_crank(tmp_path):
     positions = np.array([[0.0, 0.0, 0.0], [0.3, 0.2, 0.3], [0.6, 0.25, 0.7]])
     path = written(tmp_path, "positions", "x (m),z (m),angle (rad)", positions.T, "starts: 4\n")
