@@ -100,7 +100,11 @@ class Contact:
         "a ball that rises and falls through another in one step of DOP853",
     )
     most_halves: int = threshold(
-        8, "-", "kernel", "the most halvings of a step to find the stops that it passes", "a 256th of a step of DOP853"
+        8,
+        "-",
+        "kernel",
+        "the most parts within parts of a step to find stops and slips that it passes",
+        "a 256th of a step of DOP853",
     )
     turned_speed: float = threshold(
         1e-7,

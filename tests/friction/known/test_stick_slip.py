@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import mbproj
 from tests.friction.known import closed_forms as exact
 from tests.friction.known.mechanisms import on_a_belt
 from tests.stops.runs import run
@@ -106,3 +107,28 @@ def test_with_stribecks_law(formulation):
     assert held == pytest.approx(sticks, abs=1e-7)
     assert caught - let_go[: len(caught)] == pytest.approx(slips, abs=1e-7)
     assert recorded.unbalanced < 1e-7
+
+
+@pytest.mark.parametrize("output_step", [1.0, 0.5, 0.3, 0.05])
+def test_a_box_pushed_to_and_fro_slips_twice_a_cycle_whatever_is_recorded(output_step):
+    """At rest nothing limits a step: the push, 14 sin 6t N, swings to and fro within one. It overcomes 0.4 m g = 12 N
+    first at 6 t = arcsin(12 / 14)."""
+    scene = f"""
+mbproj: 1
+gravity: [0, 0, -10]
+simulation: {{duration: {10 * np.pi / 3}, integrator: dop853, tolerance: 1.0e-9, output_step: {output_step}}}
+bodies:
+  box: {{mass: 3, inertia: [0.1, 0.15, 0.12], position: [0, 0, 0]}}
+forces:
+  foot:
+    type: stop
+    plane: {{body: ground, location: [0, 0, 0], normal: [0, 0, 1]}}
+    point: {{body: box, location: [0, 0, 0]}}
+    rigid: true
+    friction: {{coefficient: 0.3, static: 0.4}}
+  push: {{type: force, body: box, location: [0, 0, 0], axes: global, force: ["14*sin(6*t)", 0, 0]}}
+"""
+    with mbproj.run(scene) as results:
+        slips = [event.time for event in results.events if event.kind == "slip"]
+    each = (np.arcsin(12.0 / 14.0) + np.pi * np.arange(20)) / 6.0
+    np.testing.assert_allclose(slips, each, atol=1e-8)

@@ -81,6 +81,29 @@ bool StopWatch::gives_way(const std::vector<double>& lambda) const {
                        [&](const WatchedRow& each) { return force(each, lambda) < -each.slack; });
 }
 
+std::vector<double> StopWatch::forces(const std::vector<double>& lambda) const {
+    std::vector<double> found;
+    for (const WatchedRow& each : rows_) found.push_back(force(each, lambda));
+    return found;
+}
+
+bool StopWatch::gives_way_at(double x, const std::vector<double>& margins) {
+    for (std::size_t k = 0; k < margins.size(); ++k)
+        if (margins[k] < -rows_[k].slack)
+            return parts_.insert(std::upper_bound(parts_.begin(), parts_.end(), x), x), true;
+    return false;
+}
+
+bool StopWatch::may_give_way(const std::vector<double>& from, const std::vector<double>& inside,
+                             const std::vector<double>& to) const {
+    if (inside.empty() || to.empty()) return false;
+    for (std::size_t k = 0; k < rows_.size(); ++k) {
+        const double off = std::abs(inside[k] - (1.0 - golden) * from[k] - golden * to[k]);
+        if (off > std::max(rows_[k].slack, 0.5 * std::min({from[k], inside[k], to[k]}))) return true;
+    }
+    return false;
+}
+
 double StopWatch::force(const WatchedRow& each, const std::vector<double>& lambda) const {
     const double load = each.by >= 0        ? lambda[each.by]
                         : each.bearing >= 0 ? equations_.load(each.bearing, lambda.data())

@@ -53,7 +53,7 @@ public:
     explicit StopWatch(Equations& equations)
         : equations_(equations), model_(equations.mechanism()), stops_(model_.stops), inside_(model_.layout.size()) {}
 
-    // Sets what is watched. Forces are evaluated at least every `spacing` seconds, and in the middle of each step.
+    // Sets what is watched. Forces are evaluated at least every `spacing` seconds, and inside each step.
     void watch(std::vector<WatchedGap> gaps, std::vector<WatchedRow> rows, double spacing);
     bool any() const { return !gaps_.empty() || !rows_.empty(); }
 
@@ -82,15 +82,22 @@ public:
     const std::vector<WatchedGap>& gaps() const { return gaps_; }
     const std::vector<WatchedRow>& rows() const { return rows_; }
 
-    // Whether a force is beyond its bound within a step of size h; solve(part, λ) computes the multipliers inside it.
-    template <class Solve> bool gives_way_inside(double h, const Solve& solve) {
+    // Whether a force is beyond its bound within a step of size h, with multipliers `last` at its end; solve(part, λ) computes
+    // those inside it. A body at rest has long steps by error control, so that a force `swings` within one.
+    template <class Solve>
+    bool gives_way_inside(double h, bool swings, const std::vector<double>& last, const Solve& solve) {
         if (rows_.empty()) return false;
-        const int looks = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)) - 1);
-        std::vector<double> lambda(model_.all_multipliers());
-        for (int look = 1; look <= looks; ++look) {
-            const double x = look / (looks + 1.0);
-            if (solve(x, lambda) && gives_way(lambda))
-                return parts_.insert(std::upper_bound(parts_.begin(), parts_.end(), x), x), true;
+        std::vector<double> lambda(last.size());
+        const auto look = [&](double x) { return solve(x, lambda) ? forces(lambda) : std::vector<double>{}; };
+        const int spans = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)));
+        const std::vector<double> end = forces(last);
+        std::vector<double> from = swings ? look(0.0) : std::vector<double>{}, to;
+        for (int at = 1; at <= spans; ++at, from = to) {
+            const double x_to = static_cast<double>(at) / spans;
+            to = at < spans ? look(x_to) : end;
+            if (gives_way_between(from, to, x_to - 1.0 / spans, x_to, model_.thresholds.most_halves, look) ||
+                (at < spans && gives_way_at(x_to, to)))
+                return true;
         }
         return false;
     }
@@ -101,6 +108,30 @@ private:
     bool is_below(const std::vector<ValueAndRate>& at) const;
     bool gives_way(const std::vector<double>& lambda) const;
     double force(const WatchedRow& each, const std::vector<double>& lambda) const;
+
+    // The margins of the watched forces at a state.
+    std::vector<double> forces(const std::vector<double>& lambda) const;
+    // Whether one of them is below its bound at the part x of a step, which is noted.
+    bool gives_way_at(double x, const std::vector<double>& margins);
+    // Whether a force may pass its bound between the ends of a span, as its bend there tells.
+    bool may_give_way(const std::vector<double>& from, const std::vector<double>& inside,
+                      const std::vector<double>& to) const;
+    // Looks inside a span, and in its parts where a force may pass its bound. The golden section meets a swing at another of
+    // its phases than the ends.
+    template <class Look> bool gives_way_between(const std::vector<double>& from, const std::vector<double>& to,
+                                                 double x, double x_to, int halves, const Look& look) {
+        const double middle = x + golden * (x_to - x);
+        const std::vector<double> inside = look(middle);
+        if (gives_way_at(middle, inside)) {
+            if (halves > 0) gives_way_between(from, inside, x, middle, halves - 1, look);  // it may have before, too
+            return true;
+        }
+        return halves > 0 && !from.empty() &&
+               (halves == model_.thresholds.most_halves || may_give_way(from, inside, to)) &&
+               (gives_way_between(from, inside, x, middle, halves - 1, look) ||
+                gives_way_between(inside, to, middle, x_to, halves - 1, look));
+    }
+    static constexpr double golden = 0.6180339887498949;
 
     // Whether something falls below its bound on the cubics through two looks, at the parts x and x_to of a step, h apart.
     bool below(const std::vector<ValueAndRate>& from, const std::vector<ValueAndRate>& to, double h, double x,

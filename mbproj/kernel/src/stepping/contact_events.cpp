@@ -127,7 +127,8 @@ bool meets(Run& run) {
         run.stepper.carries_slope() ? run.stepper.at(run.now.y, step.h, x, inside.y) : step.at(x, inside.y);
         return solve_inside(run, step.h, x, inside, found);
     };
-    if (!run.watch.gives_way_inside(step.h, solve) && !at_end && run.met.rests < 0) {
+    if (!run.watch.gives_way_inside(step.h, !run.steps.fixed(), run.next.lambda, solve) && !at_end &&
+        run.met.rests < 0) {
         run.watch.pass();
         if (run.contacts.finds_push(run.next.y, run.next.lambda)) run.stop({Status::undecided, run.next.t});
         return false;
