@@ -22,7 +22,7 @@ NO_THRESHOLDS |= {"stalls": "what stays so in some rounds cannot settle in the m
 NO_THRESHOLDS |= {"ahead": "a part of a step for a difference", "aside": "a direction"}
 NO_THRESHOLDS |= {"largest_reduced": "where a product is exact", "to_whole": "the same", "first": "a part of π/2"}
 NO_THRESHOLDS |= {"huge": "beyond any force", "overflows": "the same", "tiny": "not 0"}
-NO_THRESHOLDS |= {"epsilon": "that of doubles"}
+NO_THRESHOLDS |= {"epsilon": "that of doubles", "golden": "the ratio of the golden section"}
 NO_THRESHOLDS |= {"nodes[]": "those of Gauss and Legendre", "weights[]": "the same"}
 #: Folders and files whose numbers are thresholds where they are not coefficients, and how a constant begins there.
 NUMERICS = ("functions", "dynamics", "projection", "integrate", "model", "linear")
