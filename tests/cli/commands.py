@@ -92,16 +92,12 @@ def _text(stream: io.BytesIO) -> str:
 
 def python(program: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """`python -c PROGRAM` in `folder`."""
-    return _run({"program": program}, folder)
-
-
-def _run(what: dict[str, object], folder: Path) -> subprocess.CompletedProcess[str]:
     with _ONE_AT_A_TIME, tempfile.TemporaryDirectory() as streams:
         paths = {name: Path(streams) / name for name in ("out", "err")}
         for path in paths.values():
             path.touch()
         request = {
-            **what,
+            "program": program,
             "folder": str(folder),
             "environment": {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(folder / "cache")},
             **{name: str(path) for name, path in paths.items()},
@@ -112,7 +108,7 @@ def _run(what: dict[str, object], folder: Path) -> subprocess.CompletedProcess[s
         server.stdin.flush()
         code = int(server.stdout.readline())
         out, err = (path.read_text() for path in paths.values())
-        return subprocess.CompletedProcess([*what], code, out, err)
+        return subprocess.CompletedProcess(["python", "-c", program], code, out, err)
 
 
 _ONE_AT_A_TIME = Lock()

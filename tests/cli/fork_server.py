@@ -1,9 +1,7 @@
-"""A process that has imported mbproj, and runs command lines and programs in forks of itself: a test need not import it
-anew.
+"""A process that has imported mbproj, and runs programs in forks of itself: a test need not import it anew.
 
-Requests come as lines of JSON on standard input: `arguments` of the command line, or the text of a `program`, `folder`,
-`environment`, and the files `out` and `err` for the streams. The answer to each is a line with the exit code, negative
-where a signal ended the command.
+Requests come as lines of JSON on standard input: the text of a `program`, `folder`, `environment`, and the files `out`
+and `err` for the streams. The answer to each is a line with the exit code, negative where a signal ended the program.
 """
 
 from __future__ import annotations
@@ -83,15 +81,9 @@ def warm_up() -> None:
 
 
 def run(request: dict[str, Any]) -> int:
-    """The command line as `mbproj` runs it, or the program as `python -c` does; the exit code."""
-    from mbproj.cli import main
-
+    """The program as `python -c` runs it; the exit code."""
     try:
-        if "program" in request:
-            run_program(request["program"])
-        else:
-            sys.argv = ["mbproj", *request["arguments"]]
-            main()
+        run_program(request["program"])
     except SystemExit as end:
         return int(end.code or 0)
     except BaseException:

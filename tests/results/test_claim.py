@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 
 from mbproj.errors import InputError
-from mbproj.results import ResultsWriter, check_output, open_results
+from mbproj.results import ResultsWriter, check_output, open_results, reader
+from mbproj.results.file.lock import lock
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times
 from tests.results.processes import WRITE_FOR_EVER, child, killed
 
@@ -208,3 +209,27 @@ def test_closed_results_say_so(tmp_path):
     for look in (lambda: results["bodies/position"], lambda: results.time):
         with pytest.raises(InputError, match=r"out\.h5' is closed; open it again, with open_results"):
             look()
+
+
+def test_a_part_that_has_just_begun_says_so_and_one_that_is_renamed_meanwhile_is_read(tmp_path, monkeypatch):
+    """A run makes its part, and renames it, within milliseconds in which a reader may look."""
+    monkeypatch.setattr(reader, "PAUSE", 0.0)
+    path, part = tmp_path / "out.h5", tmp_path / "out.h5.part"
+    with part.open("wb") as begun:
+        assert lock(begun.fileno())
+        with pytest.raises(InputError, match=r"a run is writing '.*', and has no samples yet; wait for it"):
+            open_results(path)
+    part.unlink()
+    record(path, block(times(5)))
+    path.rename(part)
+    exists = reader._existing
+
+    def looked_too_early(asked: object) -> object:
+        found = exists(asked)
+        if part.exists():
+            part.rename(path)
+        return found
+
+    monkeypatch.setattr(reader, "_existing", looked_too_early)
+    with open_results(path) as results:
+        assert (results.status, len(results.time)) == ("complete", 5)
