@@ -41,7 +41,8 @@ HOMES: Mapping[str, str] = MappingProxyType(
         "mbproj.figures.style": "figure_style",
         "mbproj.integrate": "Report simulate",
         "mbproj.integrate.steppers.plugin": "register_integrator",
-        "mbproj.model": "System compile_system initial_guess",
+        "mbproj.dynamics.assembly.adjust": "compile_system",
+        "mbproj.model": "System initial_guess",
         "mbproj.parts": "Belt Body Bushing Cam CamContact Coupler Curve CurveContact CurveOnCurve Cylindrical DcMotor "
         "Differential Distance Expectation Fixed FlatContact FlatFollower Force Friction Gear Geneva "
         "HydraulicCylinder KnifeEdge LinearServo LinearSpringDamper Marker Maxwell Motion Planar PneumaticSpring "
@@ -50,7 +51,8 @@ HOMES: Mapping[str, str] = MappingProxyType(
         "Spherical SpringDamper Stop Telescope Torque TorsionMaxwell TorsionSpringDamper Universal",
         "mbproj.projection": "Projection",
         "mbproj.projection.plugin": "register_projection",
-        "mbproj.results": "Results ResultsWriter Trust Verification open_results",
+        "mbproj.api.results": "Results open_results",
+        "mbproj.results": "ResultsWriter Trust Verification",
         "mbproj.results.notes": "Note",
         "mbproj.results.views.table": "Table",
         "mbproj.runs.record": "Run record_run",

@@ -50,7 +50,8 @@ from mbproj.errors import InputError as InputError, SimulationError as Simulatio
 from mbproj.figures.style import figure_style as figure_style
 from mbproj.integrate import Report as Report, simulate as simulate
 from mbproj.integrate.steppers.plugin import register_integrator as register_integrator
-from mbproj.model import System as System, compile_system as compile_system, initial_guess as initial_guess
+from mbproj.model import System as System, initial_guess as initial_guess
+from mbproj.dynamics.assembly.adjust import compile_system as compile_system
 from mbproj.parts import *
 from mbproj.projection import Projection as Projection
 from mbproj.projection.plugin import register_projection as register_projection

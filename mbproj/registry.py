@@ -8,7 +8,7 @@ reader, the command line, did-you-mean and the tests ask here.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -40,15 +40,6 @@ def lazily(package: str, names_in: Mapping[str, str]) -> Callable[[str], Any]:
         return getattr(import_module(f"{package}.{module_of[name]}"), name)
 
     return attribute
-
-
-def types_of(package: str, path: Iterable[str]) -> dict[str, Any]:
-    """The `TYPES` of all modules of a package at `path`, by name."""
-    from pkgutil import iter_modules
-
-    modules = sorted(module.name for module in iter_modules(path))
-    tables = (getattr(import_module(f"{package}.{module}"), "TYPES", {}) for module in modules)
-    return {name: entry for table in tables for name, entry in table.items()}
 
 
 @dataclass(frozen=True)

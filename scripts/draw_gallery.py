@@ -28,9 +28,9 @@ from mbproj.functions.curves.track import Track
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import local_frames
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene import Scene
 from mbproj.scene.blocks.ropes.path import axes as path_axes
 from mbproj.scene.blocks.ropes.path import straight
+from mbproj.scene.read import Scene
 from mbproj.scene.records import GROUND, Joint
 
 MECHANISMS = Path(__file__).parents[1] / "mechanisms"

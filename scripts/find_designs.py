@@ -28,7 +28,7 @@ from designs.scenes import FOUR_BAR, PENDULUM, SIX_BAR
 import mbproj
 from mbproj.analysis.expectations import outcomes
 from mbproj.errors import MbprojError
-from mbproj.scene import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.design.design_folder import best_scene
 from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.slopes.neighbours import Followed

@@ -30,7 +30,8 @@ from kernel_bench.scenes import chain
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.results import ResultsWriter
 from mbproj.results.datasets import chunk_rows
-from mbproj.scene import Scene, Settings
+from mbproj.scene import Settings
+from mbproj.scene.read import Scene
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = "from mbproj.cli import main; main()"

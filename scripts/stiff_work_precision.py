@@ -30,7 +30,7 @@ from stiff.cases import CASES, chain
 from stiff.measure import Outcome, cheapest, fastest, run
 
 from mbproj.errors import SimulationError
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 EXPLICIT = "dop853"
 INTEGRATORS = ("esdirk4", "radau5", EXPLICIT)

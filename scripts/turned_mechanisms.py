@@ -22,7 +22,8 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.simulate import simulate
 from mbproj.mechanisms_folder import mechanisms
 from mbproj.scene import read_scene
-from mbproj.scene.records import Body, Joint, Pair, Scene, Vector
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Body, Joint, Pair, Vector
 from mbproj.scene.settings import placed_in, settings_to_run
 from mbproj.studies.variants.moved import RigidMotion
 

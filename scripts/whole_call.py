@@ -34,7 +34,7 @@ from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.model import System
 from mbproj.results import ResultsWriter
 from mbproj.scene import Settings
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 ROOT = Path(__file__).parents[1]
 SCENES = ("five_bar", "spatial_slider_crank")

@@ -9,22 +9,23 @@ from dataclasses import replace
 from pathlib import Path
 
 from mbproj.api.arguments import Quantity, amount, by_arguments
+from mbproj.api.results import Results
 from mbproj.api.run import run_to_file
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError, Place, Problem, warn_once
 from mbproj.integrate.simulate import Progress
 from mbproj.kernel import fingerprint
-from mbproj.model import compile_system
-from mbproj.results import Results, open_results
+from mbproj.results import open_results, record
 from mbproj.results.crash_safety.checkpoint import Checkpoint
 from mbproj.results.file.lock import is_locked
 from mbproj.runs.record import Earlier
 from mbproj.scene import read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.sampling import output_interval
 
 
 def rerun(
-    results: Results | str | Path, *, output: str | Path | None = None, progress: Progress | None = None
+    results: record.Results | str | Path, *, output: str | Path | None = None, progress: Progress | None = None
 ) -> Results:
     """Repeats the run that wrote `results`, with the same scene and settings.
 
@@ -42,7 +43,7 @@ def rerun(
 
 
 def continue_run(
-    results: Results | str | Path,
+    results: record.Results | str | Path,
     *,
     until: Quantity | None = None,
     output: str | Path | None = None,
@@ -63,7 +64,7 @@ def continue_run(
         return run_to_file(scene, where, None, progress, Earlier(checkpoint, before if append else None))
 
 
-def continued_in(before: Results, output: str | Path | None, *, append: bool) -> str | Path | None:
+def continued_in(before: record.Results, output: str | Path | None, *, append: bool) -> str | Path | None:
     """The file of a continued run; None where it is open. Raises InputError where new samples alone would replace the
     old ones."""
     if append and output is None:
@@ -74,16 +75,16 @@ def continued_in(before: Results, output: str | Path | None, *, append: bool) ->
 
 
 @contextmanager
-def opened(results: Results | str | Path) -> Iterator[Results]:
+def opened(results: record.Results | str | Path) -> Iterator[record.Results]:
     """Yield results; open their file where a path is given."""
-    if isinstance(results, Results):
+    if isinstance(results, record.Results):
         yield results
         return
     with open_results(results) as opened_results:
         yield opened_results
 
 
-def stored_scene(results: Results) -> Scene:
+def stored_scene(results: record.Results) -> Scene:
     """The scene of a run. Messages name its file, or else the results. Raises InputError where it is damaged."""
     name = str(results.scene_path or results.path)
     scene = read_scene_text(results.scene_text, name, results.overrides)
@@ -91,14 +92,14 @@ def stored_scene(results: Results) -> Scene:
     return replace(scene, path=results.scene_path, settings=results.settings)
 
 
-def require_whole(results: Results) -> None:
+def require_whole(results: record.Results) -> None:
     """Raises InputError where a Python function acted on the run, because the file does not contain the function."""
     if "controller_period" in results.attributes:
         message = f"'{results.path}': a function in Python acted on the run, and is not in the file"
         raise InputError(Problem(message, hint="run it again in Python, with controller=f"))
 
 
-def _require_all(scene: Scene, results: Results) -> None:
+def _require_all(scene: Scene, results: record.Results) -> None:
     """Raises InputError where the run had joints, forces or states that its scene does not have."""
     own = compile_system(scene).names
     for kind, names in {"joints": own.joints, "forces": own.forces, "states": own.states}.items():
@@ -115,7 +116,7 @@ def require_another(output: str, source: Path, what: str) -> None:
         raise InputError(problem)
 
 
-def checkpoint_of(before: Results) -> Checkpoint:
+def checkpoint_of(before: record.Results) -> Checkpoint:
     """The state from which a run can be continued. Raises InputError where there is none, and where the run is still
     going on or has failed."""
     require_whole(before)
@@ -137,7 +138,7 @@ def checkpoint_of(before: Results) -> Checkpoint:
     return checkpoint
 
 
-def longer(scene: Scene, checkpoint: Checkpoint, until: float | None, before: Results) -> Scene:
+def longer(scene: Scene, checkpoint: Checkpoint, until: float | None, before: record.Results) -> Scene:
     """The scene with the settings of the longer run; samples come at the same times as before. Raises InputError where
     the run has already reached its end."""
     settings = scene.settings

@@ -14,8 +14,7 @@ from typing import Any, ParamSpec, SupportsFloat, TypeAlias, TypeVar
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.fields.option_numbers import given_number
 from mbproj.scene.fields.quantities import Number
-from mbproj.scene.read import read_scene, read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene, read_scene, read_scene_text
 from mbproj.scene.settings import with_options
 
 Given: TypeAlias = "Scene | str | Path | Mapping[str, object]"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from mbproj.api.arguments import Given, Quantity, amount, by_arguments, count_of, names_of, scene_of
 from mbproj.api.places import reference_of, steady_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError, Place, Problem
 from mbproj.linear import modes as of_modes
 from mbproj.linear.equilibrium import find
@@ -17,9 +18,8 @@ from mbproj.linear.equilibrium.steady import refuse_unsteady
 from mbproj.linear.modes import Modes
 from mbproj.linear.root_loci import RootLocus, trace
 from mbproj.linear.state_space.model import LinearModel, linear_model
-from mbproj.model import compile_system
 from mbproj.registry import SCENE_START
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.settings import placed_in
 
 _NOTHING: Mapping[str, object] = {}

@@ -8,11 +8,10 @@ from typing import TypeAlias
 
 from mbproj.api.arguments import Given, by_arguments, scene_of
 from mbproj.api.run import run
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError, Place, Problem
-from mbproj.model import compile_system
 from mbproj.results import Results, open_results
-from mbproj.scene.read import read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene, read_scene_text
 from mbproj.scene.settings import placed_in
 from mbproj.studies.inverse.given_motion import GivenMotion, from_csv, from_results
 from mbproj.studies.inverse.loads import ActuatorLoads, loads_of_given, loads_of_results

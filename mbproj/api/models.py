@@ -19,8 +19,7 @@ from mbproj.formats.signals import read_pose, signals_of
 from mbproj.report_schema.reports import REPORTS
 from mbproj.report_schema.schema import report_schema
 from mbproj.results.views.table import Table, Tabled
-from mbproj.scene.read import read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene, read_scene_text
 from mbproj.scene.schema import scene_schema
 from mbproj.scene.text.nodes import flow, from_value
 from mbproj.templates import TEMPLATES, scene_text

@@ -20,7 +20,7 @@ from mbproj.registry import LINEARISED_AT, SCENE_START, STEADY
 from mbproj.results import open_results
 from mbproj.scene.fields.option_numbers import given_number
 from mbproj.scene.fields.quantities import Number
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 
 def reference_of(

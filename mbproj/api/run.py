@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbproj.api.arguments import Given, by_arguments, refuse_earlier_names, scene_of
+from mbproj.api.results import Results
 from mbproj.api.settings import RunSettings, options_of, with_settings
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError, Place, Problem, placed_at, warn_caller
 from mbproj.integrate.simulate import Progress
 from mbproj.integrate.stepwise import Stepwise
-from mbproj.model import compile_system
-from mbproj.results import Results, open_own_results
+from mbproj.results.reader import opened_own
 from mbproj.runs.record import Acting, Certificate, Earlier, record_run, start_of
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.settings import placed_in, settings_to_run
 
 if TYPE_CHECKING:
@@ -136,4 +137,4 @@ def _recorded(
     doubts = [note.text for note in run.notes if note.doubts_motion]
     if doubts:
         warn_caller("\n".join(doubts))
-    return open_own_results(path)
+    return opened_own(path, Results)

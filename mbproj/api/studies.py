@@ -22,20 +22,20 @@ from mbproj.api.arguments import (
 )
 from mbproj.api.settings import RunSettings, options_of, with_settings
 from mbproj.results import Verification
-from mbproj.studies.compare import comparison
 from mbproj.studies.compare.comparison import PROJECTIONS_COMPARED, Comparison
+from mbproj.studies.compare.comparison import compare as compare_settings
 from mbproj.studies.measure.timing import REPETITIONS
 from mbproj.studies.parallel.client import Cluster, workplace
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.recommend import recommendation
 from mbproj.studies.recommend.recommendation import Recommendation
-from mbproj.studies.stability import bisection
+from mbproj.studies.recommend.recommendation import recommend as cheapest_setting
 from mbproj.studies.stability.bisection import POINTS, StabilityMap
+from mbproj.studies.stability.bisection import stability as map_stability
 from mbproj.studies.stability.judge import Limits
 from mbproj.studies.stability.quantities import quantity_named
 from mbproj.studies.threshold import ThresholdStudy, threshold_study
-from mbproj.studies.tradeoff import ladders
 from mbproj.studies.tradeoff.ladders import PROJECTIONS_TRIED
+from mbproj.studies.tradeoff.ladders import tradeoff as measure_tradeoff
 from mbproj.studies.tradeoff.result import Tradeoff
 from mbproj.studies.verify import checks
 
@@ -74,7 +74,7 @@ def compare(
     setting that fails is a row.
     """
     with by_arguments():
-        return comparison.compare(
+        return compare_settings(
             scene_of(scene, parameters, {}),
             projections=names_of(projections),
             integrators=_names(integrators),
@@ -118,7 +118,7 @@ def recommend(
         what = scene_of(scene, parameters, {"output_step": output_step})
         goal = amount(error, "error", "m", above=0.0)
         where = workplace(jobs, scheduler, scheduler_file)
-        return recommendation.recommend(what, goal, names_of(at), _time(until), timed, fresh, progress, where)
+        return cheapest_setting(what, goal, names_of(at), _time(until), timed, fresh, progress, where)
 
 
 @refuse_earlier_names
@@ -147,7 +147,7 @@ def tradeoff(
     finished one gives the same tables again, unless `fresh`. Raises InputError for what cannot be run at all.
     """
     with by_arguments():
-        return ladders.tradeoff(
+        return measure_tradeoff(
             scene_of(scene, parameters, {}),
             projections=names_of(projections),
             integrators=_names(integrators),
@@ -229,7 +229,7 @@ def stability(
         unit = quantity_named(vary).unit
         bounds = {"closed": closed, "energy": energy}
         given = {name: amount(value, name, "", above=0.0) for name, value in bounds.items() if value is not None}
-        return bisection.stability(
+        return map_stability(
             scene_of(
                 scene, parameters, options_of(settings, "stability", "vary", "projections", "points", "low", "high")
             ),

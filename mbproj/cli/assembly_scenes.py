@@ -6,15 +6,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import assemble, moved_by
 from mbproj.dynamics.assembly.assemblies import Assemblies, Assembly
 from mbproj.errors import InputError, Place, Problem
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.model import System, initial_guess
 from mbproj.model.system import Conditions
 from mbproj.output_files import SCENE, make_folder, write_text
 from mbproj.pages.appearance.motion import motion_at
 from mbproj.scene import read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.text.rewrite import Changes, with_changes
 from mbproj.thresholds import THRESHOLDS
 

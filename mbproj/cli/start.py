@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from mbproj.integrate.stops.resting import RubsAtStart
     from mbproj.integrate.stops.start import AtStart
     from mbproj.model import System
-    from mbproj.scene import Scene
+    from mbproj.scene.read import Scene
 
 FORMATS = ("png", "svg", "pdf", "html")
 

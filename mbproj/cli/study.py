@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from mbproj import output_files
 from mbproj.cli.figure_options import check_picture
 from mbproj.cli.report.progress import telling
 from mbproj.cli.report.text import json_text
 from mbproj.cli.study_options import where_of
-from mbproj.output_files import check_replaceable, make_folder
+from mbproj.output_files import JUNIT, FileKind, check_replaceable, csv, make_folder, picture, write_csv, write_text
 from mbproj.output_files.written_table import check_table, write_table
 
 if TYPE_CHECKING:
@@ -50,8 +49,8 @@ class Study:
         if stem:
             self.stem, ending = make_folder(take("output"), OTHER_FOLDER) / stem, take("ending")
             self._table, self._figure = Path(f"{self.stem}.csv"), Path(f"{self.stem}.{ending}")
-            self.check(self._table, output_files.csv(first))
-            self.check(self._figure, output_files.picture(ending))
+            self.check(self._table, csv(first))
+            self.check(self._figure, picture(ending))
         check_table(self._for_paper, first, force=self.force)
 
     @property
@@ -64,7 +63,7 @@ class Study:
         """Whether the report is a table for people, which neither --json nor --quiet replaces."""
         return not (self._as_json or self.quiet)
 
-    def check(self, path: Path, kind: output_files.FileKind) -> None:
+    def check(self, path: Path, kind: FileKind) -> None:
         """Raise InputError where a file of the study's folder must not be replaced."""
         check_replaceable(path, kind, force=self.force, hint=OTHER_FOLDER)
 
@@ -72,7 +71,7 @@ class Study:
         """Write the report for a pipeline, if --junit names one. An empty one, written before the work begins, shows
         whether it can be."""
         if self._junit is not None:
-            output_files.write_text(self._junit, text(), output_files.JUNIT, force=self.force, hint=OTHER_REPORT)
+            write_text(self._junit, text(), JUNIT, force=self.force, hint=OTHER_REPORT)
 
     def telling(self, hidden: bool = False) -> AbstractContextManager[Tell]:
         """Show the progress while the block runs, unless it is `hidden`, or --quiet is given."""
@@ -105,8 +104,8 @@ class Study:
         named: list[Path] = []
         said = list(notes)
         if self._table is not None:
-            csv, force = (self._table, table.headings, table.rows), self.force
-            folder.append(output_files.write_csv(*csv, force=force, hint=OTHER_FOLDER))
+            written = write_csv(self._table, table.headings, table.rows, force=self.force, hint=OTHER_FOLDER)
+            folder.append(written)
         folder += beside
         if self._figure is not None and draw is not None:
             page = draw()

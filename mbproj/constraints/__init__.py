@@ -9,35 +9,35 @@ from typing import final
 from mbproj.constraints.primitive import Primitive
 from mbproj.registry import load
 
-#: The module of this package that defines each primitive, and the primitive's class.
+#: The module that defines each primitive, and the primitive's class.
 HOMES: Mapping[str, str] = {
-    "coincident": "basic:Coincident",
-    "perpendicular": "basic:Perpendicular",
-    "along": "basic:Along",
-    "distance": "basic:Distance",
-    "angle": "basic:Angle",
-    "coupling": "coupling:Coupling",
-    "wheel_height": "wheel_height:WheelHeight",
-    "wheel_slip_along": "slip:WheelSlipAlong",
-    "wheel_slip_across": "slip:WheelSlipAcross",
-    "ball_slip": "slip:BallSlip",
-    "edge_slip": "slip:EdgeSlip",
-    "ellipsoid_height": "ellipsoid:EllipsoidHeight",
-    "ellipsoid_slip": "ellipsoid:EllipsoidSlip",
-    "profile": "curves.profile:Profile",
-    "arc": "curves.profile:Arc",
-    "lap": "curves.profile:Lap",
-    "face": "curves.face:Face",
-    "face_place": "curves.face:FacePlace",
-    "face_slip": "curves.face:FaceSlip",
-    "two_curves": "curves.two_curves:Gap",
-    "place_on_first": "curves.two_curves:PlaceOnFirst",
-    "place_on_second": "curves.two_curves:PlaceOnSecond",
-    "slip_of_two": "curves.two_curves:SlipOfTwo",
-    "beside_first": "curves.in_space:BesideFirst",
-    "beside_second": "curves.in_space:BesideSecond",
-    "space_arc": "curves.in_space:SpaceArc",
-    "rope": "rope:Rope",
+    "coincident": "mbproj.constraints.basic:Coincident",
+    "perpendicular": "mbproj.constraints.basic:Perpendicular",
+    "along": "mbproj.constraints.basic:Along",
+    "distance": "mbproj.constraints.basic:Distance",
+    "angle": "mbproj.constraints.basic:Angle",
+    "coupling": "mbproj.constraints.coupling:Coupling",
+    "wheel_height": "mbproj.constraints.wheel_height:WheelHeight",
+    "wheel_slip_along": "mbproj.constraints.slip:WheelSlipAlong",
+    "wheel_slip_across": "mbproj.constraints.slip:WheelSlipAcross",
+    "ball_slip": "mbproj.constraints.slip:BallSlip",
+    "edge_slip": "mbproj.constraints.slip:EdgeSlip",
+    "ellipsoid_height": "mbproj.constraints.ellipsoid:EllipsoidHeight",
+    "ellipsoid_slip": "mbproj.constraints.ellipsoid:EllipsoidSlip",
+    "profile": "mbproj.constraints.curves.profile:Profile",
+    "arc": "mbproj.constraints.curves.profile:Arc",
+    "lap": "mbproj.constraints.curves.profile:Lap",
+    "face": "mbproj.constraints.curves.face:Face",
+    "face_place": "mbproj.constraints.curves.face:FacePlace",
+    "face_slip": "mbproj.constraints.curves.face:FaceSlip",
+    "two_curves": "mbproj.constraints.curves.two_curves:Gap",
+    "place_on_first": "mbproj.constraints.curves.two_curves:PlaceOnFirst",
+    "place_on_second": "mbproj.constraints.curves.two_curves:PlaceOnSecond",
+    "slip_of_two": "mbproj.constraints.curves.two_curves:SlipOfTwo",
+    "beside_first": "mbproj.constraints.curves.in_space:BesideFirst",
+    "beside_second": "mbproj.constraints.curves.in_space:BesideSecond",
+    "space_arc": "mbproj.constraints.curves.in_space:SpaceArc",
+    "rope": "mbproj.constraints.rope:Rope",
 }
 
 
@@ -46,7 +46,7 @@ class _Primitives(Mapping[str, type[Primitive]]):
     """The classes by name. The module of a primitive is imported when somebody first asks for the primitive."""
 
     def __getitem__(self, name: str) -> type[Primitive]:
-        kind: type[Primitive] = load(f"mbproj.constraints.{HOMES[name]}")
+        kind: type[Primitive] = load(HOMES[name])
         return kind
 
     def __iter__(self) -> Iterator[str]:
@@ -64,7 +64,7 @@ _NAMES = {home: name for name, home in HOMES.items()}
 
 def name_of(kind: type[Primitive]) -> str:
     """The name of a primitive, or that of its class where it is none of PRIMITIVES."""
-    return _NAMES.get(f"{kind.__module__.removeprefix('mbproj.constraints.')}:{kind.__name__}", kind.__name__)
+    return _NAMES.get(f"{kind.__module__}:{kind.__name__}", kind.__name__)
 
 
 __all__ = ["PRIMITIVES", "Primitive", "name_of"]

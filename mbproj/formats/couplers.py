@@ -17,8 +17,8 @@ ROUNDED = 1e-4
 def without_refused(mechanism: ImportedMechanism, version: str) -> tuple[str, list[Problem]]:
     """The text of the scene without the couplers that its compilation refuses, and the other problems of compiling
     it."""
-    from mbproj.dynamics.assembly.adjust import needed, rounded_up
-    from mbproj.model import compile_system, initial_guess
+    from mbproj.dynamics.assembly.adjust import compile_system, needed, rounded_up
+    from mbproj.model import initial_guess
     from mbproj.scene import read_scene_text
 
     _say_open(mechanism)

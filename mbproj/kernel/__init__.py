@@ -47,7 +47,7 @@ def _loaded() -> ModuleType | str:
     """The extension, or why there is none."""
     if left_out():
         return "MBPROJ_KERNEL leaves it out"
-    name = f"{__name__}._core"
+    name = "mbproj.kernel._core"
     try:
         return import_module(name)
     except ImportError as error:

@@ -19,7 +19,7 @@ from mbproj.linear.equilibrium.started import start_state
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 from mbproj.results.record import Results
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.thresholds import THRESHOLDS
 

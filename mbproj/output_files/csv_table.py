@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Sequence
+from csv import writer as csv_writer
 from pathlib import Path
 
 from mbproj.control_characters import escaped
@@ -30,7 +30,7 @@ def write_csv(
         replacing(path, kind or kinds.csv(headings), force=force, hint=hint) as draft,
         draft.open("w", encoding="utf-8", newline="") as file,
     ):
-        writer = csv.writer(file, lineterminator="\n")
+        writer = csv_writer(file, lineterminator="\n")
         writer.writerow([_cell(heading, form) for heading in headings])
         numbers = ",".join([f"%{form}"] * len(headings)) + "\n"
         for row in rows:

@@ -8,8 +8,7 @@ from typing import Any
 
 from mbproj.errors import InputError, Place, Problem
 from mbproj.scene.grammar import SCENE
-from mbproj.scene.read import read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene, read_scene_text
 
 #: The name in messages of a scene that was built.
 NAME = "Scene.build"

@@ -8,8 +8,7 @@ from typing import Any
 from mbproj.report_schema import ALWAYS, ANY_NAME, COMPLETE, Fact
 from mbproj.report_schema.info import ATTRIBUTES
 from mbproj.report_schema.reports import REPORTS
-
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
+from mbproj.scene.fields.fields import DIALECT
 
 
 def report_schema(name: str) -> dict[str, Any]:

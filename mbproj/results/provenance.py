@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import os
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
@@ -17,14 +17,15 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from mbproj.errors import Place
+from mbproj.errors import InputError, Place, Problem
 from mbproj.results.file.checksums import crc32, describe, stamp
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.whole import create_text
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene.read import Scene, read_scene_text
+from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
 from mbproj.version import __version__
 
@@ -170,3 +171,14 @@ def meshes(contents: Contents) -> dict[str, TriangleMesh]:
             raise contents.damaged(name, "is no mesh")
         by_body[body] = TriangleMesh(vertices, corners)
     return by_body
+
+
+def scene_again(
+    text: str, stood: Path | None, overrides: Mapping[str, str], bodies: Sequence[str], path: Path
+) -> Scene:
+    """The scene of the file at `path`, read again. Raises InputError where its bodies are not `bodies`."""
+    scene = read_scene_text(text, str(stood or path), overrides)
+    if tuple(body.name for body in scene.bodies) != tuple(bodies):
+        message = f"the bodies of '{path}' are not those of the scene in it"
+        raise InputError(Problem(message, hint="repeat the run: the file is damaged, or was put together by hand"))
+    return scene

@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from mbproj.errors import InputError, Problem
+from mbproj.registry import load
 from mbproj.results.faults import damaged, just_begun, not_ours
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.lock import is_locked
@@ -15,7 +16,7 @@ from mbproj.results.file.opening import open_file
 from mbproj.results.files import part_path
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, datasets_for, trailing
 from mbproj.results.members import ShownPart
-from mbproj.results.record import Results
+from mbproj.results.record import Results, Same
 from mbproj.results.trust import better_samples
 
 #: A run that begins or ends changes its file within milliseconds: so often it is opened again, after a pause in s.
@@ -40,16 +41,23 @@ BESIDE_SAMPLES = (
 
 
 def open_results(path: Path | str) -> Results:
+    """Open the results at `path`; see `opened`."""
+    return opened(path, Results)
+
+
+def opened(path: Path | str, kind: type[Same]) -> Same:
     """Open the results at `path`, or those at `path`.part where a run was killed or still goes on (then `.partial`).
 
     Raises InputError where there is no file, or it is no results file, of another schema version, cut short or damaged.
     """
-    import mbproj.results.verification  # noqa: F401  (here: a child would import it anew for each file)
+    load("mbproj.results.verification:Verification")  # here: a child would import it anew for each file
 
     for more in reversed(range(TRIALS)):
         existing = _existing(Path(path))
         try:
-            return _results(open_file(existing, lambda contents: _look_at_all(_checked(contents)), "results"))
+            return _results(
+                open_file(existing, lambda contents: _look_at_all(_checked(contents, Results)), "results"), kind
+            )
         except InputError as error:
             is_changing = is_locked(existing) or not existing.exists()
             if is_changing and not more:
@@ -61,13 +69,18 @@ def open_results(path: Path | str) -> Results:
 
 
 def open_own_results(path: Path | str) -> Results:
+    """Open results that this process has just written; see `opened_own`."""
+    return opened_own(path, Results)
+
+
+def opened_own(path: Path | str, kind: type[Same]) -> Same:
     """Open results that this process has just written, without the child process that reads others first."""
-    return _results(open_file(Path(path), lambda contents: None), own=True)
+    return _results(open_file(Path(path), lambda contents: None), kind, own=True)
 
 
-def _results(contents: Contents, *, own: bool = False) -> Results:
+def _results(contents: Contents, kind: type[Same], *, own: bool = False) -> Same:
     try:
-        return _checked(contents, own=own)
+        return _checked(contents, kind, own=own)
     except BaseException:
         contents.close()
         raise
@@ -104,7 +117,7 @@ def _existing(path: Path) -> Path:
     return existing
 
 
-def _checked(contents: Contents, *, own: bool = False) -> Results:
+def _checked(contents: Contents, kind: type[Same], *, own: bool = False) -> Same:
     """The results. Raises InputError where parts are missing or do not fit together. In a file of this process, `own`,
     datasets are checked only when they are read."""
     attributes, path = contents.attributes(), contents.path
@@ -118,7 +131,7 @@ def _checked(contents: Contents, *, own: bool = False) -> Results:
         raise damaged(path, "it has no status")
     names = {kind: _names(contents, kind) for kind in ALL_NAMES}
     samples = contents.rows("time", ()) if own else _samples(contents, _sizes(contents, names))
-    return Results(contents, MappingProxyType(attributes), names, ShownPart(slice(0, samples), {}))
+    return kind(contents, MappingProxyType(attributes), names, ShownPart(slice(0, samples), {}))
 
 
 def _names(contents: Contents, kind: str) -> tuple[str, ...]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from copy import copy
-from importlib import import_module
 from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar, final
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,133 +26,16 @@ from mbproj.results.file.contents import Contents, KeptArrays
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, MARKS, Dataset, datasets_for, trailing
 from mbproj.results.loads import stored
 from mbproj.results.loads.largest import Load
-from mbproj.results.members import Coordinate, Over
+from mbproj.results.members import Over
 from mbproj.results.notes import Note
 from mbproj.results.provenance import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
-from mbproj.scene.records import Scene, Settings, Vector
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings, Vector
 
 if TYPE_CHECKING:
     from mbproj.results.verification import Verification
     from mbproj.scene.meshes import TriangleMesh
-
-# --- `Shown`: views of `Results` beside arrays ------------------------------------------------------------------------
-# Text for a prompt, tables for pandas and xarray, pictures, a page.
-
-
-Same = TypeVar("Same", bound="Shown")
-
-
-class Shown(ABC):
-    """The part of `Results` that displays it. Drawing is imported when it is used: it belongs to folders above."""
-
-    contents: Contents
-    attributes: Mapping[str, Any]
-    #: The abscissa of pictures, where that is not time.
-    shown_over: Over | None = None
-
-    @abstractmethod
-    def __getitem__(self, path: str) -> npt.NDArray[Any]: ...
-
-    def __contains__(self, path: object) -> bool:
-        """Whether the file has an array of the layout at a path, as "joints/coordinate"."""
-        return any(path == dataset.path for dataset in self.datasets) or (
-            path in MARKS and self.contents.has(str(path))
-        )
-
-    @abstractmethod
-    def names(self, kind: str) -> tuple[str, ...]:
-        """The names of the columns of a kind."""
-
-    @property
-    @abstractmethod
-    def datasets(self) -> tuple[Dataset, ...]:
-        """The datasets of the layout that the file has."""
-
-    @property
-    @abstractmethod
-    def time(self) -> Array:
-        """The times of the samples (T,), in s."""
-
-    @abstractmethod
-    def coordinate(self, name: str) -> Coordinate:
-        """A joint coordinate by its full name."""
-
-    def over(self: Same, name: str, *, modulo: bool = False, of: Shown | None = None) -> Same:
-        """These results with a joint coordinate, as "A.angle", in place of time as the abscissa of pictures. An angle
-        is in degrees, with `modulo` within a turn. `of` are results of the same samples that have the coordinate, where
-        this view leaves it out. Raises InputError with the nearest name where there is none."""
-        coordinate, shown = (of or self).coordinate(name), copy(self)
-        values = np.degrees(coordinate.value) if coordinate.unit == "rad" else coordinate.value
-        is_turned = modulo and coordinate.unit == "rad"
-        shown.shown_over = Over(
-            name, coordinate.unit, values % 360.0 if is_turned else values, coordinate.speed, is_turned
-        )
-        return shown
-
-    @property
-    def abscissa(self) -> Array:
-        """The abscissa (T,) of pictures: time in s, or the coordinate of `over`."""
-        return self.time if self.shown_over is None else self.shown_over.values
-
-    @property
-    @abstractmethod
-    def title(self) -> str:
-        """The title of the scene."""
-
-    @property
-    @abstractmethod
-    def status(self) -> str:
-        """The status of the run, which says how it ended."""
-
-    def __repr__(self) -> str:
-        if not self.contents.is_open:
-            return f"Results of '{self.contents.path}', closed"
-        from mbproj.results.views.summary_text import as_text, rows
-
-        return as_text(self.title, rows(self.status, self.time, self.names, self.attributes))
-
-    def _repr_html_(self) -> str | None:
-        """The HTML that a notebook shows; None for closed results, whose text it shows instead."""
-        if not self.contents.is_open:
-            return None
-        from mbproj.results.views.summary_text import as_html, rows
-
-        return as_html(self.title, rows(self.status, self.time, self.names, self.attributes))
-
-    def to_pandas(self) -> Any:
-        """A DataFrame: the index is time in s, columns are (kind, name, quantity): `["markers"]["tip"]["position_x"]`.
-        `attrs["units"]` has the unit of each column. Raises ImportError where pandas is not installed."""
-        from mbproj.results.views.frames import to_pandas
-
-        return to_pandas(self.datasets, self.names, self.__getitem__)
-
-    def to_xarray(self) -> Any:
-        """A Dataset with the dimensions time, body, joint, marker, ..., all with their names as coordinates. Raises
-        ImportError where xarray is not installed."""
-        from mbproj.results.views.frames import to_xarray
-
-        about = {"title": self.title, "status": self.status}
-        return to_xarray(self.datasets, self.names, self.__getitem__, about)
-
-    @property
-    def scene(self) -> Scene:
-        """The scene of the run, read again. Raises InputError where its bodies are not those of the results."""
-        drawn: Scene = import_module("mbproj.pages.appearance.recorded").scene_of(self)
-        return drawn
-
-    @property
-    def plot(self) -> Any:
-        """The pictures by kind, as `results.plot.reactions("A")`: see `mbproj.api.pictures.Plots`."""
-        return import_module("mbproj.api.pictures").Plots(self)
-
-    def animate(self) -> Any:
-        """The page of `mbproj animate`, which a notebook shows: see `mbproj.api.pictures.Page`."""
-        return import_module("mbproj.api.pictures").page(self)
-
-
-# --- The results of a run ---------------------------------------------------------------------------------------------
-
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in ALL_NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *LATER)})
@@ -163,8 +44,10 @@ BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (
 SAME_TIME = 1e-9
 
 
-@final
-class Results(Shown):
+Same = TypeVar("Same", bound="Results")
+
+
+class Results:
     """A run's results: `results["bodies/position"]`, `results.time`, `results.marker("tip").position`, ...
 
     Arrays are read from the file on first use, cached up to a size, and read-only. The file stays open until `close` or
@@ -172,6 +55,9 @@ class Results(Shown):
     that was killed or still goes on. Damage that shows only when an array is read raises InputError, as in
     `open_results`.
     """
+
+    #: The abscissa of pictures, where that is not time.
+    shown_over: Over | None = None
 
     def __init__(
         self,
@@ -186,7 +72,7 @@ class Results(Shown):
         self.partial = self.path.name.endswith(".part")
         self.attributes = attributes
 
-    def __enter__(self) -> Results:
+    def __enter__(self: Same) -> Same:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -312,14 +198,14 @@ class Results(Shown):
         return names.index(name)
 
     def select(
-        self,
+        self: Same,
         *,
         start: float = -np.inf,
         stop: float = np.inf,
         markers: Sequence[str] | None = None,
         joints: Sequence[str] | None = None,
         acting: Sequence[str] | None = None,
-    ) -> Results:
+    ) -> Same:
         """The part of these results with start <= time <= stop, these markers and joints, and those forces, motions,
         stops and frictions named in `acting`; None: all. The name of a force selects all of its coordinates."""
         columns = dict(self._view.columns)
@@ -336,7 +222,67 @@ class Results(Shown):
         slack = SAME_TIME * float(np.max(np.abs(time), initial=0.0))
         low, high = np.searchsorted(time, start - slack, "left"), np.searchsorted(time, stop + slack, "right")
         view = members.ShownPart(slice(first + int(low), first + max(int(low), int(high))), columns)
-        return Results(self.contents, self.attributes, self._all_names, view)
+        return type(self)(self.contents, self.attributes, self._all_names, view)
+
+    def __contains__(self, path: object) -> bool:
+        """Whether the file has an array of the layout at a path, as "joints/coordinate"."""
+        return any(path == dataset.path for dataset in self.datasets) or (
+            path in MARKS and self.contents.has(str(path))
+        )
+
+    def over(self: Same, name: str, *, modulo: bool = False, of: Results | None = None) -> Same:
+        """These results with a joint coordinate, as "A.angle", in place of time as the abscissa of pictures. An angle
+        is in degrees, with `modulo` within a turn. `of` are results of the same samples that have the coordinate, where
+        this view leaves it out. Raises InputError with the nearest name where there is none."""
+        coordinate, shown = (of or self).coordinate(name), copy(self)
+        values = np.degrees(coordinate.value) if coordinate.unit == "rad" else coordinate.value
+        is_turned = modulo and coordinate.unit == "rad"
+        shown.shown_over = Over(
+            name, coordinate.unit, values % 360.0 if is_turned else values, coordinate.speed, is_turned
+        )
+        return shown
+
+    @property
+    def abscissa(self) -> Array:
+        """The abscissa (T,) of pictures: time in s, or the coordinate of `over`."""
+        return self.time if self.shown_over is None else self.shown_over.values
+
+    def __repr__(self) -> str:
+        if not self.contents.is_open:
+            return f"Results of '{self.contents.path}', closed"
+        from mbproj.results.views.summary_text import as_text, rows
+
+        return as_text(self.title, rows(self.status, self.time, self.names, self.attributes))
+
+    def _repr_html_(self) -> str | None:
+        """The HTML that a notebook shows; None for closed results, whose text it shows instead."""
+        if not self.contents.is_open:
+            return None
+        from mbproj.results.views.summary_text import as_html, rows
+
+        return as_html(self.title, rows(self.status, self.time, self.names, self.attributes))
+
+    def to_pandas(self) -> Any:
+        """A DataFrame: the index is time in s, columns are (kind, name, quantity): `["markers"]["tip"]["position_x"]`.
+        `attrs["units"]` has the unit of each column. Raises ImportError where pandas is not installed."""
+        from mbproj.results.views.frames import to_pandas
+
+        return to_pandas(self.datasets, self.names, self.__getitem__)
+
+    def to_xarray(self) -> Any:
+        """A Dataset with the dimensions time, body, joint, marker, ..., all with their names as coordinates. Raises
+        ImportError where xarray is not installed."""
+        from mbproj.results.views.frames import to_xarray
+
+        about = {"title": self.title, "status": self.status}
+        return to_xarray(self.datasets, self.names, self.__getitem__, about)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene of the run, read again. Raises InputError where its bodies are not those of the results."""
+        from mbproj.results.provenance import scene_again
+
+        return scene_again(self.scene_text, self.scene_path, self.overrides, self.names("bodies"), self.path)
 
     def _positions(self, symbol: str, chosen: Sequence[int]) -> Integers:
         """The numbers of columns in the file, for those in this view."""

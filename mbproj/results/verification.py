@@ -24,7 +24,7 @@ from mbproj.results.files import part_path
 from mbproj.results.layout import FORMAT
 from mbproj.results.views.table import Table, Tabled
 from mbproj.sandbox import try_in_sandbox
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.version import __version__
 
 GROUP = "verification"

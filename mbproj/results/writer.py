@@ -49,7 +49,7 @@ from mbproj.results.loads.stored import recorded_loads
 from mbproj.results.provenance import Attribute, root_attributes, write_scene
 from mbproj.results.trust import Trust
 from mbproj.sandbox import distrust, trust
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 if TYPE_CHECKING:
     from mbproj.results.record import Results

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 import numpy as np
 
 from mbproj.dataclass import brief, dataclass
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import State, assemble
 from mbproj.dynamics.equations.round_off import EPSILON, HARDLY_ANY
 from mbproj.dynamics.rank.uniqueness import unique_components
@@ -19,13 +20,13 @@ from mbproj.integrate.interruption import interruption
 from mbproj.integrate.reporting.report import Report, summary
 from mbproj.integrate.simulate import Keep, Progress, simulate
 from mbproj.model.compile.guess import initial_guess
-from mbproj.model.compile.mechanism import compile_system
 from mbproj.model.system import System
 from mbproj.registry import EQUILIBRIUM, is_explicit
 from mbproj.results.notes import KEY, Note, as_attribute
 from mbproj.results.writer import ResultsWriter
 from mbproj.scene.blocks.oversights import notes_on as notes_on_scene
-from mbproj.scene.records import JointForce, Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import JointForce, Settings
 from mbproj.scene.settings import placed_in, settings_to_run
 from mbproj.scene.stops import PlaneStop
 from mbproj.thresholds import THRESHOLDS

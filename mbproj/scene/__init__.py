@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mbproj.registry import lazily
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
     from mbproj.scene.read import read_scene, read_scene_text

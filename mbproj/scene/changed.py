@@ -8,8 +8,7 @@ from dataclasses import replace
 from html import escape
 
 from mbproj.errors import Place
-from mbproj.scene.read import read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene, read_scene_text
 from mbproj.scene.settings import merge, place_of, settings_of, values_of
 from mbproj.scene.text.changes import changed
 from mbproj.scene.text.document import compose

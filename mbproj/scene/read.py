@@ -1,4 +1,4 @@
-"""Scene file -> Scene, or an InputError with all of its problems."""
+"""A scene: read from a file, a text or parts, or an InputError with all problems; changed, written and shown."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import gc
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
-from functools import partial
+from dataclasses import field, replace
+from functools import cached_property, partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from mbproj.cases import cases_in
+from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem
 from mbproj.registry import calling, load
 from mbproj.scene.blocks.coordinates import with_coordinates
@@ -19,7 +21,7 @@ from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
 from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading, declares_units, in_text_order, items_of, number_at
 from mbproj.scene.grammar import SCENE
-from mbproj.scene.records import Force, Joint, JointForce, KeyPath, Scene, Settings
+from mbproj.scene.records import Body, Expectation, Force, Joint, JointForce, KeyPath, Marker, Motion, Settings, Vector
 from mbproj.scene.settings import Merged, by_name, check_settings, merge, place_of, read_options, settings_of
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import (
@@ -34,7 +36,9 @@ from mbproj.scene.text.nodes import (
 from mbproj.scene.text.source import MAX_BYTES, read_text
 
 if TYPE_CHECKING:
-    from mbproj.functions.curves.track import Track
+    from mbproj.elements import Element
+    from mbproj.elements.controlled import Controller, ScalarState, Signal
+    from mbproj.functions.curves.track import SpaceTrack, Track
     from mbproj.scene.text.reading_cache import ReadingCache
 
 #: The blocks whose expressions may name signals, states and coordinates.
@@ -42,6 +46,97 @@ WITH_EXPRESSIONS = ("forces", "signals", "states", "controllers")
 _NOTHING: Mapping[str, Any] = {}
 #: The most characters of a text that stays in memory after it was read.
 KEPT_CHARACTERS = 100_000
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere). `overrides` are
+    the changes of --set, `places` the place of each key, `notes` those on legal input that may be a mistake. `elements`
+    come from Python; the file has none."""
+
+    title: str
+    gravity: Vector
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    markers: tuple[Marker, ...]
+    parameters: Mapping[str, float]
+    settings: Settings
+    text: str = field(repr=False)
+    path: Path | None
+    overrides: Mapping[str, str]
+    places: Mapping[KeyPath, Place] = field(repr=False, compare=False)
+    forces: tuple[Force, ...] = ()
+    motions: tuple[Motion, ...] = ()
+    expectations: tuple[Expectation, ...] = ()
+    notes: tuple[Problem, ...] = field(default=(), repr=False, compare=False)
+    signals: tuple[Signal, ...] = ()
+    states: tuple[ScalarState, ...] = ()
+    controllers: tuple[Controller, ...] = ()
+    elements: tuple[Element, ...] = ()
+    curves: tuple[Track | SpaceTrack, ...] = ()
+
+    def place(self, *path: str | int) -> Place | None:
+        """The place of the value at `path`, or of the nearest value around it."""
+        for length in range(len(path), -1, -1):
+            if path[:length] in self.places:
+                return self.places[path[:length]]
+        return None
+
+    @cached_property
+    def given_settings(self) -> Mapping[str, object]:
+        """The settings that Python gave beside those of the text, by name."""
+        from mbproj.scene.changed import given_settings
+
+        return given_settings(self)
+
+    @staticmethod
+    def build(
+        *,
+        bodies: Mapping[str, object],
+        gravity: Sequence[object],
+        curves: Mapping[str, object] | None = None,
+        joints: Mapping[str, object] | None = None,
+        forces: Mapping[str, object] | None = None,
+        motions: Mapping[str, object] | None = None,
+        signals: Mapping[str, object] | None = None,
+        states: Mapping[str, object] | None = None,
+        controllers: Mapping[str, object] | None = None,
+        markers: Mapping[str, object] | None = None,
+        expect: Mapping[str, object] | None = None,
+        parameters: Mapping[str, object] | None = None,
+        simulation: Mapping[str, object] | None = None,
+        title: str | None = None,
+    ) -> Scene:
+        """The scene of these blocks, each of items by name: `mbproj.Body(...)` and others, or mappings. Numbers may be
+        of NumPy, text with a unit, expressions. Raises InputError, whose problems name the arguments."""
+        blocks = locals()
+        from mbproj.parts.build import build
+
+        return build(blocks)
+
+    def with_(self, changes: Mapping[str, object] = MappingProxyType({}), /, **named: object) -> Scene:
+        """The scene with other parameters, or values by their paths: `scene.with_(**{"bodies.bar3.mass": 2})`. Settings
+        that were given in Python stay. Raises InputError as `read_scene`."""
+        from mbproj.scene.changed import with_changes
+
+        return with_changes(self, {**changes, **named})
+
+    def __repr__(self) -> str:
+        from mbproj.scene.changed import as_text
+
+        return as_text(self)
+
+    def _repr_html_(self) -> str:
+        from mbproj.scene.changed import as_html
+
+        return as_html(self)
+
+    def to_yaml(self) -> str:
+        """A text from which the same scene is read: its own text, or one with its changes. Raises ValueError where the
+        scene has elements from Python."""
+        from mbproj.scene.changed import to_yaml
+
+        return to_yaml(self)
 
 
 def read_scene(

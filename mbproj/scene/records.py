@@ -2,23 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import field
-from functools import cached_property
-from importlib import import_module
-from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from mbproj.dataclass import dataclass
-from mbproj.errors import Place, Problem
 from mbproj.settings import ProjectionSettings as ProjectionSettings
 from mbproj.settings import Settings as Settings
 
 if TYPE_CHECKING:
-    from mbproj.elements import Element, Kind
-    from mbproj.elements.controlled import Controller, ScalarState, Signal
-    from mbproj.functions.curves.track import SpaceTrack, Track
+    from mbproj.elements import Kind
     from mbproj.functions.program import Program
     from mbproj.scene.appearance import Appearance, PlacedShape
     from mbproj.scene.coupled import Coupled
@@ -249,82 +242,3 @@ class Expectation:
     above: float | None = None
     over: str = ""
     between: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Scene:
-    """A whole scene file. `text` is the file as read, `path` its path (None for text from elsewhere). `overrides` are
-    the changes of --set, `places` the place of each key, `notes` those on legal input that may be a mistake. `elements`
-    come from Python; the file has none."""
-
-    title: str
-    gravity: Vector
-    bodies: tuple[Body, ...]
-    joints: tuple[Joint, ...]
-    markers: tuple[Marker, ...]
-    parameters: Mapping[str, float]
-    settings: Settings
-    text: str = field(repr=False)
-    path: Path | None
-    overrides: Mapping[str, str]
-    places: Mapping[KeyPath, Place] = field(repr=False, compare=False)
-    forces: tuple[Force, ...] = ()
-    motions: tuple[Motion, ...] = ()
-    expectations: tuple[Expectation, ...] = ()
-    notes: tuple[Problem, ...] = field(default=(), repr=False, compare=False)
-    signals: tuple[Signal, ...] = ()
-    states: tuple[ScalarState, ...] = ()
-    controllers: tuple[Controller, ...] = ()
-    elements: tuple[Element, ...] = ()
-    curves: tuple[Track | SpaceTrack, ...] = ()
-
-    def place(self, *path: str | int) -> Place | None:
-        """The place of the value at `path`, or of the nearest value around it."""
-        for length in range(len(path), -1, -1):
-            if path[:length] in self.places:
-                return self.places[path[:length]]
-        return None
-
-    @cached_property
-    def given_settings(self) -> Mapping[str, object]:
-        """The settings that Python gave beside those of the text, by name."""
-        return dict(import_module("mbproj.scene.changed").given_settings(self))
-
-    @staticmethod
-    def build(
-        *,
-        bodies: Mapping[str, object],
-        gravity: Sequence[object],
-        curves: Mapping[str, object] | None = None,
-        joints: Mapping[str, object] | None = None,
-        forces: Mapping[str, object] | None = None,
-        motions: Mapping[str, object] | None = None,
-        signals: Mapping[str, object] | None = None,
-        states: Mapping[str, object] | None = None,
-        controllers: Mapping[str, object] | None = None,
-        markers: Mapping[str, object] | None = None,
-        expect: Mapping[str, object] | None = None,
-        parameters: Mapping[str, object] | None = None,
-        simulation: Mapping[str, object] | None = None,
-        title: str | None = None,
-    ) -> Scene:
-        """The scene of these blocks, each of items by name: `mbproj.Body(...)` and others, or mappings. Numbers may be
-        of NumPy, text with a unit, expressions. Raises InputError, whose problems name the arguments."""
-        return import_module("mbproj.parts.build").build(locals())
-
-    def with_(self, changes: Mapping[str, object] = MappingProxyType({}), /, **named: object) -> Scene:
-        """The scene with other parameters, or values by their paths: `scene.with_(**{"bodies.bar3.mass": 2})`. Settings
-        that were given in Python stay. Raises InputError as `read_scene`."""
-        changed: Scene = import_module("mbproj.scene.changed").with_changes(self, {**changes, **named})
-        return changed
-
-    def __repr__(self) -> str:
-        return str(import_module("mbproj.scene.changed").as_text(self))
-
-    def _repr_html_(self) -> str:
-        return str(import_module("mbproj.scene.changed").as_html(self))
-
-    def to_yaml(self) -> str:
-        """A text from which the same scene is read: its own text, or one with its changes. Raises ValueError where the
-        scene has elements from Python."""
-        return str(import_module("mbproj.scene.changed").to_yaml(self))

@@ -7,8 +7,7 @@ YAML takes for true, false or null has to be quoted where it is not a key.
 
 from __future__ import annotations
 
-from mbproj.report_schema.schema import DIALECT
-from mbproj.scene.fields.fields import Schema
+from mbproj.scene.fields.fields import DIALECT, Schema
 from mbproj.scene.grammar import SCENE
 
 

@@ -12,11 +12,12 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.errors import SimulationError
 from mbproj.integrate.simulate import simulate
 from mbproj.mechanisms_folder import mechanism
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene, settings_to_run
 
 #: The methods of Figs. 4-5 and 9-10, by their names in the paper's legends.

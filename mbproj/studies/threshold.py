@@ -16,7 +16,7 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Problem
 from mbproj.registry import PROJECTIONS
 from mbproj.results.views.table import Table, Tabled
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.measure.accuracy import attempt
 from mbproj.studies.measure.certain import certain_reference
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement

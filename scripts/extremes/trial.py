@@ -16,7 +16,8 @@ from mbproj.integrate import Report
 from mbproj.model import System
 from mbproj.registry import PROJECTIONS
 from mbproj.runs import notes_on
-from mbproj.scene import Scene, read_scene_text
+from mbproj.scene import read_scene_text
+from mbproj.scene.read import Scene
 from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.settings import SETTINGS
 from mbproj.thresholds import THRESHOLDS

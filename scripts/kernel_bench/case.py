@@ -16,7 +16,8 @@ from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import core
 from mbproj.model.planar import NotPlanar, planar_reduction
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 
 #: The step in radians of the highest frequency; steps of a run: as many as keep the work of all runs alike.
 STEP_RADIANS, LEAST_STEPS, MOST_STEPS, BODY_STEPS = 0.1, 128, 5000, 100_000

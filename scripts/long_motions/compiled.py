@@ -12,8 +12,10 @@ from peers.compiled import library
 
 from mbproj.dynamics import assemble
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene.records import Joint, Scene
+from mbproj.model import initial_guess
+from mbproj.dynamics.assembly.adjust import compile_system
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Joint
 
 Array = np.ndarray
 #: A scalar row of two bodies, as the C++ has it.

@@ -22,7 +22,7 @@ from mbproj import (
 )
 from mbproj.dynamics.observe.recorded import Block
 from mbproj.integrate.simulate import Recorder
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from peers.peer import (
     NotConverged,
     Observation,

@@ -11,7 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.scene import read_scene, read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 MECHANISMS = Path(__file__).parents[2] / "mechanisms"
 

@@ -10,7 +10,8 @@ from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block, Observation
 from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 from mbproj.studies.measure.mechanism import Mechanism
 
 SAMPLES = 10

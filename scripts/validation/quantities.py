@@ -19,7 +19,7 @@ from mbproj import Report
 from mbproj.arrays import Array
 from mbproj.model import System
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene import Scene
+from mbproj.scene.read import Scene
 
 #: Where a component stands; a scalar has none.
 COMPONENTS = {"": 0, **dict(zip("xyz", range(3), strict=True)), **{f"e{k}": k for k in range(4)}}

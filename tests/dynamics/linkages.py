@@ -8,8 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj import Scene
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import State, assemble
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.model.system import System
 from mbproj.scene import Body, Joint, Pair
 from tests.support import scene_of

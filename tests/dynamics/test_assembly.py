@@ -9,13 +9,14 @@ import pytest
 
 from mbproj.dynamics import assemble
 from mbproj.dynamics.assembly import gauss_newton
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.assembly.gauss_newton import set_rows, shortest
 from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at, set_velocity
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import Body, Joint, Pair, read_scene, read_scene_text
 from mbproj.thresholds import THRESHOLDS
 from tests.support import ROOT, random_chain, scene_of

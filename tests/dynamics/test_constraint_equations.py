@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.equations.constraint_equations import (
     constraint,
     constraint_acceleration,
@@ -20,7 +21,7 @@ from mbproj.dynamics.equations.motions import drive_at
 from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
 from mbproj.joints import JOINTS
 from mbproj.linear import start_state
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene
 from tests.support import ROOT, random_chain
 

@@ -9,11 +9,12 @@ import pytest
 
 from mbproj import read_scene, settings_to_run
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.observe.recorded import Observer
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.integrate import simulate
 from mbproj.mechanisms_folder import mechanism
-from mbproj.model import compile_system, initial_guess, rotation_matrix
+from mbproj.model import initial_guess, rotation_matrix
 from mbproj.scene import ProjectionSettings, Settings
 from tests.crossed import full
 from tests.support import Recorder, random_chain

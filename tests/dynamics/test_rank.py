@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import mobility
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.rank.mobility import refuse_unsolvable
 from mbproj.dynamics.rank.row_space import row_distances
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.thresholds import THRESHOLDS
 from tests.dynamics.four_bar import parallelogram
 from tests.support import random_body, random_chain, scene_of

@@ -12,11 +12,12 @@ from scipy.integrate import solve_ivp
 from mbproj import Mechanism
 from mbproj.constraints.coupling import Coupling
 from mbproj.dynamics import assemble, second_derivatives, third_derivatives
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.elements import Element, Force, Row, State
 from mbproj.errors import InputError
 from mbproj.functions import COORDINATE, TIME, CubicTable, Curve, Instruction, Op, Program, periodic, variable
 from mbproj.functions.program import apply, number
-from mbproj.model import compile_system, initial_guess, with_elements
+from mbproj.model import initial_guess, with_elements
 from mbproj.studies import CHECKS, Case
 from mbproj.studies.verify.checks import _check
 from tests.crossed import full

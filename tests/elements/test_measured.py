@@ -7,12 +7,13 @@ import pytest
 
 from mbproj import Mechanism
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.elements import Element, Force, Row, State
 from mbproj.errors import InputError
 from mbproj.functions import Instruction, Op, Program, flatten, spline, variable
 from mbproj.integrate import simulate
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess, with_elements
+from mbproj.model import initial_guess, with_elements
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.studies import CHECKS, Case
 from mbproj.studies.verify.checks import _check

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism, solve
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.elements import Element, Row
 from mbproj.errors import InputError
-from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability.bisection import stability

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.integrate import simulate
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess, with_elements
+from mbproj.model import initial_guess, with_elements
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.crossed import full
 from tests.support import Recorder

@@ -61,8 +61,8 @@ def test_kinds_are_listed_without_matplotlib_and_drawn_without_pyplot():
     code = (
         "import sys, mbproj.figures.kinds as k\n"
         "light = {'matplotlib', 'numpy', 'h5py'} & set(sys.modules)\n"
-        "from importlib import import_module\n"
-        "[import_module('mbproj.figures.kinds.' + kind.module) for kind in k.KINDS.values()]\n"
+        "from mbproj.registry import load\n"
+        "[load(kind.draws) for kind in k.KINDS.values()]\n"
         "import mbproj.figures.save\n"
         "print(light, 'matplotlib.pyplot' in sys.modules)"
     )

@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 
 from mbproj.dynamics import MotionAtTime, coordinate_values, pose_of, row_motion, tangent_force, tangent_mass_matrix
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.mechanism import Connection, ImportedMechanism
 from mbproj.integrate import FullFormulation
-from mbproj.model import compile_system, matrix_L
+from mbproj.model import matrix_L
 from mbproj.scene import from_matrix, read_scene_text, to_matrix
 
 

@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from mbproj.dynamics import mobility, pose_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.export.exported import Written
 from mbproj.integrate import FullFormulation
 from mbproj.linear import start_state
-from mbproj.model import compile_system, matrix_L
-from mbproj.scene import Scene, read_scene_text
+from mbproj.model import matrix_L
+from mbproj.scene import read_scene_text
+from mbproj.scene.read import Scene
 from tests.formats.agreement import _y
 
 

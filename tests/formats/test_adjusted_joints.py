@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import mobility, pose_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.linear import start_state
-from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj
 from tests.formats.adjusted_wrist import wrist

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import constraint_at, moved_from_scene, pose_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.formats.geometry import turn
 from mbproj.linear import start_state
-from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 
 SCENE = """

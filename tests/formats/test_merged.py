@@ -7,9 +7,9 @@ import pytest
 
 import mbproj
 from mbproj.dynamics import mobility, pose_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.formats import read_model, scene_text
 from mbproj.linear import start_state
-from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text
 from tests.support import ROOT
 

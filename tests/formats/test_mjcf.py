@@ -7,10 +7,10 @@ import pytest
 
 from mbproj import import_model, run
 from mbproj.dynamics import constraint_at
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.formats.mechanism import Same
 from mbproj.linear import start_state
-from mbproj.model import compile_system
 from mbproj.scene import read_scene_text, to_matrix
 from tests.formats.agreement import agreement
 from tests.support import ROOT

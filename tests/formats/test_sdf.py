@@ -9,10 +9,10 @@ import pytest
 
 from mbproj import check
 from mbproj.dynamics import constraint_at, mobility, pose_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.formats import ImportOptions, read_model, scene_text
 from mbproj.linear import start_state
-from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 from tests.crossed import some
 from tests.formats.agreement import agreement

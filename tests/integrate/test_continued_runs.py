@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import time_events
@@ -16,7 +17,7 @@ from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.numpy_loop import march
 from mbproj.integrate.reporting.marks import Marks
 from mbproj.integrate.reporting.tally import Tally
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from tests.crossed import crossed
 from tests.integrate.state_scenes import bounce

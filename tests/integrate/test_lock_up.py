@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene_text
 from tests.crossed import crossed, full
 from tests.support import Recorder

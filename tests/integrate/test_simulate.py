@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings, output_times, read_scene, whole_steps
 from tests.integrate.wheel import ROUND, spinner

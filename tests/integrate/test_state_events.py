@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.crossed import full
 from tests.integrate.state_scenes import DOOR, bounce, contact_times, door_times, height_at

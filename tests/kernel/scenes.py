@@ -10,10 +10,11 @@ import pytest
 
 from mbproj import Scene
 from mbproj.dynamics import State, assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.integrate import Reduced
 from mbproj.joints import JOINTS
 from mbproj.kernel import build_info, core
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.model import System, initial_guess
 from mbproj.scene import Body, Joint, Pair, read_scene
 from tests.support import (
     MASSLESS,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh
 
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 
 g = 9.81

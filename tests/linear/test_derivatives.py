@@ -33,9 +33,10 @@ from mbproj.dynamics import (
     twist_of,
     velocities,
 )
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.derivatives.tangent import moved
 from mbproj.joints import JOINTS, thread
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene
 from tests.constraints.lines import LINES, WIRES, made
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES

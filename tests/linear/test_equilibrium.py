@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text
 from tests.linear.closed_forms import HEAD, g, turning
 from tests.support import ROOT

@@ -11,6 +11,7 @@ from scipy.linalg import eigh
 
 from mbproj import read_scene_text
 from mbproj.dynamics import MotionAtTime, assemble, constraint_rows, tangent_space
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.linear.bordered import along_tangent_space, tangent_space_of
 from mbproj.linear.equilibrium.started import assembled_start
@@ -18,7 +19,7 @@ from mbproj.linear.independent_rows import independent_rows
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.thresholds import THRESHOLDS
 from tests.kernel.scenes import shared_four_bars
 from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g, turning

@@ -12,6 +12,7 @@ from scipy.io import loadmat
 from scipy.linalg import expm
 from scipy.signal import StateSpace, freqresp
 
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.linear.equilibrium.find import equilibrium
@@ -19,7 +20,6 @@ from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
-from mbproj.model import compile_system
 from mbproj.results import read_model
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.cli.commands import mbproj

@@ -6,12 +6,13 @@ import h5py
 import numpy as np
 import pytest
 
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.stored import stored
-from mbproj.model import compile_system, rotation_matrix
+from mbproj.model import rotation_matrix
 from mbproj.results import LAYOUT, read_modes, write_modes
 from mbproj.scene import read_scene_text
 from tests.linear.closed_forms import HEAD, modes_of

@@ -11,7 +11,8 @@ import numpy as np
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.integrate import Report
 from mbproj.model import System, rotation_matrix
-from mbproj.scene import Scene, read_scene_text
+from mbproj.scene import read_scene_text
+from mbproj.scene.read import Scene
 from tests.support import ROOT, Recorder
 
 #: Tolerance at which what an integrator leaves is far below what the tests ask for.

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.functions import CHANNELS, Program, flatten
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.model.channels import ChannelKind, Channels, ElementStates
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.scene.expressions.compiled import compiled

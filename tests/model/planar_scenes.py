@@ -8,8 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from mbproj import Scene
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.joints import JOINTS
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.model import System, initial_guess
 from mbproj.model.euler_parameters import product
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
 from mbproj.scene import Body, Joint, Pair, from_matrix

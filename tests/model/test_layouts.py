@@ -6,7 +6,8 @@ import pytest
 from mbproj import read_scene_text
 from mbproj.arrays import Array, cross
 from mbproj.dynamics import kinetic_energy, pose_of, potential_energy, twist_of
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.dynamics.assembly.adjust import compile_system
+from mbproj.model import System, initial_guess
 from mbproj.model.planar import Plane, planar_reduction
 
 PENDULUMS = """

@@ -10,7 +10,8 @@ import pytest
 
 from mbproj import Scene
 from mbproj.dynamics import assemble, pose_of, scaled_jacobian
-from mbproj.model import compile_system, initial_guess
+from mbproj.dynamics.assembly.adjust import compile_system
+from mbproj.model import initial_guess
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
 from mbproj.scene import Joint, read_scene
 from mbproj.thresholds import THRESHOLDS

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
-from mbproj.model import compile_system, initial_guess, rotation_matrix
+from mbproj.dynamics.assembly.adjust import compile_system
+from mbproj.model import initial_guess, rotation_matrix
 from mbproj.pages.appearance.mechanism import look_of
 from mbproj.pages.appearance.motion import PoseHistory, motion_at
 from mbproj.pages.data.pages import carried, dips, load_groups, passages

@@ -7,11 +7,12 @@ import pytest
 from click.testing import CliRunner
 
 from mbproj.cli.commands import animate
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.linear import reference_at, start_state
 from mbproj.linear.modes import modes
 from mbproj.linear.stored import stored
-from mbproj.model import compile_system, rotation_matrix
+from mbproj.model import rotation_matrix
 from mbproj.pages.data.modes import page_of_modes, words_on
 from mbproj.pages.page.write import html
 from mbproj.results import read_modes, write_modes

@@ -9,10 +9,11 @@ from matplotlib.collections import PolyCollection
 
 from mbproj.cli.commands import check, plot
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.figures import draw, draw_start, picture_axes, projected, why_not
 from mbproj.joints import JOINTS
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.pages.appearance.mechanism import look_of
 from mbproj.pages.appearance.motion import motion_at
 from mbproj.pages.appearance.view import view_of

@@ -6,8 +6,9 @@ from typing import Any
 
 from mbproj import Report
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.support import ROOT, Recorder
 

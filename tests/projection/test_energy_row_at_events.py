@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.integrate import Mark, simulate
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.runs import notes_on_rows
 from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.crossed import crossed

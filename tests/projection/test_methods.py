@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import jacobian, mass_matrix, pose_of
-from mbproj.model import compile_system
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.projection import Projection, make_method
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import ProjectionSettings

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import constraint_at, constraint_velocity_at, pose_of
-from mbproj.model import compile_system, initial_guess
+from mbproj.dynamics.assembly.adjust import compile_system
+from mbproj.model import initial_guess
 from mbproj.projection import make_method
 from mbproj.projection.solve import project_after, row_tolerances
 from mbproj.registry import PROJECTIONS

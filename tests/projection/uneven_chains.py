@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.arrays import Array
-from mbproj.model import Plane, compile_system, planar_reduction
+from mbproj.dynamics.assembly.adjust import compile_system
+from mbproj.model import Plane, planar_reduction
 from mbproj.model.system import System
 from mbproj.scene import Body, Joint, Pair, ProjectionSettings
 from tests.support import scene_of

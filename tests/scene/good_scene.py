@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from mbproj.errors import InputError
-from mbproj.scene import Scene, read_scene_text
+from mbproj.scene import read_scene_text
+from mbproj.scene.read import Scene
 
 GOOD = """\
 mbproj: 1                                # format version, required

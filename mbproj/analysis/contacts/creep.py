@@ -9,7 +9,8 @@ import numpy as np
 from mbproj.errors import InputError
 from mbproj.results import Results
 from mbproj.scene import read_scene_text
-from mbproj.scene.records import JointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import JointForce
 
 #: The key of regularised friction: a scene text without it has none.
 KEY = "regularised"

@@ -7,7 +7,7 @@ from typing import TypedDict
 import numpy as np
 
 from mbproj.results import Results
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.thresholds import THRESHOLDS
 
 

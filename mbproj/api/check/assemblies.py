@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from mbproj.api.arguments import Given, by_arguments, scene_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.assembly.assemblies import Assemblies, assemblies, conditions, freedom_left
 from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.linear.equilibrium.started import assembled_start
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.model import System, initial_guess
 from mbproj.model.system import Conditions
 from mbproj.scene.fields.option_numbers import given_number
 from mbproj.scene.fields.quantities import Number
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.settings import placed_in
 
 _NOTHING: Mapping[str, object] = {}

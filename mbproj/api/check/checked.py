@@ -14,7 +14,7 @@ from mbproj.api.check.ropes import ropes_at_start
 from mbproj.api.settings import RunSettings, options_of, with_settings
 from mbproj.dataclass import dataclass
 from mbproj.dynamics import Mobility, State, mobility
-from mbproj.dynamics.assembly.adjust import adjustment_notes
+from mbproj.dynamics.assembly.adjust import adjustment_notes, compile_system
 from mbproj.dynamics.assembly.assemble import coordinates, moved_from_scene
 from mbproj.dynamics.contact.driven import refuse_driven_beyond
 from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
@@ -32,11 +32,11 @@ from mbproj.integrate.stiff.fast_forces import FastMode, fastest_at, stable_step
 from mbproj.integrate.stops.resting import RubsAtStart, frictions_at_start
 from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
 from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import System, compile_system
+from mbproj.model import System
 from mbproj.results.views.table import Table, Tabled
 from mbproj.scene.blocks.oversights import notes_on
 from mbproj.scene.meshes import meshes_of
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.settings import placed, placed_in
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from mbproj.dynamics.assembly.assemble import State
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.tensions import length_and_wraps
 from mbproj.model.system import System
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 
 class Wrap(TypedDict):

@@ -139,8 +139,8 @@ def _page(
     if len(sources) > 1:
         message = f"'{scenes[0]}' is a scene, and scenes are shown alone"
         raise InputError(Problem(message, hint="run it, and give its results"))
+    from mbproj.dynamics.assembly.adjust import compile_system
     from mbproj.linear.equilibrium.started import start_state
-    from mbproj.model import compile_system
     from mbproj.pages.appearance.motion import motion_at
     from mbproj.scene import read_scene
 

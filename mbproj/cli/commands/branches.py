@@ -19,7 +19,7 @@ from mbproj.thresholds import THRESHOLDS
 if TYPE_CHECKING:
     from mbproj.dynamics.assembly.assemblies import Assemblies, Assembly
     from mbproj.model import System
-    from mbproj.scene import Scene
+    from mbproj.scene.read import Scene
 
 #: The most joint coordinates that are printed for an assembly; --json has all.
 SHOWN = 8

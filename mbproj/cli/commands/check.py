@@ -18,7 +18,7 @@ from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 
 if TYPE_CHECKING:
     from mbproj.model import System
-    from mbproj.scene import Scene
+    from mbproj.scene.read import Scene
     from mbproj.scene.records import Body, Joint, Settings
 
 #: The most rows of bodies, joints or coordinates that are listed.

@@ -73,12 +73,12 @@ def command(
     reactions of the joints. Motions are held at their values at --at. The results file has one sample.
     """
     from mbproj.api.places import steady_of
+    from mbproj.dynamics.assembly.adjust import compile_system
     from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
     from mbproj.linear.equilibrium.solve import NoEquilibrium
     from mbproj.linear.equilibrium.started import assembled_start
     from mbproj.linear.equilibrium.steady import refuse_unsteady
     from mbproj.linear.equilibrium.write_back import write_pose
-    from mbproj.model import compile_system
     from mbproj.output_files import check_rewritable
     from mbproj.results import check_output
     from mbproj.runs.record import record_equilibrium

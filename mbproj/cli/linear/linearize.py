@@ -85,8 +85,8 @@ def command(
     Bode plots.
     """
     from mbproj.api.places import reference_of
+    from mbproj.dynamics.assembly.adjust import compile_system
     from mbproj.linear.state_space.model import linear_model
-    from mbproj.model import compile_system
     from mbproj.output_files import check_replaceable
     from mbproj.results.linear.model_file import KINDS, write_model
     from mbproj.scene import read_scene

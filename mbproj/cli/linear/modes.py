@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mbproj.arrays import Numbers
     from mbproj.linear.modes import Modes
     from mbproj.linear.root_loci import RootLocus
-    from mbproj.scene import Scene
+    from mbproj.scene.read import Scene
 
 #: The most joint coordinates of a mode in the table, and the most modes.
 SHOWN_COORDINATES, SHOWN_MODES = 3, 40
@@ -101,8 +101,8 @@ def _modes(
     scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None
 ) -> tuple[Scene, Modes]:
     from mbproj.api.places import reference_of
+    from mbproj.dynamics.assembly.adjust import compile_system
     from mbproj.linear.modes import modes
-    from mbproj.model import compile_system
     from mbproj.scene import read_scene
     from mbproj.scene.settings import placed_in
 

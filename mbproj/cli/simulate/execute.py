@@ -16,7 +16,7 @@ from mbproj.runs.record import Earlier, Interrupted, Run, record_run
 
 if TYPE_CHECKING:
     from mbproj.results.notes import Note
-    from mbproj.scene import Scene
+    from mbproj.scene.read import Scene
 
 
 def execute(

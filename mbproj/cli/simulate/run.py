@@ -13,7 +13,7 @@ from mbproj.cli.quantity import Positive
 from mbproj.cli.scene_options import overrides, parameters, scene_options
 
 if TYPE_CHECKING:
-    from mbproj.scene import Scene
+    from mbproj.scene.read import Scene
 
 EXAMPLES = (
     ("Simulate with the settings of the scene, and write results.h5.", "mbproj run five_bar.yaml"),

@@ -23,9 +23,9 @@ LOOKED_AT, NAMED = 8, 3
 
 def limits_of(results: Results) -> list[StepLimit]:
     """The limits of steps not larger than the median, chosen evenly over the run. Raises InputError for fixed steps."""
+    from mbproj.dynamics.assembly.adjust import compile_system
     from mbproj.integrate.stiff.step_limits import step_limit
     from mbproj.linear.states import stored_state
-    from mbproj.model import compile_system
 
     settings = results.settings
     if results.attributes.get("kinematic"):

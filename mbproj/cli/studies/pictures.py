@@ -102,40 +102,44 @@ def usual_of_sweep(summary: Path) -> Figure | str:
 
 
 def _of_sweep(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictures:
-    from mbproj.figures.sweeps import PICTURES, draw, why_not
+    from mbproj.figures import sweeps
     from mbproj.figures.sweeps.chosen import choose
     from mbproj.results.sweep.table import read_table
 
     table = read_table(path)
     chosen = choose(table, of, over)
-    reasons = {kind: why_not(kind, chosen) for kind in PICTURES}
-    usual = (kind for kind in PICTURES if not reasons[kind] and table.combine in PICTURES[kind].designs)
-    return FilePictures(table.name, {kind: partial(draw, kind, chosen) for kind in PICTURES}, reasons, tuple(usual))
+    reasons = {kind: sweeps.why_not(kind, chosen) for kind in sweeps.PICTURES}
+    usual = (kind for kind in sweeps.PICTURES if not reasons[kind] and table.combine in sweeps.PICTURES[kind].designs)
+    return FilePictures(
+        table.name, {kind: partial(sweeps.draw, kind, chosen) for kind in sweeps.PICTURES}, reasons, tuple(usual)
+    )
 
 
 def _of_design(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictures:
-    from mbproj.figures.pages.designs import PICTURES, why_not
+    from mbproj.figures.pages import designs
     from mbproj.results.design_file import read_drawn
 
     drawn = read_drawn(path)
-    draw = {kind: partial(draw, drawn) for kind, draw in PICTURES.items()}
-    return FilePictures(path.resolve().name, draw, {kind: why_not(kind, drawn) for kind in PICTURES}, ())
+    draw = {kind: partial(draw, drawn) for kind, draw in designs.PICTURES.items()}
+    return FilePictures(
+        path.resolve().name, draw, {kind: designs.why_not(kind, drawn) for kind in designs.PICTURES}, ()
+    )
 
 
 def _of_linear(path: Path, of: Sequence[str], over: Sequence[str]) -> FilePictures:
     if _is_of_format(path, MODEL):
-        from mbproj.figures.pages.bode import PICTURES as OF_MODELS
+        from mbproj.figures.pages import bode
         from mbproj.results.linear.model_file import read_model
 
         model = read_model(path)
-        drawn: dict[str, Callable[[], Figure]] = {kind: partial(draw, model) for kind, draw in OF_MODELS.items()}
-        return FilePictures(path.stem, drawn, dict.fromkeys(OF_MODELS), ())
-    from mbproj.figures.pages.modes import PICTURES, why_not
+        drawn: dict[str, Callable[[], Figure]] = {kind: partial(draw, model) for kind, draw in bode.PICTURES.items()}
+        return FilePictures(path.stem, drawn, dict.fromkeys(bode.PICTURES), ())
+    from mbproj.figures.pages import modes
     from mbproj.results.linear.modes_file import read_modes
 
-    modes = read_modes(path)
-    drawn = {kind: partial(draw, modes) for kind, draw in PICTURES.items()}
-    return FilePictures(path.stem, drawn, {kind: why_not(kind, modes) for kind in PICTURES}, ())
+    read = read_modes(path)
+    drawn = {kind: partial(draw, read) for kind, draw in modes.PICTURES.items()}
+    return FilePictures(path.stem, drawn, {kind: modes.why_not(kind, read) for kind in modes.PICTURES}, ())
 
 
 def _is_of_format(path: Path, *file_formats: str) -> bool:

@@ -20,7 +20,7 @@ from mbproj.report_schema.studies import RECOMMEND
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.scene import Scene
+    from mbproj.scene.read import Scene
     from mbproj.studies.measure.measurement import Measurement
     from mbproj.studies.recommend.recommendation import Recommendation
 

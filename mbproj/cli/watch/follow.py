@@ -24,7 +24,8 @@ from mbproj.pages.page.write import html, waiting
 from mbproj.results import open_own_results, part_path
 from mbproj.results.notes import Note
 from mbproj.runs.record import record_run
-from mbproj.scene import Scene, read_scene, settings_to_run
+from mbproj.scene import read_scene, settings_to_run
+from mbproj.scene.read import Scene
 
 #: The time between two checks, s. A save is over when two checks agree: some editors write in pieces.
 LOOK = 0.05

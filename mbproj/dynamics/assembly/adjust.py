@@ -1,4 +1,4 @@
-"""Adjusts joints whose numbers are rounded, so that an over-constrained loop closes and can move.
+"""A scene compiled to its System; joints whose numbers are rounded are adjusted, so that their loops close.
 
 A linkage whose rows depend on each other moves only where its numbers are exact. With rounded numbers some rows depend
 on each other only nearly, and the linkage is locked. The change δ of all joints' frames is the shortest one for which
@@ -24,9 +24,11 @@ from mbproj.dynamics.assembly.gauss_newton import moved, set_rows
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.equations.round_off import EPSILON
 from mbproj.errors import InputError, Problem
+from mbproj.model.compile.guess import initial_guess
+from mbproj.model.compile.mechanism import with_elements_of, without_elements
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import Adjustment, System
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.thresholds import THRESHOLDS
 
 #: The number of poses of the sample, and of further poses that must then be closed as well.
@@ -35,6 +37,18 @@ POSES, HELD_OUT = 7, 3
 DIFFERENCE = EPSILON ** (1.0 / 3.0)
 #: The number of joints that a note names.
 MOST_NAMED = 4
+
+
+def compile_system(scene: Scene) -> System:
+    """Return the mechanism of the scene as frozen arrays, with its joints adjusted where the scene asks for that.
+
+    Raises InputError where nothing can move, a joint would move too far, or an element names something that does not
+    exist."""
+    system, own = without_elements(scene)
+    most = scene.settings.adjust_joints
+    if most is not None:
+        system = adjusted(system, initial_guess(scene, system).q, most)
+    return with_elements_of(scene, system, own)
 
 
 def adjusted(system: System, q: Array, most: float) -> System:

@@ -29,7 +29,7 @@ from mbproj.model.compile.guess import Guess
 from mbproj.model.euler_parameters import matrix_L, product
 from mbproj.model.layout import Layout
 from mbproj.model.system import Conditions, System
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from functools import lru_cache
 
 from mbproj.errors import InputError, Problem
-from mbproj.functions.kinks import kinks
 from mbproj.model.channels import Motions
 from mbproj.model.system import System
 
@@ -35,6 +34,8 @@ def _problems(
 
 
 def _first_jump(motions: Motions, number: int, unit: str, start: float, end: float) -> Iterator[str]:
+    from mbproj.functions.kinks import kinks
+
     for kink in kinks(motions.programs, number, start, end):
         value, rate, _ = kink.jump
         if value:

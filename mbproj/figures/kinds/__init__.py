@@ -1,14 +1,14 @@
-"""The kinds of pictures, each a module with `draw(results, labels) -> Figure`. Importing this package is cheap."""
+"""The kinds of pictures of results, each with a function `draw(results, labels) -> Figure`. Importing this is cheap."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from importlib import import_module
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from mbproj.dataclass import dataclass
 from mbproj.errors import InputError
+from mbproj.registry import load
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,92 +18,119 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PictureKind:
-    """A kind of picture: its module in this folder and a summary. `needs` is the kind of names that the results must
-    have.
+    """A kind of picture: the function that draws it, as "module:name", and a summary. `needs` is the kind of names that
+    the results must have.
 
     `usual`: most results have these names, so a note tells where they are missing. `of_motion`: it shows the motion, so
-    untrusted parts are marked. `function` draws it. `by_default`: it is drawn where no kind is asked for. `takes` is
-    its further argument, "times" or "corners". `over`: it can be drawn over a coordinate instead of time."""
+    untrusted parts are marked, by the function `mark`. `empty` is the function that tells why a picture that applies
+    shows nothing of interest. `by_default`: it is drawn where no kind is asked for. `takes` is its further argument,
+    "times" or "corners". `over`: it can be drawn over a coordinate instead of time."""
 
-    module: str
+    draws: str
     summary: str
     needs: str | None = None
     usual: bool = True
     of_motion: bool = True
-    function: str = "draw"
     by_default: bool = True
     takes: str = ""
     over: bool = False
+    mark: str = "mbproj.figures.untrusted:mark"
+    empty: str = ""
 
 
 KINDS: Mapping[str, PictureKind] = MappingProxyType(
     {
-        "markers": PictureKind("markers", "position and velocity of each marker", "markers", over=True),
-        "paths": PictureKind("paths", "path of each marker in a plane", "markers"),
-        "coordinates": PictureKind("coordinates", "joint coordinates and their speeds", "coordinates", over=True),
+        "markers": PictureKind(
+            "mbproj.figures.kinds.markers:draw",
+            "position and velocity of each marker",
+            "markers",
+            over=True,
+            mark="mbproj.figures.kinds.markers:mark_untrusted",
+        ),
+        "paths": PictureKind(
+            "mbproj.figures.kinds.paths:draw",
+            "path of each marker in a plane",
+            "markers",
+            mark="mbproj.figures.kinds.paths:mark_untrusted",
+            empty="mbproj.figures.kinds.paths:nothing_to_see",
+        ),
+        "coordinates": PictureKind(
+            "mbproj.figures.kinds.coordinates:draw", "joint coordinates and their speeds", "coordinates", over=True
+        ),
         "violation": PictureKind(
-            "violation", "violation of the constraints, position and velocity", of_motion=False, over=True
+            "mbproj.figures.kinds.violation:draw",
+            "violation of the constraints, position and velocity",
+            of_motion=False,
+            over=True,
         ),
         "joints": PictureKind(
-            "violation",
+            "mbproj.figures.kinds.violation:draw_joints",
             "violation of each joint, lengths and angles",
             "joints",
             of_motion=False,
-            function="draw_joints",
             over=True,
         ),
-        "reactions": PictureKind("reactions", "reaction force and torque of each joint", "joints", over=True),
+        "reactions": PictureKind(
+            "mbproj.figures.kinds.reactions:draw", "reaction force and torque of each joint", "joints", over=True
+        ),
         "loads": PictureKind(
-            "polar",
+            "mbproj.figures.kinds.polar:draw",
             "polar diagram of each joint's force, forces of motions over the cycle",
             "joints",
             of_motion=False,
             by_default=False,
         ),
         "forces": PictureKind(
-            "driven",
+            "mbproj.figures.kinds.driven:draw_forces",
             "the coordinate or length of each force, and the force",
             "forces",
             usual=False,
-            function="draw_forces",
             over=True,
         ),
         "motions": PictureKind(
-            "driven",
+            "mbproj.figures.kinds.driven:draw_motions",
             "coordinate and driving force of each motion",
             "motions",
             usual=False,
-            function="draw_motions",
             over=True,
         ),
         "stops": PictureKind(
-            "driven", "gap and force of each stop", "stops", usual=False, function="draw_stops", over=True
+            "mbproj.figures.kinds.driven:draw_stops", "gap and force of each stop", "stops", usual=False, over=True
         ),
         "ropes": PictureKind(
-            "driven", "length and tensions of each rope", "tensions", usual=False, function="draw_ropes", over=True
+            "mbproj.figures.kinds.driven:draw_ropes",
+            "length and tensions of each rope",
+            "tensions",
+            usual=False,
+            over=True,
         ),
         "friction": PictureKind(
-            "driven",
+            "mbproj.figures.kinds.driven:draw_friction",
             "rate, force and lost energy of each dry friction",
             "frictions",
             usual=False,
-            function="draw_friction",
             over=True,
         ),
         "contacts": PictureKind(
-            "paths",
+            "mbproj.figures.kinds.paths:draw_contacts",
             "path of each place where a curve is touched",
             "touching",
             of_motion=False,
-            function="draw_contacts",
             by_default=False,
+            empty="mbproj.figures.kinds.paths:nothing_to_see",
+            mark="mbproj.figures.kinds.paths:mark_untrusted",
         ),
         "energy": PictureKind(
-            "energy", "kinetic, potential and total energy, and the energy balance", of_motion=False, over=True
+            "mbproj.figures.kinds.energy:draw",
+            "kinetic, potential and total energy, and the energy balance",
+            of_motion=False,
+            over=True,
         ),
-        "steps": PictureKind("steps", "step size and iterations of the projection", of_motion=False),
+        "steps": PictureKind(
+            "mbproj.figures.kinds.steps:draw", "step size and iterations of the projection", of_motion=False
+        ),
         "mechanism": PictureKind(
-            "mechanism",
+            "mbproj.figures.kinds.mechanism:draw",
             "the mechanism at its start, or at the times of --at",
             "scene",
             of_motion=False,
@@ -111,25 +138,29 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             takes="times",
         ),
         "ratios": PictureKind(
-            "ratios",
+            "mbproj.figures.kinds.ratios:draw_ratios",
             "velocity ratios and mechanical advantages to --over",
             "over",
             of_motion=False,
-            function="draw_ratios",
             by_default=False,
             over=True,
         ),
         "transmission": PictureKind(
-            "ratios",
+            "mbproj.figures.kinds.ratios:draw_transmission",
             "the angles of --transmission",
             "markers",
             of_motion=False,
-            function="draw_transmission",
             by_default=False,
             takes="corners",
             over=True,
         ),
-        "trust": PictureKind("trust", "error of each marker, of certified runs", "trust", usual=False, of_motion=False),
+        "trust": PictureKind(
+            "mbproj.figures.kinds.trust:draw",
+            "error of each marker, of certified runs",
+            "trust",
+            usual=False,
+            of_motion=False,
+        ),
     }
 )
 
@@ -165,10 +196,9 @@ def why_not(kind: str, results: Sequence[Results]) -> str | None:
 
 def _unreadable(results: Sequence[Results]) -> str | None:
     """The reason why the scene in one of the results cannot be read; None where all can."""
-    scene_of = import_module("mbproj.pages.appearance.recorded").scene_of
     try:
         for result in results:
-            scene_of(result)
+            _ = result.scene
     except InputError as error:
         return f"the scene in the results cannot be read: {error.problems[0].message}"
     return None
@@ -177,9 +207,8 @@ def _unreadable(results: Sequence[Results]) -> str | None:
 def nothing_to_see(kind: str, results: Sequence[Results]) -> str | None:
     """The reason why a picture of a `kind` that applies shows nothing of interest; None where it does. Such a picture
     is drawn only on request."""
-    module = import_module(f"mbproj.figures.kinds.{KINDS[kind].module}")
-    judge: Callable[[Sequence[Results]], str | None] = getattr(module, "nothing_to_see", lambda _: None)
-    return judge(results)
+    judge: Callable[[Sequence[Results]], str | None] | None = load(KINDS[kind].empty) if KINDS[kind].empty else None
+    return judge(results) if judge else None
 
 
 def draw(
@@ -195,22 +224,21 @@ def draw(
     Parts of a certified run whose error may exceed `limit` (m) are marked. By default the limit is a power of ten below
     a thousandth of the markers' travel. `times` (s) and `corners` (three markers each) are for the kinds that take
     them. Over a coordinate, nothing that belongs to a time is marked."""
-    module = import_module(f"mbproj.figures.kinds.{KINDS[kind].module}")
+    from mbproj.analysis.trust import usual_limit
+    from mbproj.figures import events, margins, panels, untrusted
+
+    entry = KINDS[kind]
     given: Mapping[str, Sequence[object]] = {"times": times, "corners": corners}
-    takes, over = KINDS[kind].takes, next((each.shown_over for each in results if each.shown_over), None)
-    options = {takes: given[takes]} if takes else {}
-    figure: Figure = getattr(module, KINDS[kind].function)(results, labels, **options)
+    over = next((each.shown_over for each in results if each.shown_over), None)
+    options = {entry.takes: given[entry.takes]} if entry.takes else {}
+    figure: Figure = load(entry.draws)(results, labels, **options)
     if over is not None:
-        import_module("mbproj.figures.panels").relabel(figure, over.name, over.unit, modulo=over.modulo)
-    import_module("mbproj.figures.events").mark(figure, results)
-    if over is None and KINDS[kind].of_motion and any(result.trust for result in results):
-        untrusted = import_module("mbproj.figures.untrusted")
-        mark = getattr(module, "mark_untrusted", untrusted.mark)
-        untrusted.explain(
-            figure, mark(figure, results, limit or import_module("mbproj.analysis.trust").usual_limit(results))
-        )
-    import_module("mbproj.figures.margins").small_print(figure, caption(results))
-    import_module("mbproj.figures.panels").thin(figure)
+        panels.relabel(figure, over.name, over.unit, modulo=over.modulo)
+    events.mark(figure, results)
+    if over is None and entry.of_motion and any(result.trust for result in results):
+        untrusted.explain(figure, load(entry.mark)(figure, results, limit or usual_limit(results)))
+    margins.small_print(figure, caption(results))
+    panels.thin(figure)
     return figure
 
 

@@ -22,7 +22,7 @@ from mbproj.output_files import film, replacing
 from mbproj.output_files.kinds import MARK
 from mbproj.pages.appearance.mechanism import Look, look_of
 from mbproj.pages.appearance.motion import PoseHistory
-from mbproj.pages.appearance.recorded import motion_of, scene_of
+from mbproj.pages.appearance.recorded import motion_of
 from mbproj.pages.appearance.view import View, view_of
 from mbproj.results import Results
 
@@ -109,7 +109,7 @@ def times_of(time: Array) -> Array:
 
 def pictures(results: Sequence[Results]) -> Iterator[Picture]:
     """Yield all pictures of the film, in order."""
-    scenes, motions = [scene_of(each) for each in results], [motion_of(each) for each in results]
+    scenes, motions = [each.scene for each in results], [motion_of(each) for each in results]
     looks = [look_of(*each) for each in zip(scenes, motions, [each.meshes() for each in results], strict=True)]
     view = view_of(scenes[0], motions[0], looks[0])
     stage = _Stage(looks[0], motions[0], view)

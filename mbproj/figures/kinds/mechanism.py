@@ -14,7 +14,7 @@ from mbproj.figures.kinds.poses import draw_pose, picture_axes, projected
 from mbproj.figures.style import line, page_width, styled
 from mbproj.pages.appearance.mechanism import Look, look_of
 from mbproj.pages.appearance.motion import PoseHistory
-from mbproj.pages.appearance.recorded import motion_of, scene_of
+from mbproj.pages.appearance.recorded import motion_of
 from mbproj.pages.appearance.view import View, view_of
 from mbproj.results import Results
 
@@ -34,12 +34,12 @@ MOST_COLUMNS, PANEL_HEIGHTS = 8, (0.4, 2.0)
 def draw(results: Sequence[Results], labels: Sequence[str], times: Sequence[float] = ()) -> Figure:
     """Draw the first result's poses at `times` (s; by default its start), earlier poses fainter. The other results'
     poses at the last time are drawn paler."""
-    scene, motion = scene_of(results[0]), motion_of(results[0])
+    scene, motion = results[0].scene, motion_of(results[0])
     look = look_of(scene, motion, results[0].meshes())
     view = view_of(scene, motion, look)
     figure, axis = canvas(view)
     for other in results[1:]:
-        its_scene, its_motion = scene_of(other), motion_of(other)
+        its_scene, its_motion = other.scene, motion_of(other)
         row = nearest(its_motion, times[-1] if times else None)
         its_look = look_of(its_scene, its_motion, other.meshes())
         draw_pose(axis, its_look, view, its_motion.at([row]), opacity=GHOST, order=1.5)

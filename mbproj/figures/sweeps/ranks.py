@@ -10,8 +10,9 @@ from mbproj.analysis.sensitivity import rank_correlation, rank_interval
 from mbproj.figures import panels
 from mbproj.figures.fitted_text import fitted
 from mbproj.figures.style import line, styled
-from mbproj.figures.sweeps import SAMPLED, bars
+from mbproj.figures.sweeps import bars
 from mbproj.figures.sweeps.chosen import Chosen
+from mbproj.results.sweep.layout import SAMPLED
 from mbproj.results.sweep.table import Column
 
 #: The fewest cases that tell something.

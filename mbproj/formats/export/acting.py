@@ -11,7 +11,8 @@ from mbproj.formats.mechanism import Same
 from mbproj.joints import JOINTS
 from mbproj.scene.blocks.elements import SPRINGS
 from mbproj.scene.friction import DryFriction
-from mbproj.scene.records import Joint, JointForce, Law, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Joint, JointForce, Law
 from mbproj.scene.stops import Limit
 
 #: Adds a row to the table: an element, what happens to it, whether the motion is still that of the scene.

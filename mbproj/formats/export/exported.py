@@ -11,7 +11,8 @@ from mbproj.dataclass import dataclass
 from mbproj.formats.export.acting import CoordinateLoads, Say
 from mbproj.formats.export.tree import Tree
 from mbproj.formats.mechanism import Said, Same
-from mbproj.scene.records import BodyForce, Bushing, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import BodyForce, Bushing
 from mbproj.scene.stops import PlaneStop
 
 

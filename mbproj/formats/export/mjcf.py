@@ -16,7 +16,8 @@ from mbproj.formats.export.tendons import FAR, TendonWriter
 from mbproj.formats.export.tree import TreeBranch, TreeFreedom, down, name_counts, tree_of, without_massless
 from mbproj.formats.mechanism import Same
 from mbproj.formats.placed import quaternion
-from mbproj.scene.records import GROUND, Body, Joint, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Body, Joint
 from mbproj.scene.stops import Limit, OfBody
 
 #: The joints that can close a loop in MJCF.

@@ -9,14 +9,15 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import coordinates
 from mbproj.dynamics.equations.kinematics import attached, attached_velocity, body_rates, pose_of, twist_of
 from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion
 from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import compile_system
 from mbproj.model.compile.frames import SYMBOLS, local_frames, poses_of
 from mbproj.model.euler_parameters import product
-from mbproj.scene.records import GROUND, Joint, Pair, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Joint, Pair
 from mbproj.scene.stops import OfBody
 
 

@@ -19,7 +19,8 @@ from mbproj.formats.export.start import Start
 from mbproj.formats.export.tree import Tree, TreeFreedom
 from mbproj.formats.mechanism import ImportedNames, Same
 from mbproj.scene.blocks.ropes.path import Node, Path, axes, straight
-from mbproj.scene.records import GROUND, Joint, PointForce, Scene, Vector
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Joint, PointForce, Vector
 from mbproj.scene.stops import DistanceStop, Limit, OfBody
 
 #: The other bound of a limit with one side, in m: beyond every coordinate.

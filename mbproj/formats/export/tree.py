@@ -12,7 +12,8 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.formats.export.start import Start
 from mbproj.joints import JOINTS
-from mbproj.scene.records import GROUND, Joint, JointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Joint, JointForce
 
 #: The joints that may be in a tree; the first of them cannot be written as a loop in formats of robots.
 IN_TREE = (

@@ -13,7 +13,8 @@ from mbproj.formats.export.start import start_of
 from mbproj.formats.export.tree import TreeBranch, TreeFreedom, tree_of
 from mbproj.formats.mechanism import ImportedNames, Same
 from mbproj.formats.yaml_text import flow, lines
-from mbproj.scene.records import GROUND, Joint, PointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Joint, PointForce
 from mbproj.scene.stops import DistanceStop, Limit
 
 #: The joints that may be in the tree. URDF has no ball: a spherical joint becomes a loop between free bodies.

@@ -31,6 +31,7 @@ from mbproj.dynamics import (
     tangent_velocities,
     twist_of,
 )
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.derivatives.tangent import velocities as rates_of
 from mbproj.dynamics.equations.equations_of_motion import solve_bordered
 from mbproj.dynamics.equations.gaps import gaps, pressing
@@ -42,7 +43,7 @@ from mbproj.formats.mechanism import Agreement, ImportedMechanism, ImportOptions
 from mbproj.formats.mjcf.compiled import CompiledMjcf, warnings_as_notes
 from mbproj.formats.mjcf.drives import inputs_of
 from mbproj.formats.mjcf.parts import Called
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.model import System, initial_guess
 from mbproj.model.compile.guess import Guess
 from mbproj.scene import from_matrix, read_scene_text, to_matrix
 from mbproj.scene.expressions.evaluate import Value, evaluate

@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 from mbproj.functions.curves.piece import TERMS, polynomial
 
-FULL_TURN = 2.0 * pi
-
 
 class LawPiece(NamedTuple):
     """A piece of a law, from x = `start` on: Σ c_k x^k + a sin(w x + p). `wave` is (a, w, p)."""

@@ -9,9 +9,9 @@ from math import atan2, hypot, inf, pi, tan
 from sys import float_info
 from typing import Literal, NamedTuple
 
-from mbproj.functions.curves.laws import FULL_TURN, LAWS, Rise
+from mbproj.functions.curves.laws import LAWS, Rise
 from mbproj.functions.curves.piece import Form, Piece, mirrored, polynomial
-from mbproj.functions.curves.plane_curve import PlaneCurve
+from mbproj.functions.curves.plane_curve import FULL_TURN, PlaneCurve
 from mbproj.functions.table import CubicTable, periodic, spline
 
 Point = tuple[float, float]

@@ -3,8 +3,8 @@ inside force laws too, and `break_times`."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
@@ -27,7 +27,7 @@ SHARED = "shared"
 DECIDES = "share decides"
 
 
-@dataclass(frozen=True, order=True)
+@dataclasses.dataclass(frozen=True, order=True)
 class Event:
     """An event: its time, its owner ("force 'push'", "motion 'm'", "stop 's'", "break_times"), and its kind.
 

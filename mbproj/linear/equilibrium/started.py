@@ -9,7 +9,7 @@ from mbproj.model import initial_guess
 from mbproj.model.compile.guess import Guess
 from mbproj.model.system import System
 from mbproj.registry import EQUILIBRIUM
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 
 def assembled_start(scene: Scene, system: System) -> State:

@@ -10,13 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import State, assemble, moved_by
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.linear.equilibrium.find import Equilibrium
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.output_files import SCENE, check_rewritable, write_text
 from mbproj.scene import read_scene_text
-from mbproj.scene.records import Body, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Body
 from mbproj.scene.text.rewrite import Changes, with_changes
 from mbproj.scene.text.source import read_text
 from mbproj.thresholds import THRESHOLDS

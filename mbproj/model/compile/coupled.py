@@ -20,7 +20,8 @@ from mbproj.model.compile.frames import local_frames, poses_of
 from mbproj.model.couplings import Toothed, Touching
 from mbproj.model.primitive_set import Binding
 from mbproj.scene.coupled import Coupled
-from mbproj.scene.records import GROUND, Joint, JointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Joint, JointForce
 from mbproj.thresholds import THRESHOLDS
 
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}

@@ -9,7 +9,8 @@ import numpy as np
 from mbproj.arrays import Array, cross, like_of, numbers
 from mbproj.joints import JOINTS
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene.records import GROUND, Joint, Pair, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Joint, Pair
 from mbproj.thresholds import THRESHOLDS
 
 #: A body's pose: its centre of mass (3,) and its rotation matrix (3, 3).

@@ -20,7 +20,8 @@ from mbproj.model.primitive_set import Binding, bind
 from mbproj.scene.blocks.ropes.path import Path
 from mbproj.scene.expressions.formula import formula
 from mbproj.scene.friction import Bearing, DryFriction
-from mbproj.scene.records import Joint, JointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Joint, JointForce
 
 
 @dataclass(frozen=True, eq=False)

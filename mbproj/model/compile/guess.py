@@ -9,7 +9,7 @@ from mbproj.dataclass import dataclass
 from mbproj.model.compile.rigid_groups import rigid_groups
 from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
 from mbproj.model.system import Conditions, System
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,7 +21,8 @@ from mbproj.model.forces import COORDINATES, BodyForces, Bushings, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.scene.blocks.elements import SPRINGS, element_type
 from mbproj.scene.fields.rotations import from_matrix, to_matrix
-from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Law, Matrix, PointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Law, Matrix, PointForce
 from mbproj.thresholds import THRESHOLDS
 
 

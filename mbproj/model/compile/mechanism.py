@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from importlib import import_module
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,7 +13,6 @@ from mbproj.constraints import PRIMITIVES
 from mbproj.errors import InputError, Problem
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
-from mbproj.model.compile.guess import initial_guess
 from mbproj.model.compile.joint_rows import (
     Symbols,
     at_scenes_pose,
@@ -30,7 +28,8 @@ from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.system import Names, System
 from mbproj.registry import load
 from mbproj.scene.fields.rotations import from_matrix
-from mbproj.scene.records import Joint, Marker, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Joint, Marker
 
 if TYPE_CHECKING:
     from mbproj.elements import Element
@@ -42,13 +41,9 @@ if TYPE_CHECKING:
 _PERPENDICULAR = PRIMITIVES["perpendicular"]()
 
 
-def compile_system(scene: Scene) -> System:
-    """Return the mechanism of the scene as frozen arrays. Raises InputError where nothing can move, or an element names
-    something that does not exist."""
-    system, own = _without_elements(scene)
-    most = scene.settings.adjust_joints
-    if most is not None:
-        system = import_module("mbproj.dynamics.assembly.adjust").adjusted(system, initial_guess(scene, system).q, most)
+def with_elements_of(scene: Scene, system: System, own: list[Element]) -> System:
+    """Return the system with the scene's elements, and with those that come from its joints and motions. Raises
+    InputError where an element names something that does not exist."""
     if scene.forces:
         own += load("mbproj.model.compile.loads:elements_of")(scene, poses_of(scene))
     if scene.states:
@@ -63,8 +58,9 @@ def compile_system(scene: Scene) -> System:
     return system
 
 
-def _without_elements(scene: Scene) -> tuple[System, list[Element]]:
-    """Return the system without elements, and the elements that come from its joints and motions."""
+def without_elements(scene: Scene) -> tuple[System, list[Element]]:
+    """Return the mechanism of the scene as frozen arrays, without elements, and the elements that come from its joints
+    and motions. Raises InputError where nothing can move."""
     groups = rigid_groups(scene)
     if not groups.carriers:
         raise InputError(Problem("nothing can move: every body is fixed to the ground", scene.place("bodies")))

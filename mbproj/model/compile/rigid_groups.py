@@ -11,7 +11,8 @@ from mbproj.dataclass import dataclass
 from mbproj.joints import JOINTS
 from mbproj.model.compile.frames import Pose, poses_of
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene.records import GROUND, Body, Joint, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Body, Joint
 
 
 @dataclass(frozen=True, eq=False)

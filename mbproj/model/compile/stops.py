@@ -28,7 +28,7 @@ from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.primitive_set import Binding, bind
 from mbproj.model.stops import Stops
 from mbproj.registry import USUAL_IMPACT_LAW
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.stops import DistanceStop, OfBody, PlaneStop, StopLaw
 from mbproj.thresholds import THRESHOLDS
 

@@ -16,7 +16,7 @@ from mbproj.model.compile.rigid_groups import Seat
 from mbproj.model.compile.stops import local_point, local_vector, seated
 from mbproj.model.frictions import Frictions
 from mbproj.model.primitive_set import Binding, bind, bindings
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.stops import PlaneStop
 
 

@@ -13,7 +13,8 @@ from mbproj.model.compile.frames import pose, poses_of
 from mbproj.pages.appearance.joints import DrawnPart
 from mbproj.pages.appearance.layout import PartNumbers
 from mbproj.pages.appearance.parts import Mesh, Solid, cylinder, triad
-from mbproj.scene.records import BodyForce, Bushing, JointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import BodyForce, Bushing, JointForce
 from mbproj.scene.stops import OfBody, PlaneStop
 
 #: The turns of a spiral, the points of each turn, and the inner and outer radius in thicknesses.

@@ -18,7 +18,8 @@ from mbproj.pages.appearance.layout import PartNumbers
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.parts import Solid, bar, cylinder, triad
 from mbproj.pages.appearance.plates import Outline, both_outlines, track, wire_of
-from mbproj.scene.records import Joint, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Joint
 
 #: Axes are parallel where the sine of their angle is below this.
 PARALLEL = 1e-6

@@ -14,7 +14,8 @@ from mbproj.model.compile.loads import local_ends
 from mbproj.model.compile.touching import place_of_contact
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.pages.appearance.plates import both_outlines, wire_of
-from mbproj.scene.records import GROUND, Bushing, Joint, PointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Bushing, Joint, PointForce
 from mbproj.scene.stops import DistanceStop, PlaneStop
 
 #: The radius of a link: this part of the median link, but within this range of parts of the mechanism's size.

@@ -18,7 +18,8 @@ from mbproj.pages.appearance.layout import PartNumbers, RollingContact, touching
 from mbproj.pages.appearance.motion import PoseHistory
 from mbproj.scene.appearance import Appearance
 from mbproj.scene.meshes import TriangleMesh
-from mbproj.scene.records import Body, Joint, PointForce, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Body, Joint, PointForce
 
 #: The colours of bodies, in turn. Colour-blind readers can tell them apart (Tol, Colour Schemes, 2021, "bright").
 COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#8d99a6")

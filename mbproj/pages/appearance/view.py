@@ -10,7 +10,7 @@ from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.pages.appearance.joints import up_of
 from mbproj.pages.appearance.mechanism import Look
 from mbproj.pages.appearance.motion import PoseHistory
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 #: The tolerances for parallel axes and for a motion in one plane.
 PARALLEL, IN_PLANE = 1e-6, 1e-6

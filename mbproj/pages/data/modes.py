@@ -11,13 +11,13 @@ from mbproj.errors import InputError, Problem
 from mbproj.model.euler_parameters import product
 from mbproj.pages.appearance.mechanism import look_of
 from mbproj.pages.appearance.motion import PoseHistory
-from mbproj.pages.appearance.recorded import scene_of_modes
 from mbproj.pages.appearance.view import view_of
 from mbproj.pages.data.frames import THINNED
 from mbproj.pages.data.packing import Packer
 from mbproj.pages.data.page_data import look_data, motion_data, view_data
 from mbproj.pages.data.pages import PageData
 from mbproj.results.linear.modes_file import StoredModes, read_modes
+from mbproj.results.linear.parts import scene_of_modes
 
 #: The initial amplitude of a page: a part of the mechanism's size, and of 1 rad.
 AMPLITUDE = 0.15

@@ -13,18 +13,18 @@ import numpy as np
 from mbproj.analysis.trust import usual_limit
 from mbproj.arrays import Array, Integers
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.equations.forces import given_vectors
 from mbproj.dynamics.equations.instant import Instant
 from mbproj.dynamics.equations.kinematics import pose_of, twist_of
 from mbproj.dynamics.rank.components import component_rows, loops_of
-from mbproj.model import compile_system
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 from mbproj.pages.appearance.forces import LoadLook
 from mbproj.pages.appearance.mechanism import Look, look_of
 from mbproj.pages.appearance.motion import PoseHistory
-from mbproj.pages.appearance.recorded import motion_of, scene_of
+from mbproj.pages.appearance.recorded import motion_of
 from mbproj.pages.appearance.view import View, view_of
 from mbproj.pages.data.frames import PageFrames, frames_of, largest_between
 from mbproj.pages.data.packing import Packer
@@ -32,7 +32,7 @@ from mbproj.pages.data.page_data import group_data, look_data, motion_data, path
 from mbproj.pages.data.series import XYZ, SeriesGroup, fitting, groups_of
 from mbproj.results import Results
 from mbproj.scene.meshes import meshes_of
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.thresholds import THRESHOLDS
 
 #: The most bodies for which passages are searched: with more, the search would take longer than all else.
@@ -57,7 +57,7 @@ def page_of(
     views: list[View] = []
     runs = []
     for result, label in zip(results, labels, strict=True):
-        scene, motion = scene_of(result), motion_of(result)
+        scene, motion = result.scene, motion_of(result)
         look = look_of(scene, motion, result.meshes())
         views.append(view_of(scene, motion, look))
         runs.append(_run(result, scene, look, motion, label, packer, full, limit))

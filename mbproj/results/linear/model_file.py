@@ -14,7 +14,7 @@ from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.output_files import FileKind, hdf5, replacing
 from mbproj.results.linear.parts import FileLayout, RecordField, read, write
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 LAYOUT = FileLayout(
     "mbproj linear model",

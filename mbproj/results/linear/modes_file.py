@@ -14,7 +14,7 @@ from mbproj.arrays import Array, Numbers
 from mbproj.dataclass import dataclass
 from mbproj.results.linear.parts import FileLayout, RecordField, read, write
 from mbproj.results.provenance import Attribute
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 GLOBAL = "global axes"
 LAYOUT = FileLayout(

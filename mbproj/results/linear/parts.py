@@ -23,7 +23,7 @@ from mbproj.results.file.opening import open_file
 from mbproj.results.file.whole import create_text
 from mbproj.results.provenance import Attribute, root_attributes, write_scene
 from mbproj.scene.meshes import TriangleMesh
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 
 VERSION = 1
 
@@ -118,6 +118,13 @@ def scene_in(path: Path) -> StoredScene:
     with open_file(path) as contents:
         path_then, overrides = provenance.path(contents), provenance.overrides(contents)
         return StoredScene(provenance.text(contents, "text"), path_then, overrides, provenance.meshes(contents))
+
+
+def scene_of_modes(path: Path, bodies: Sequence[str]) -> tuple[Scene, Mapping[str, TriangleMesh]]:
+    """The scene in the file of modes at `path`, and its meshes. Raises InputError where its bodies are not `bodies`."""
+    recorded = scene_in(path)
+    again = provenance.scene_again(recorded.text, recorded.path, recorded.overrides, bodies, path)
+    return again, recorded.meshes
 
 
 def _read(contents: Contents, layout: FileLayout) -> dict[str, Any]:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbproj.scene.blocks.expectation_checks import CHECKS, expectations_of, unsampled
 from mbproj.scene.blocks.expectations import EXPECTATION, SUBJECTS, Given
 from mbproj.scene.fields.containers import Complaint, Named, OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field
 from mbproj.scene.fields.reading import Unfit
-from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.records import Expectation, Settings
+
+if TYPE_CHECKING:
+    from mbproj.scene.read import Scene
 
 _WORDS = (*SUBJECTS, "quantity", "component", "over", "between", "at")
 

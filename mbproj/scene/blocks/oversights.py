@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING
 from mbproj.errors import Place, Problem, shortened
 from mbproj.joints import COORDINATE_UNITS, JOINTS
 from mbproj.scene.fields.inertia import principal_moments
-from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce, Scene
+from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce
 
 if TYPE_CHECKING:
     from mbproj.functions.curves.track import SpaceTrack, Track
+    from mbproj.scene.read import Scene
 
 #: A joint is far from a body where its distance from the centre of mass is more than this many lengths of the body.
 #: Half a length is usual.

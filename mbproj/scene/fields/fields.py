@@ -16,6 +16,8 @@ from mbproj.scene.text.nodes import Node, ScalarNode, SequenceNode, describe
 
 T_co = TypeVar("T_co", covariant=True)
 #: A JSON Schema (draft 2020-12) as plain data.
+#: The version of JSON Schema that scenes and reports have.
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
 Schema: TypeAlias = dict[str, Any]
 
 

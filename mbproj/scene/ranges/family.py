@@ -13,8 +13,7 @@ from mbproj.scene.expressions.dimensions import symbol_of
 from mbproj.scene.expressions.units import BARE, Dimension
 from mbproj.scene.fields.containers import Record
 from mbproj.scene.fields.reading import Reading, in_text_order
-from mbproj.scene.read import SceneText
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene, SceneText
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, ScalarNode, describe
 from mbproj.scene.text.source import read_text

@@ -13,6 +13,7 @@ import numpy as np
 
 from mbproj.analysis.expectations import measured
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.observe.recorded import Block, Observer
 from mbproj.dynamics.observe.samples import block_samples
 from mbproj.integrate.events.law_switches import switches_of
@@ -24,9 +25,9 @@ from mbproj.integrate.interruption import TimeIsUp, interruption, time_limit
 from mbproj.integrate.kernel_run import RETURN_SECONDS
 from mbproj.kernel import core
 from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import compile_system
 from mbproj.registry import AUTOMATIC, EQUILIBRIUM
-from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.text.reading_cache import same_bits
 from mbproj.studies.cases.array import CaseArray, CasesDiffer, KernelOfCases, OneCaseOnly, case_of, stacked
 from mbproj.studies.measure.measured_samples import MeasuredSamples

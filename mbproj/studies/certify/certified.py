@@ -33,7 +33,8 @@ from mbproj.integrate.reporting.report import sharing_stops
 from mbproj.integrate.simulate import EventRecorder, Keep, Progress
 from mbproj.model.system import System
 from mbproj.results.trust import Trust
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 from mbproj.studies.certify.horizon import LIMITS, certify, trust_of
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent

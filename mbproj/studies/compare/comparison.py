@@ -17,7 +17,7 @@ from mbproj.registry import AUTOMATIC, integrator_choices, is_embedded
 from mbproj.report_schema import report_of
 from mbproj.report_schema.studies import COMPARED, ENERGY_ROW
 from mbproj.results.views.table import Table, Tabled
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.compare.energy_split import EnergySplit, energy_split
 from mbproj.studies.measure.measurement import Measurement, measured
 from mbproj.studies.measure.mechanism import Mechanism

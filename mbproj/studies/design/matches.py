@@ -16,7 +16,7 @@ from mbproj.scene.blocks.measures import complaints, measures_of
 from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable, coordinates_of
 from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.fields.reading import Reading
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.target import PATH, TIME, Target
 from mbproj.studies.inverse.columns import TIME_NAMES, CsvTable, factor_of, read_columns

@@ -13,8 +13,8 @@ from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.report_schema.designs import SENSITIVITY
 from mbproj.results.views.table import Table
 from mbproj.scene.ranges.family import column_of, units_of
-from mbproj.scene.read import SceneText
-from mbproj.scene.records import Expectation, Scene
+from mbproj.scene.read import Scene, SceneText
+from mbproj.scene.records import Expectation
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.matches import AXES
 from mbproj.studies.design.slopes.differences import LEAVE_OUT, DifferenceWork

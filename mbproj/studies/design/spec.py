@@ -25,8 +25,8 @@ from mbproj.scene.fields.quantities import Integer, Number, agrees, dimension_of
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.ranges import BOUNDS, Uniform
 from mbproj.scene.ranges.family import column_of, read_mapping, scene_named, units_of
-from mbproj.scene.read import SceneText
-from mbproj.scene.records import Expectation, KeyPath, Scene
+from mbproj.scene.read import Scene, SceneText
+from mbproj.scene.records import Expectation, KeyPath
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.changes import Change
 from mbproj.scene.text.nodes import MappingNode

@@ -16,15 +16,16 @@ from mbproj.analysis.expectations import measured
 from mbproj.analysis.observed import SampleSource
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import nearest
 from mbproj.dynamics.equations.motions import drive_at
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate.kernel_run import FollowedSteps
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.read import SceneText
-from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.read import Scene, SceneText
+from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.cases.array import case_of
 from mbproj.studies.cases.block import CaseBlock, values_of

@@ -11,6 +11,7 @@ import numpy as np
 
 from mbproj.arrays import Array, cross
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import coordinate_values
 from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
 from mbproj.dynamics.derivatives.tangent import tangent_velocities
@@ -19,13 +20,12 @@ from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.linear.equilibrium.started import assembled_start
 from mbproj.linear.states import sampled_state
-from mbproj.model import compile_system
 from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.system import System
 from mbproj.results import Results
 from mbproj.results.loads.largest import Cycle, Load, Recorded, loads
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.inverse.actuators import actuators
 from mbproj.studies.inverse.balance import balance
 from mbproj.studies.inverse.closed import follow

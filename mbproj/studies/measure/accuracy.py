@@ -8,7 +8,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from mbproj.dataclass import dataclass
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.measure.measurement import Measurement, measured
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.reference import Reference

@@ -8,11 +8,13 @@ from typing import Any
 
 from mbproj.dataclass import brief, dataclass
 from mbproj.dynamics import State
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError, Problem, choose_from
 from mbproj.integrate.formulations.choice import Choice, choose
 from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import System, compile_system
-from mbproj.scene.records import Scene, Settings
+from mbproj.model import System
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 from mbproj.settings import MECHANISM, SETTINGS
 from mbproj.studies.measure.setting import Setting
 

@@ -13,7 +13,8 @@ from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import Report, simulate
 from mbproj.integrate.reporting.report import EnergyAccount, Worst
 from mbproj.integrate.reporting.tally import RowsKept
-from mbproj.scene.records import ProjectionSettings, Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.thresholds import THRESHOLDS

@@ -10,7 +10,7 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError, Problem
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.scene.sampling import DEFAULT_SAMPLES, MOST_SAMPLES
 from mbproj.studies.measure.solve import sample_times
 

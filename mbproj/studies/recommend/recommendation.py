@@ -18,7 +18,8 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import ExitCode, MbprojError
 from mbproj.integrate.stiff.fast_forces import steps_for_stability
 from mbproj.results.views.table import Table, Tabled
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 from mbproj.studies.measure.certain import why_not
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement
 from mbproj.studies.measure.mechanism import Mechanism

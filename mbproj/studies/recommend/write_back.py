@@ -8,7 +8,8 @@ from typing import Any
 from mbproj.errors import InputError, Place, Problem, placed_at
 from mbproj.output_files import SCENE, check_rewritable, write_text
 from mbproj.scene import read_scene_text
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 from mbproj.scene.text.rewrite import Changes, with_simulation
 from mbproj.scene.text.source import read_text
 from mbproj.settings import HOW, SETTINGS

@@ -18,8 +18,7 @@ from mbproj.integrate.steppers.stability_region import real_axis_limit
 from mbproj.integrate.steppers.tableau import tableau_of
 from mbproj.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fixed_steps
 from mbproj.results.views.table import Table, Tabled
-from mbproj.scene.read import SceneText
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene, SceneText
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve

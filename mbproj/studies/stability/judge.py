@@ -21,7 +21,8 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.instants import round_of
 from mbproj.model import System
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 from mbproj.studies.cases.array import OneCaseOnly, case_of
 from mbproj.studies.cases.block import CaseBlock, as_one
 from mbproj.studies.cases.groups import by_arrays

@@ -27,7 +27,7 @@ from mbproj.integrate.formulations.choice import choose
 from mbproj.integrate.formulations.planar import InPlane
 from mbproj.model import System
 from mbproj.model.euler_parameters import product, rotation_matrix
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.settings import SETTINGS
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.stability.judge import FAILS, HOLDS, StabilityPoint, Subject, cause_of, judged

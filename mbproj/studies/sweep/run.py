@@ -21,8 +21,8 @@ from mbproj.integrate.reporting.report import Report
 from mbproj.results import OutputError
 from mbproj.results.files import part_path
 from mbproj.runs.record import record_run
-from mbproj.scene.read import SceneText
-from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.read import Scene, SceneText
+from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.cases.block import CaseBlock, values_of

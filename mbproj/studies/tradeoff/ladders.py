@@ -20,7 +20,7 @@ import numpy as np
 from mbproj import registry
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.measure.accuracy import Yardstick, attempt
 from mbproj.studies.measure.certain import certain_reference
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement

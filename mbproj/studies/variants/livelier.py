@@ -11,7 +11,8 @@ from mbproj.functions.program import TIME
 from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.expressions.units import DAMPING, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS
 from mbproj.scene.fields.quantities import dimension_of
-from mbproj.scene.records import BodyForce, Bushing, Force, JointForce, Law, Motion, Scene, Vector
+from mbproj.scene.read import Scene
+from mbproj.scene.records import BodyForce, Bushing, Force, JointForce, Law, Motion, Vector
 from mbproj.scene.stops import DistanceStop, Limit, PlaneStop, StopLaw
 from mbproj.studies.variants.programs import with_argument
 from mbproj.studies.variants.rescaled import scaled_matrix

@@ -9,19 +9,8 @@ import numpy as np
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.scene.fields.rotations import from_matrix, multiply
-from mbproj.scene.records import (
-    Body,
-    BodyForce,
-    Bushing,
-    Force,
-    Joint,
-    Marker,
-    Orientations,
-    Pair,
-    PointForce,
-    Scene,
-    Vector,
-)
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Body, BodyForce, Bushing, Force, Joint, Marker, Orientations, Pair, PointForce, Vector
 from mbproj.scene.stops import DistanceStop, OfBody, PlaneStop
 from mbproj.studies.variants.programs import combined
 

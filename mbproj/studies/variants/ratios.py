@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from mbproj.errors import InputError, Problem
-from mbproj.scene.records import GROUND, Body, Scene
+from mbproj.scene.read import Scene
+from mbproj.scene.records import GROUND, Body
 from mbproj.studies.variants.rescaled import scaled_matrix
 
 

@@ -21,6 +21,7 @@ from mbproj.scene.blocks.ropes.path import Path
 from mbproj.scene.coupled import Coupled
 from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.friction import Bearing, DryFriction
+from mbproj.scene.read import Scene
 from mbproj.scene.records import (
     Body,
     BodyForce,
@@ -34,7 +35,6 @@ from mbproj.scene.records import (
     Motion,
     Pair,
     PointForce,
-    Scene,
     Vector,
 )
 from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneFriction, PlaneStop, StopLaw

@@ -26,7 +26,7 @@ from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import core
 from mbproj.kernel.bound import without_form
 from mbproj.model import System
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.verify.equations import RoundedEquations, equations_at, independent_rows
 from mbproj.studies.verify.runs import ShortRuns, short_runs

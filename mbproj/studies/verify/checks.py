@@ -10,7 +10,7 @@ import numpy as np
 from mbproj.dataclass import dataclass
 from mbproj.errors import SimulationError
 from mbproj.results.verification import Check, Verification
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.verify import accelerations, balance, corrections, invariance, order, small_motions, turns

@@ -10,12 +10,13 @@ import numpy as np
 
 from mbproj.arrays import Array, Integers
 from mbproj.dynamics import State
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.equations.constraint_equations import constraint_at
-from mbproj.model import System, compile_system
+from mbproj.model import System
 from mbproj.model.euler_parameters import product
 from mbproj.projection.methods import Gopm, Gpopm
 from mbproj.scene.blocks.control.known_names import names_channels
-from mbproj.scene.records import Scene
+from mbproj.scene.read import Scene
 from mbproj.studies.variants.moved import RigidMotion
 from mbproj.studies.variants.rescaled import rescaled
 from mbproj.studies.verify.case import Case

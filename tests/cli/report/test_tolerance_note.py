@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.runs import notes_on
 from mbproj.scene import read_scene, settings_to_run
 from tests.support import ROOT

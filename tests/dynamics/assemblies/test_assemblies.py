@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemblies import assemblies, conditions, freedom_left
 from mbproj.dynamics.equations.constraint_equations import constraint_at
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene_text
 from tests.dynamics.assemblies.linkages import (
     BASE,

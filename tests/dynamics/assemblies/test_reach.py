@@ -7,9 +7,10 @@ import pytest
 
 import mbproj
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemblies import conditions, reach_of
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene_text
 from tests.crossed import full
 from tests.dynamics.assemblies.linkages import FOUR_BAR

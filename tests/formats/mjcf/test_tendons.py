@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import mbproj
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import signals_of
-from mbproj.model import NotPlanar, compile_system, initial_guess, planar_reduction
+from mbproj.model import NotPlanar, initial_guess, planar_reduction
 from tests.crossed import once, some
 from tests.formats.agreement import agreement
 

@@ -11,11 +11,12 @@ import pytest
 
 from mbproj import Scene
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.integrate.automatic import march
 from mbproj.integrate.automatic.plan import Plan
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from tests.cli.commands import mbproj
 from tests.crossed import crossed, full

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.dynamics import assemble
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.support import Recorder
 

@@ -8,9 +8,10 @@ import pytest
 import mbproj
 from mbproj import read_scene_text
 from mbproj.dynamics import assemble, coordinate_values, pose_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.integrate import Reduced, count_redundant
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import initial_guess
 from tests.kernel.scenes import needs_kernel, shared_four_bars
 
 pytestmark = needs_kernel

@@ -9,10 +9,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.linear import assembled_start, steady_turn
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene
 from tests.mechanisms.running import assert_close
 

@@ -9,10 +9,10 @@ from scipy.linalg import eig
 from scipy.optimize import fsolve
 
 from mbproj.dynamics import NO_CONDITIONS, NO_DRIVE, coordinate_values, pose_of
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.linear import EquilibriumProblem, assembled_start
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene
 from tests.mechanisms.running import assert_close
 

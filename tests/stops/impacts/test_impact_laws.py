@@ -8,9 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mbproj.cli import mbproj
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.errors import InputError, SimulationError
 from mbproj.kernel import core
-from mbproj.model import compile_system
 from mbproj.registry import IMPACT_LAWS
 from mbproj.scene import read_scene_text
 from tests.crossed import full

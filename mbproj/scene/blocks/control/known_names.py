@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mbproj.errors import Problem, choose_from
 from mbproj.functions.program import Program
@@ -13,7 +13,10 @@ from mbproj.scene.blocks.control.expanded import expanded, where
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.fields.reading import Reading
-from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce, Scene, Settings
+from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce, Settings
+
+if TYPE_CHECKING:
+    from mbproj.scene.read import Scene
 
 #: Parts of items that are known only after the forces, so that no expression of a force may name them.
 TOO_LATE = ("angle_ddot", "displacement_ddot", "length_ddot", "acceleration", "reaction", "reaction_force")

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from mbproj.dataclass import dataclass
-from mbproj.functions.curves.laws import FULL_TURN, LAWS, Rise
+from mbproj.functions.curves.laws import LAWS, Rise
+from mbproj.functions.curves.plane_curve import FULL_TURN
 from mbproj.scene.fields.choices import NameChoice
 from mbproj.scene.fields.containers import OneOf, Record
 from mbproj.scene.fields.fields import Converted, Field, Flag, List, Schema
@@ -126,8 +126,9 @@ SHAPES = ("points", "space_points", "polyline", "circle", "ellipse", "involute",
 
 
 def _track(name: str, **given: Any) -> Track | SpaceTrack:
-    track: Track | SpaceTrack = import_module("mbproj.scene.blocks.curves.made").track_of(name, **given)
-    return track
+    from mbproj.scene.blocks.curves.made import track_of
+
+    return track_of(name, **given)
 
 
 CURVE: Record[Track | SpaceTrack] = Record(

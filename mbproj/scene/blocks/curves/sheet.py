@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from mbproj.arrays import Array
@@ -9,7 +11,9 @@ from mbproj.dataclass import dataclass
 from mbproj.errors import InputError, Place, Problem, choose_from
 from mbproj.functions.curves.soundness import largest_roller
 from mbproj.functions.curves.track import SpaceTrack, Track
-from mbproj.scene.records import Scene
+
+if TYPE_CHECKING:
+    from mbproj.scene.read import Scene
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,19 +1,26 @@
-"""The types of force that are elements, one file each: their keys in a scene, and the elements that these make.
+"""The types of force that are elements: their keys in a scene, and the elements that these make.
 
-A file here has `TYPES`, its types by name; plug-ins add theirs. The reader, the schema, the reference, the studies and
-the animation read these tables; nothing else knows a type.
+Plug-ins add theirs. The reader, the schema, the reference, the studies and the animation read these tables; nothing
+else knows a type.
 """
 
 from __future__ import annotations
 
 from mbproj.plugins import Registry
-from mbproj.registry import types_of
+from mbproj.scene.blocks.elements.dc_motor import MOTORS
 from mbproj.scene.blocks.elements.element_type import ElementType
+from mbproj.scene.blocks.elements.hydraulic_cylinder import CYLINDERS
+from mbproj.scene.blocks.elements.maxwell import MAXWELL_ELEMENTS
+from mbproj.scene.blocks.elements.pneumatic_spring import GAS_SPRINGS
+from mbproj.scene.blocks.elements.servo import SERVOS
+from mbproj.scene.blocks.elements.speed_torque import ENGINES
 from mbproj.scene.blocks.elements.varying_spring import SPRINGS
 
 __all__ = ["ELEMENTS", "SPRINGS", "ElementType", "element_type"]
 
-ELEMENTS: Registry[ElementType] = Registry("force type", types_of(__name__, __path__))
+ELEMENTS: Registry[ElementType] = Registry(
+    "force type", {**MOTORS, **CYLINDERS, **MAXWELL_ELEMENTS, **GAS_SPRINGS, **SERVOS, **ENGINES}
+)
 
 
 def element_type(name: str) -> ElementType:

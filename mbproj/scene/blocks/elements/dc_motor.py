@@ -50,7 +50,7 @@ def _changes(voltage: Program, rate: str, current: str, R: float, L: float, k: f
     return Program(apply(Op.DIVIDE, left, number(L)), voltage.text, reads)
 
 
-TYPES = {
+MOTORS = {
     "dc_motor": ElementType(
         "rad",
         {

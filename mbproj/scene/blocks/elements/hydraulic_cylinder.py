@@ -91,7 +91,7 @@ def _head(p: float | Program, E: float) -> Program:
     return formula("E*(exp(p/E) - 1)", p=p, E=E)
 
 
-TYPES = {
+CYLINDERS = {
     "hydraulic_cylinder": ElementType(
         "m",
         {

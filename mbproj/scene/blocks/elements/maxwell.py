@@ -26,7 +26,7 @@ def _maxwell(name: str, s: str, stiffness: float, damping: float, unit: str) -> 
     )
 
 
-TYPES = {
+MAXWELL_ELEMENTS = {
     "maxwell": ElementType(
         "m",
         {"stiffness": Number("N/m", above=0.0), "damping": Number("N*s/m", above=0.0)},

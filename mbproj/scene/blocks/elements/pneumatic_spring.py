@@ -50,7 +50,7 @@ def _stored(V: Program, volume: float, pressure: float, ambient: float, n: float
     return formula(text, p=pressure, V0=volume, V=V, n=n, around=around)
 
 
-TYPES = {
+GAS_SPRINGS = {
     "pneumatic_spring": ElementType(
         "m",
         {

@@ -74,4 +74,4 @@ def _type(along: Literal["m", "rad"], force: str, limit: str) -> ElementType:
     )
 
 
-TYPES = {"servo": _type("rad", "N*m", "max_torque"), "linear_servo": _type("m", "N", "max_force")}
+SERVOS = {"servo": _type("rad", "N*m", "max_torque"), "linear_servo": _type("m", "N", "max_force")}

@@ -47,7 +47,7 @@ def _at_speed(curve: Program, shaft: Program) -> Program:
     return combine(lambda own, turning: replaced(own, {RATE: turning}), curve, shaft)
 
 
-TYPES = {
+ENGINES = {
     "speed_torque": ElementType(
         "rad",
         {

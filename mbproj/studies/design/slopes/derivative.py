@@ -10,7 +10,8 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.errors import InputError
-from mbproj.scene.records import Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Settings
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.slopes.neighbours import FORMULAS, SIDES, VariedNumber
 from mbproj.studies.design.trial import Trial, Wish, trial_of, tried, tried_by_arrays

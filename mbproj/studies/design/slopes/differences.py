@@ -15,7 +15,8 @@ from mbproj.errors import InputError, Place, Problem, SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.kernel_run import FollowedSteps
 from mbproj.scene.ranges.family import column_of
-from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Expectation, Settings
 from mbproj.studies.design.slopes.derivative import CENTRAL, GRAIN, grain_of, is_exact
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism

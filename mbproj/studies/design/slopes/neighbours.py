@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.analysis.observed import datasets
 from mbproj.arrays import Array, Integers, may_overflow
 from mbproj.dataclass import dataclass
+from mbproj.dynamics.assembly.adjust import compile_system
 from mbproj.dynamics.assembly.assemble import coordinate_values, turns_of
 from mbproj.dynamics.equations.kinematics import pose_of
 from mbproj.dynamics.observe.recorded import Block, Observer
@@ -25,11 +26,11 @@ from mbproj.integrate.formulations.reduced import Reduced
 from mbproj.integrate.kernel_run import FollowedSteps, Trace, TracedSteps
 from mbproj.integrate.tangents import Directions, numbers_of, slopes_along, structure_of
 from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import compile_system
 from mbproj.model.planar import Plane, planar_reduction
 from mbproj.model.system import System
 from mbproj.registry import EQUILIBRIUM, is_explicit
-from mbproj.scene.records import Expectation, Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.measure.measured_samples import MeasuredSamples
 from mbproj.studies.measure.mechanism import Mechanism

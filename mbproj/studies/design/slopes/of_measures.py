@@ -12,7 +12,8 @@ from mbproj.analysis.expectations import components, measured
 from mbproj.analysis.observed import series
 from mbproj.arrays import Array, Integers
 from mbproj.errors import InputError, SimulationError
-from mbproj.scene.records import Expectation, Passage, Scene, Settings
+from mbproj.scene.read import Scene
+from mbproj.scene.records import Expectation, Passage, Settings
 from mbproj.scene.sampling import output_every, output_interval, whole_steps
 from mbproj.studies.design.slopes.derivative import GRAIN
 from mbproj.studies.design.slopes.differences import (

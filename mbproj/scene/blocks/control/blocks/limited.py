@@ -78,7 +78,7 @@ def _delay(of: Given, time: float, period: float, initial: Value | None = None) 
     return Delay(of, count, period, initial)
 
 
-TYPES: dict[str, Record[ControlBlock]] = {
+LIMITED_BLOCKS: dict[str, Record[ControlBlock]] = {
     "rate_limit": Record(
         "a limited rate",
         {

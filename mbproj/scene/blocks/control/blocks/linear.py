@@ -191,7 +191,7 @@ INPUTS: Field[Any] = Alternatives((Converted(VALUE, lambda value: (value,)), Lis
 OUTPUTS: Field[Any] = List(Converted(Text(), _name), None, "names")
 SCALE = Number(None, above=0.0)
 
-TYPES: dict[str, Record[ControlBlock]] = {
+LINEAR_BLOCKS: dict[str, Record[ControlBlock]] = {
     "transfer_function": Record(
         "a transfer function",
         {"of": VALUE, "num": ROW, "den": ROW, "initial": ROW, "scale": SCALE},
