@@ -1,7 +1,8 @@
-"""Given motions: columns of a CSV file, or the joint coordinates of a results file."""
+"""Reading a CSV table of measurements: headings such as `time (s)`, then lines of numbers."""
 
 from __future__ import annotations
 
+import csv
 import re
 from pathlib import Path
 
@@ -9,96 +10,104 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.model.system import System
-from mbproj.results import Results
-from mbproj.studies.inverse.columns import TIME_NAMES, CsvTable, factor_of, read_columns
+from mbproj.errors import InputError, Place, Problem
+from mbproj.plain_number import plain_number
+from mbproj.scene.expressions.units import unit_of
+from mbproj.scene.fields.quantities import agrees
 
-#: The fewest samples for a spline of degree 5.
-FEWEST = 6
-_MARKER = re.compile(r"(?P<marker>.+)\.(?:position_)?(?P<axis>[xyz])")
+#: The largest CSV file that is read, bytes.
+MOST_BYTES = 2**28
+_HEADING = re.compile(r"\s*(?P<name>.*?)\s*(?:[(\[]\s*(?P<unit>[^)\]]*?)\s*[)\]])?\s*")
+TIME_NAMES = ("time", "t")
 
 
 @dataclass(frozen=True, eq=False)
-class GivenMotion:
-    """Samples at the times (T,) in s. `values` (T, c) are joint coordinates such as "crank.angle" and positions of
-    markers such as "tip.x". `units` are rad or m."""
+class CsvTable:
+    """A table with c columns. `headings` are pairs of a name and a unit ("" where there is none), from the line
+    `heading_line`. `rows` (T, c) are the numbers as written; `lines` are their line numbers."""
 
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    time: Array
-    values: Array
-
-
-def known_columns(system: System) -> dict[str, str]:
-    """The names of all coordinates whose motion can be given, with their SI units."""
-    names = system.names
-    units = dict(zip(names.coordinates, names.coordinate_units, strict=True))
-    return units | {f"{marker}.{axis}": "m" for marker in names.markers for axis in "xyz"}
+    headings: tuple[tuple[str, str], ...]
+    heading_line: int
+    rows: Array
+    lines: tuple[int, ...]
 
 
-def from_csv(system: System, path: Path) -> GivenMotion:
-    """Read a motion from a CSV file. Its first line names the columns: `time (s), crank.angle (deg), tip.x (mm)`.
-    Without a unit they are in s, rad and m. Raises InputError with file and line where a cell is no number, a column is
-    unknown to the scene, or times do not ascend."""
-    table = read_columns(path, "--given")
-    place = Place(str(path), table.heading_line)
-    columns = [_column(system, name, unit, place) for name, unit in table.headings]
-    names = [name for name, _, _ in columns]
+def read_columns(path: Path, asked: str) -> CsvTable:
+    """Read the table in a file. `asked` is the option that named the file. Raises InputError with file and line where
+    the file is no table, two columns have one name, or a cell is no finite number."""
+    lines = _lines(path, asked)
+    if not lines:
+        raise InputError(Problem("it is empty", Place(str(path)), "give a line of names, then a line for each sample"))
+    first, cells = lines[0]
+    headings = tuple(_heading(cell) for cell in cells)
+    names = [name for name, _ in headings]
     for name in names:
-        if names.count(name) > 1:
-            raise InputError(Problem(f"two columns are of '{name}'", place, "leave one of them out"))
-    if "time" not in names or len(names) < 2:
-        raise InputError(Problem("it needs a column 'time (s)' and one of the motion", place, _columns_hint(system)))
-    rows = table.rows * [factor for _, _, factor in columns]
-    at = names.index("time")
-    given = GivenMotion(
-        tuple(name for name in names if name != "time"),
-        tuple(unit for name, unit, _ in columns if name != "time"),
-        rows[:, at],
-        np.delete(rows, at, axis=1),
-    )
-    return _checked(given, path, table)
+        if name and names.count(name) > 1:
+            at = Place(str(path), first)
+            raise InputError(Problem(f"two columns are of '{name}'", at, "leave one of them out, or rename it"))
+    rows = np.array([_numbers(path, line, row, len(cells)) for line, row in lines[1:]], dtype=float)
+    return CsvTable(headings, first, rows.reshape(-1, len(cells)), tuple(line for line, _ in lines[1:]))
 
 
-def from_results(system: System, results: Results) -> GivenMotion:
-    """The motion of all joint coordinates that the results share with the scene. Raises InputError where there are
-    none."""
-    shared = [name for name in system.names.coordinates if name in results.names("coordinates")]
-    if not shared:
-        have = choose_from("", system.names.coordinates, "the scene has")
-        raise InputError(Problem(f"'{results.path}' has no joint coordinate of the scene", hint=have))
-    units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
-    last = np.append(np.diff(results.time) > 0.0, True)  # of two samples at an event take the one after it
-    values = np.stack([results.coordinate(name).value for name in shared], axis=1)
-    motion = GivenMotion(tuple(shared), tuple(units[name] for name in shared), results.time[last], values[last])
-    return _checked(motion, results.path, None)
+def factor_of(name: str, unit: str, wanted: str, place: Place) -> float:
+    """The factor from `unit` to the SI unit `wanted`; 1 where the column has no unit. Raises InputError where the unit
+    is unknown, or of another quantity."""
+    if not unit:
+        return 1.0
+    hint = f"give it in {wanted}" if wanted else "give it without a unit"
+    try:
+        unit_read = unit_of(unit)
+    except ValueError as error:
+        raise InputError(Problem(f"column '{name}': unknown unit '{unit}'", place, hint)) from error
+    if not agrees(wanted, unit_read.dimension):
+        what = f"is in {wanted}" if wanted else "has no unit"
+        raise InputError(Problem(f"column '{name}' {what}, and '{unit}' is not", place, hint))
+    return unit_read.multiply / unit_read.divide
 
 
-def _column(system: System, name: str, unit: str, place: Place) -> tuple[str, str, float]:
-    """The name of a column's coordinate, its SI unit, and the factor from the column's unit to it."""
-    known = known_columns(system)
-    marker = _MARKER.fullmatch(name)
-    if name not in known and marker and f"{marker['marker']}.{marker['axis']}" in known:
-        name = f"{marker['marker']}.{marker['axis']}"
-    if name.lower() in TIME_NAMES:
-        return "time", "s", factor_of(name, unit, "s", place)
-    if name not in known:
-        message = f"column '{name}' is no joint coordinate and no component of a marker"
-        raise InputError(Problem(message, place, f"leave it out, or rename it; {choose_from(name, known)}"))
-    return name, known[name], factor_of(name, unit, known[name], place)
+def _heading(cell: str) -> tuple[str, str]:
+    match = _HEADING.fullmatch(cell)
+    return (match["name"], match["unit"] or "") if match else (cell.strip(), "")
 
 
-def _columns_hint(system: System) -> str:
-    return choose_from("", known_columns(system), "columns may be")
+def _lines(path: Path, asked: str) -> list[tuple[int, list[str]]]:
+    """The lines that are neither empty nor comments, split into cells, with their numbers."""
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise InputError(Problem(f"it has more than {MOST_BYTES >> 20} MB", Place(str(path)), "thin it out"))
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        problem = Problem(f"cannot read '{path}': {error.strerror or error}", Place(asked))
+        raise InputError(problem) from error
+    except UnicodeDecodeError as error:
+        raise InputError(Problem("it is not a text in UTF-8", Place(str(path)), "give a CSV file")) from error
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    separator = next((mark for mark in (",", ";", "\t") if mark in first), ",")
+    reader = csv.reader(text.splitlines(), delimiter=separator)
+    try:
+        rows = [(reader.line_num, cells) for cells in reader]
+    except csv.Error as error:
+        raise InputError(Problem(f"it is no CSV table: {error}", Place(str(path), reader.line_num))) from error
+    return [(line, cells) for line, cells in rows if "".join(cells).strip() and not cells[0].startswith("#")]
 
 
-def _checked(given: GivenMotion, path: Path, columns: CsvTable | None) -> GivenMotion:
-    if len(given.time) < FEWEST:
-        message = f"it has {len(given.time)} samples, and a spline of degree 5 needs {FEWEST}"
-        raise InputError(Problem(message, Place(str(path)), "give more samples"))
-    wrong = np.flatnonzero(~(np.diff(given.time) > 0.0))
-    if len(wrong):
-        place = Place(str(path), None if columns is None else columns.lines[int(wrong[0]) + 1])
-        raise InputError(Problem("its time is not after the one before", place, "sort the samples by time"))
-    return given
+def _numbers(path: Path, line: int, cells: list[str], count: int) -> list[float]:
+    place = Place(str(path), line)
+    if len(cells) != count:
+        raise InputError(Problem(f"it has {len(cells)} cells, and the first line has {count}", place))
+    try:
+        numbers = [plain_number(cell) for cell in cells]
+    except ValueError:
+        wrong = next(cell for cell in cells if not _is_number(cell))
+        raise InputError(Problem(f"'{wrong.strip()}' is not a number", place, "give every sample a number")) from None
+    if not np.isfinite(numbers).all():
+        raise InputError(Problem("a number is not finite", place, "leave this sample out"))
+    return numbers
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        plain_number(cell)
+    except ValueError:
+        return False
+    return True
