@@ -19,55 +19,50 @@ from collections.abc import Mapping
 from importlib import import_module
 from types import MappingProxyType
 
-from mbproj.version import __version__
+from mbproj.base.version import __version__
 
 #: The public names by the module that defines them; `__init__.pyi` says the same to editors and type checkers.
 HOMES: Mapping[str, str] = MappingProxyType(
     {
-        "mbproj.api.again": "continue_run rerun",
-        "mbproj.api.batch": "Batch batch",
-        "mbproj.api.check.assemblies": "branches",
-        "mbproj.api.check.checked": "SceneCheck check",
-        "mbproj.api.files": "compare_results export largest_loads",
-        "mbproj.api.linear": "equilibria equilibrium linearize modes traces",
-        "mbproj.api.loads": "loads",
-        "mbproj.api.models": "Exported Imported export_model import_model new schema",
-        "mbproj.api.pictures": "paper",
-        "mbproj.api.run": "run start",
-        "mbproj.api.studies": "compare recommend stability threshold tradeoff verify",
-        "mbproj.api.sweep": "SweepTable fit optimise sensitivity sweep",
-        "mbproj.dynamics": "State assemble mobility unique_components",
-        "mbproj.errors": "InputError SimulationError",
-        "mbproj.figures.style": "figure_style",
-        "mbproj.integrate": "Report simulate",
-        "mbproj.integrate.steppers.plugin": "register_integrator",
-        "mbproj.dynamics.assembly.adjust": "compile_system",
-        "mbproj.model": "System initial_guess",
-        "mbproj.parts": "Belt Body Bushing Cam CamContact Coupler Curve CurveContact CurveOnCurve Cylindrical DcMotor "
-        "Differential Distance Expectation Fixed FlatContact FlatFollower Force Friction Gear Geneva "
-        "HydraulicCylinder KnifeEdge LinearServo LinearSpringDamper Marker Maxwell Motion Planar PneumaticSpring "
-        "PointInPlane PointOnLine Prismatic Rack Revolute RevoluteSpherical RollingBall RollingEllipsoid "
-        "RollingOnCurve RollingOnLine RollingWheel Rope Screw Servo Simulation Slot SpaceSlot SpeedTorque "
-        "Spherical SpringDamper Stop Telescope Torque TorsionMaxwell TorsionSpringDamper Universal",
-        "mbproj.projection": "Projection",
-        "mbproj.projection.plugin": "register_projection",
-        "mbproj.api.results": "Results open_results",
-        "mbproj.results": "ResultsWriter Trust Verification",
+        "mbproj.base.errors": "InputError SimulationError",
+        "mbproj.commands.python.check": "SceneCheck branches check",
+        "mbproj.commands.python.files": "compare_results export largest_loads",
+        "mbproj.commands.python.linear": "equilibria equilibrium linearize loads modes traces",
+        "mbproj.commands.python.models": "Exported Imported export_model import_model new schema",
+        "mbproj.commands.python.pictures": "paper",
+        "mbproj.commands.python.results": "Results open_results",
+        "mbproj.commands.python.run": "continue_run rerun run start",
+        "mbproj.commands.python.studies": "Batch SweepTable batch compare fit optimise recommend sensitivity stability sweep threshold tradeoff verify",
+        "mbproj.equations.assembly.assemble": "State assemble",
+        "mbproj.equations.assembly.compiled": "compile_system",
+        "mbproj.equations.rank.mobility": "mobility",
+        "mbproj.equations.rank.uniqueness": "unique_components",
+        "mbproj.model.compile.mechanism": "initial_guess",
+        "mbproj.model.system": "System",
+        "mbproj.motion.projection": "Projection register_projection",
+        "mbproj.motion.report": "Report",
+        "mbproj.motion.simulate": "simulate",
+        "mbproj.motion.steppers.plugin": "register_integrator",
         "mbproj.results.notes": "Note",
-        "mbproj.results.views.table": "Table",
-        "mbproj.runs.record": "Run record_run",
-        "mbproj.scene": "Scene read_scene read_scene_text settings_to_run",
-        "mbproj.scene.blocks.forces.plugin": "register_element register_force",
-        "mbproj.studies.certify.certified": "simulate_certified",
-        "mbproj.studies.compare.comparison": "Comparison",
-        "mbproj.studies.measure.mechanism": "Mechanism",
+        "mbproj.results.trust": "Trust",
+        "mbproj.results.verification": "Verification",
+        "mbproj.results.views": "Table",
+        "mbproj.results.writer": "ResultsWriter",
+        "mbproj.scene.blocks.plugin_forces": "register_element register_force",
+        "mbproj.scene.parts": "Belt Body Bushing Cam CamContact Coupler Curve CurveContact CurveOnCurve Cylindrical DcMotor Differential Distance Expectation Fixed FlatContact FlatFollower Force Friction Gear Geneva HydraulicCylinder KnifeEdge LinearServo LinearSpringDamper Marker Maxwell Motion Planar PneumaticSpring PointInPlane PointOnLine Prismatic Rack Revolute RevoluteSpherical RollingBall RollingEllipsoid RollingOnCurve RollingOnLine RollingWheel Rope Screw Servo Simulation Slot SpaceSlot SpeedTorque Spherical SpringDamper Stop Telescope Torque TorsionMaxwell TorsionSpringDamper Universal",
+        "mbproj.scene.scene": "Scene read_scene read_scene_text",
+        "mbproj.scene.settings": "settings_to_run",
+        "mbproj.show.figures.style": "figure_style",
+        "mbproj.studies.certify": "simulate_certified",
+        "mbproj.studies.compare": "Comparison",
         "mbproj.studies.measure.reference": "Reference reference",
         "mbproj.studies.measure.setting": "Setting",
-        "mbproj.studies.measure.solve": "Solution sample_times solve",
-        "mbproj.studies.recommend.recommendation": "Recommendation",
+        "mbproj.studies.measure.solve": "Mechanism Solution sample_times solve",
+        "mbproj.studies.recommend": "Recommendation",
+        "mbproj.studies.record": "Run record_run",
         "mbproj.studies.stability": "StabilityMap",
         "mbproj.studies.threshold": "ThresholdStudy threshold_study",
-        "mbproj.studies.tradeoff.result": "Tradeoff",
+        "mbproj.studies.tradeoff": "Tradeoff",
     }
 )
 _HOME_OF = {name: home for home, names in HOMES.items() for name in names.split()}

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mbproj.base.registry import IMPACT_LAWS
+from mbproj.base.thresholds import THRESHOLDS, of_the_kernel
 from mbproj.kernel import core
-from mbproj.registry import IMPACT_LAWS
-from mbproj.thresholds import THRESHOLDS, of_the_kernel
 
 
 def _thresholds():

@@ -16,7 +16,7 @@ from itertools import islice
 from pathlib import Path
 from warnings import warn
 
-from mbproj.dataclass import dataclass
+from mbproj.base.dataclass import dataclass
 
 
 class ExitCode(IntEnum):

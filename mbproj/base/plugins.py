@@ -1,4 +1,4 @@
-"""Plug-ins: entries that other packages add to the registries, by an entry point of the group `mbproj.plugins` or by a
+"""Plug-ins: entries that other packages add to the registries, by an entry point of the group `mbproj.base.plugins` or by a
 call.
 
 An entry point names a module that registers its entries when it is imported, or a function that does so when it is
@@ -13,9 +13,9 @@ from collections.abc import Callable, Container, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Generic, TypeVar, final
 
-from mbproj.errors import InputError, MbprojError, Place, Problem, warn_once
+from mbproj.base.errors import InputError, MbprojError, Place, Problem, warn_once
 
-GROUP = "mbproj.plugins"
+GROUP = "mbproj.base.plugins"
 Entry = TypeVar("Entry")
 #: The module that registered each plug-in, and the checksum of its code, by kind and name.
 _origins: dict[tuple[str, str], tuple[str, str]] = {}

@@ -1,6 +1,6 @@
 """The choices of a user, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
 
-A new projection method is one class in `mbproj/projection/methods.py` and one entry here; a new integrator is one
+A new projection method is one class in `mbproj/motion/projection.py` and one entry here; a new integrator is one
 tableau under `mbproj/integrate/steppers`, in `tableaus` or `implicit_tableaus`. Plug-ins add theirs by a call. The
 reader, the command line, did-you-mean and the tests ask here.
 """
@@ -14,8 +14,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, final
 
-from mbproj.dataclass import dataclass
-from mbproj.plugins import Registry
+from mbproj.base.dataclass import dataclass
+from mbproj.base.plugins import Registry
 
 
 def load(where: str) -> Any:
@@ -44,7 +44,7 @@ def lazily(package: str, names_in: Mapping[str, str]) -> Callable[[str], Any]:
 
 @dataclass(frozen=True)
 class ProjectionEntry:
-    """A projection method: its class in `mbproj.projection.methods`, its equations in the paper, a summary, and the
+    """A projection method: its class in `mbproj.motion.projection`, its equations in the paper, a summary, and the
     names of its own options. `corrects` says whether it corrects the state after a step. `correction` names the same
     correction in the kernel; a method without one runs in the full formulation alone. `factory` makes the method of a
     plug-in, which has no class there."""

@@ -23,7 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 from selectors import EVENT_READ, DefaultSelector
 
-from mbproj.errors import InputError, Problem
+from mbproj.base.errors import InputError, Problem
 
 try:
     import resource

@@ -11,8 +11,8 @@ from dataclasses import field, fields
 from types import MappingProxyType
 from typing import Any
 
-from mbproj import registry
-from mbproj.dataclass import dataclass
+from mbproj.base import registry
+from mbproj.base.dataclass import dataclass
 
 #: What a setting decides, which says where it stands in the key of a stored study. HOW: accuracy and cost, which
 #: studies of settings vary. MECHANISM: the motion that is computed. SPAN: the times of the samples.
@@ -95,7 +95,7 @@ class SettingEntry:
 
     `name` is its argument and, with hyphens, its option; `path` leads to its key in the `simulation` block. `type` and
     `usual` are the type of its value in Python and its default; `null` says what None means. `takes` is the unit of a
-    number ("1" for none), the name of the words in `mbproj.registry`, or the placeholder of a count. Numbers lie
+    number ("1" for none), the name of the words in `mbproj.base.registry`, or the placeholder of a count. Numbers lie
     `above` one and are at most `maximum`. `where_taken` is the default where only some projection methods have it.
     `label` is its text in a legend.
     """

@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import File
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import AnyNumber, Positive
-from mbproj.cli.study_options import force as force_option
-from mbproj.errors import InputError, Problem
+from mbproj.base.errors import InputError, Problem
+from mbproj.commands.options import AnyNumber, File, Part, Positive, explained, option
+from mbproj.commands.study_options import force as force_option
 
 if TYPE_CHECKING:
-    from mbproj.pages.data.pages import PageData
+    from mbproj.show.page.pages import PageData
 
 #: The endings of scene files; other files are results.
 SCENES = (".yaml", ".yml")
@@ -69,8 +67,8 @@ def command(
     first solid, the others as ghosts. The page is one file that opens without a network. Its 3D graphics are three.js,
     which comes with the extra: pip install 'mbproj[animate]'. A name in .gif, or .mp4 with ffmpeg, makes a film.
     """
-    from mbproj.output_files import PAGE, check_replaceable, write_text
-    from mbproj.pages.page.write import html
+    from mbproj.results.output_files import PAGE, check_replaceable, write_text
+    from mbproj.show.page.write import html
 
     path = output or sources[0].with_suffix(".html")
     ending = path.suffix.lower()
@@ -95,10 +93,10 @@ def command(
 
 
 def _film(sources: Sequence[Path], start: float | None, stop: float | None, path: Path, *, force: bool) -> Path:
-    from mbproj.cli.results_shown import open_with_note, selected
-    from mbproj.cli.studies.pictures import is_linear
-    from mbproj.figures.kinds.film import save_film
-    from mbproj.output_files import check_replaceable, film
+    from mbproj.commands.plot import is_linear
+    from mbproj.commands.results_shown import open_with_note, selected
+    from mbproj.results.output_files import check_replaceable, film
+    from mbproj.show.figures.mechanism import save_film
 
     for source in sources:
         if source.suffix.lower() in SCENES or is_linear(source):
@@ -116,8 +114,8 @@ def _page(
     full: bool,
     limit: float | None,
 ) -> PageData:
-    from mbproj.cli.studies.pictures import is_linear
-    from mbproj.pages.data.pages import page_of, start_of
+    from mbproj.commands.plot import is_linear
+    from mbproj.show.page.pages import page_of, start_of
 
     if any(map(is_linear, sources)):
         if len(sources) > 1:
@@ -125,13 +123,13 @@ def _page(
         for name, value in {"--from": start, "--to": stop, "--error": limit, "--full": full or None}.items():
             if value is not None:
                 raise InputError(Problem(f"{name} is for results of runs, and '{sources[0]}' is none"))
-        from mbproj.pages.data.modes import page_of_modes
+        from mbproj.show.page.pages import page_of_modes
 
         return page_of_modes(sources[0], labels[0] if labels else sources[0].stem)
     scenes = [source for source in sources if source.suffix.lower() in SCENES]
     if not scenes:
-        from mbproj.cli.results_shown import open_with_note, selected
-        from mbproj.figures.labels import derive_labels
+        from mbproj.commands.results_shown import open_with_note, selected
+        from mbproj.show.figures.rows import derive_labels
 
         results = [open_with_note(path) for path in sources]
         names = list(labels) or derive_labels(results)
@@ -139,10 +137,10 @@ def _page(
     if len(sources) > 1:
         message = f"'{scenes[0]}' is a scene, and scenes are shown alone"
         raise InputError(Problem(message, hint="run it, and give its results"))
-    from mbproj.dynamics.assembly.adjust import compile_system
-    from mbproj.linear.equilibrium.started import start_state
-    from mbproj.pages.appearance.motion import motion_at
-    from mbproj.scene import read_scene
+    from mbproj.equations.assembly.compiled import compile_system
+    from mbproj.linear.equilibrium.start import start_state
+    from mbproj.scene.scene import read_scene
+    from mbproj.show.appearance.motion import motion_at
 
     scene = read_scene(str(scenes[0]), {}, {})
     system = compile_system(scene)

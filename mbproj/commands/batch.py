@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli import study_options
-from mbproj.cli.completion import FolderPath, scene_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import plot_option
-from mbproj.cli.report.expectations import error_words, verdict
-from mbproj.cli.report.expectations import record as outcome_record
-from mbproj.errors import ExitCode
-from mbproj.report_schema import report_of
-from mbproj.report_schema.run import NOTES
+from mbproj.base.errors import ExitCode
+from mbproj.commands import study_options
+from mbproj.commands.figure_options import plot_option
+from mbproj.commands.options import FolderPath, Part, explained, option, scene_file
+from mbproj.commands.report.summary import error_words, verdict
+from mbproj.commands.report.summary import record as outcome_record
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.runs import NOTES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -62,11 +61,10 @@ def command(
     Exit code 0: all expectations hold; 3: a scene could not run (wrong input, a failure, the timeout); 4: all scenes
     ran, and an expectation does not hold; 2: wrong options, or no scenes.
     """
-    from mbproj.api.batch import Batch, handed_out
-    from mbproj.cli.report.junit import junit
-    from mbproj.cli.study import Study
-    from mbproj.scene.fields.option_numbers import given_number
-    from mbproj.scene.fields.quantities import Number
+    from mbproj.commands.python.studies import Batch, handed_out
+    from mbproj.commands.report.junit import junit
+    from mbproj.commands.study_options import Study
+    from mbproj.scene.fields.quantities import Number, given_number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
 
     seconds = given_number(timeout, "--timeout", Number("s", above=0.0, maximum=LONGEST))
@@ -107,7 +105,7 @@ def command(
 
 def _page(ended: list[SceneResult]) -> Figure | str:
     """The page with the part of its allowed error that each expectation uses."""
-    from mbproj.figures.pages.expectations import draw_expectations
+    from mbproj.show.figures.studies import draw_expectations
 
     judged = [(each.scene, outcome) for each in ended for outcome in each.outcomes]
     shares = {f"{scene}: {outcome.expectation.name}": outcome.share for scene, outcome in judged}

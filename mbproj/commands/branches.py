@@ -2,24 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.completion import File
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, look
-from mbproj.cli.linear.options import scene_argument
-from mbproj.cli.report.text import json_text
-from mbproj.cli.scene_options import parameters
-from mbproj.errors import ExitCode
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.errors import ExitCode, InputError, Place, Problem
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.commands.figure_options import check_picture, look
+from mbproj.commands.linear_options import scene_argument
+from mbproj.commands.options import File, Part, explained, option, parameters
+from mbproj.commands.report.text import json_text
+from mbproj.equations.assembly.assemble import assemble, moved_by
+from mbproj.equations.assembly.assemblies import Assemblies, Assembly
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.system import Conditions, System
+from mbproj.results.output_files import SCENE, make_folder, write_text
+from mbproj.scene.changes import Changes, text_with_changes
+from mbproj.scene.scene import Scene, read_scene_text
+from mbproj.show.appearance.motion import motion_at
 
 if TYPE_CHECKING:
-    from mbproj.dynamics.assembly.assemblies import Assemblies, Assembly
-    from mbproj.model import System
-    from mbproj.scene.read import Scene
+    from mbproj.equations.assembly.assemblies import Assemblies, Assembly
+    from mbproj.model.system import System
+    from mbproj.scene.scene import Scene
+
 
 #: The most joint coordinates that are printed for an assembly; --json has all.
 SHOWN = 8
@@ -81,10 +90,9 @@ def command(
     search begins from random poses within the bodies' reach. The report tells how rare an assembly is that it may have
     missed.
     """
-    from mbproj.api.check.assemblies import ready
-    from mbproj.cli.assembly_scenes import check_starts, write_starts
-    from mbproj.dynamics.assembly.assemblies import assemblies
-    from mbproj.scene import read_scene
+    from mbproj.commands.python.check import ready
+    from mbproj.equations.assembly.assemblies import assemblies
+    from mbproj.scene.scene import read_scene
 
     what = read_scene(scene, parameters(settings))
     check_picture(picture, force=force, option="--picture")
@@ -115,12 +123,11 @@ def _draw(what: Scene, system: System, all_assemblies: Assemblies, picture: Path
     """Draw the assemblies side by side, at the same scale."""
     import numpy as np
 
-    from mbproj.figures.kinds.mechanism import draw_side_by_side
-    from mbproj.figures.save import save
-    from mbproj.pages.appearance.mechanism import look_of
-    from mbproj.pages.appearance.motion import PoseHistory, motion_at
-    from mbproj.pages.appearance.view import view_of
     from mbproj.scene.meshes import meshes_of
+    from mbproj.show.appearance.mechanism import look_of, view_of
+    from mbproj.show.appearance.motion import PoseHistory, motion_at
+    from mbproj.show.figures.mechanism import draw_side_by_side
+    from mbproj.show.figures.style import save
 
     each = [motion_at(system, assembly.q) for assembly in all_assemblies.found]
     position, orientation = (
@@ -155,7 +162,7 @@ def _facts(system: System, all_assemblies: Assemblies) -> dict[str, Any]:
 
 
 def _poses(system: System, each: Assembly) -> dict[str, dict[str, list[float]]]:
-    from mbproj.pages.appearance.motion import motion_at
+    from mbproj.show.appearance.motion import motion_at
 
     motion = motion_at(system, each.q)
     return {
@@ -166,7 +173,7 @@ def _poses(system: System, each: Assembly) -> dict[str, dict[str, list[float]]]:
 
 def _lines(title: str, system: System, all_assemblies: Assemblies) -> list[str]:
     """The report on the assemblies, line by line."""
-    from mbproj.cli.report.text import columns
+    from mbproj.commands.report.text import columns
 
     names = list(system.names.coordinates)[:SHOWN]
     rows = [
@@ -190,3 +197,56 @@ def _lines(title: str, system: System, all_assemblies: Assemblies) -> list[str]:
 def _doubt(all_assemblies: Assemblies) -> str:
     share = f"{100.0 * all_assemblies.share:.2g} % of such starts or more"
     return f"one that draws {share} was missed with a probability of at most {THRESHOLDS.missed:g}"
+
+
+# --- Assemblies written as scenes -------------------------------------------------------------------------------------
+# The text stays, except that bodies start at other poses and held coordinates have their values.
+
+
+HINT = "choose another folder with --write"
+
+
+def check_starts(scene: Scene, folder: Path) -> None:
+    """Make the folder. Raises InputError where it cannot be made, or parameters were changed."""
+    if scene.overrides:
+        problem = Problem("--set has changed parameters, which the file does not have", Place("--write"))
+        raise InputError(problem)
+    make_folder(folder, HINT)
+
+
+def write_starts(
+    scene: Scene, system: System, all_assemblies: Assemblies, held: Conditions, folder: Path, *, force: bool
+) -> Iterator[Path]:
+    """Write DIR/<scene>_<number>.yaml for each assembly, from 1 on. Raises InputError where the text cannot be changed
+    so that the scene starts there."""
+    stem = folder / (scene.path.stem if scene.path is not None else "scene")
+    for number, each in enumerate(all_assemblies.found, 1):
+        try:
+            text = text_with_changes(scene.text, _changes(scene, system, each, held))
+            read = read_scene_text(text, str(scene.path))
+            own = compile_system(read)
+            reached = assemble(own, initial_guess(read, own))
+        except (ValueError, InputError) as error:
+            raise InputError(Problem(f"assembly {number} cannot be written: {error}", Place("--write"))) from error
+        if max(moved_by(reached.q, each.q)) > THRESHOLDS.same_pose:
+            problem = Problem(f"assembly {number} cannot be written: from there the scene closes elsewhere")
+            raise InputError(problem)
+        yield write_text(Path(f"{stem}_{number}.yaml"), text, SCENE, force=force, hint=HINT)
+
+
+def _changes(scene: Scene, system: System, each: Assembly, held: Conditions) -> Changes:
+    """The start of each body, and the values of held joint coordinates, as changes of the text."""
+    motion = motion_at(system, each.q)
+    bodies: dict[str, Changes] = {
+        body.name: {"start": _pose(motion.position[0, k].tolist(), motion.orientation[0, k].tolist())}
+        for k, body in enumerate(scene.bodies)
+    }
+    joints: dict[str, dict[str, str | None]] = {}
+    for index, value in zip(held.index.tolist(), held.value.tolist(), strict=True):
+        joint, _, coordinate = system.names.coordinates[index].rpartition(".")
+        joints.setdefault(joint, {})[coordinate] = repr(value)
+    return {"bodies": bodies, **({"joints": joints} if joints else {})}
+
+
+def _pose(position: list[float], orientation: list[float]) -> Changes:
+    return {"position": repr(position), "orientation": f"{{quaternion: {orientation!r}}}"}

@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.completion import File
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import look
-from mbproj.cli.report.text import json_text
-from mbproj.cli.scene_options import overrides, parameters, scene_options
-from mbproj.errors import ExitCode
-from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
+from mbproj.base.errors import ExitCode
+from mbproj.commands.figure_options import look
+from mbproj.commands.options import File, Part, explained, option, overrides, parameters, scene_options
+from mbproj.commands.report.text import json_text
+from mbproj.joints.table import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 
 if TYPE_CHECKING:
-    from mbproj.model import System
-    from mbproj.scene.read import Scene
+    from mbproj.model.system import System
     from mbproj.scene.records import Body, Joint, Settings
+    from mbproj.scene.scene import Scene
 
 #: The most rows of bodies, joints or coordinates that are listed.
 MOST_ROWS = 40
@@ -45,12 +43,12 @@ def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json
 
     Exit code 0: it can run; 2: the input is wrong or does not close; 4: its equations have no unique solution.
     """
-    from mbproj.api.check import fast_forces
-    from mbproj.api.check.checked import assembled, checked
-    from mbproj.cli.report.text import show_notes
-    from mbproj.cli.start import check_start, draw_start
-    from mbproj.integrate.stiff.fast_forces import stable_steps
-    from mbproj.scene import read_scene
+    from mbproj.commands.python import check as fast_forces
+    from mbproj.commands.python.check import assembled, checked
+    from mbproj.commands.report.text import show_notes
+    from mbproj.commands.start import check_start, draw_start
+    from mbproj.motion.stiffness import stable_steps
+    from mbproj.scene.scene import read_scene
 
     if picture is not None:
         check_start(picture)
@@ -165,7 +163,7 @@ def _formulation(scene: Scene, facts: dict[str, Any]) -> list[str]:
 
 def _expectations(scene: Scene) -> list[str]:
     """The scene's expectations, line by line."""
-    from mbproj.cli.report.expectations import expected_text, subject
+    from mbproj.commands.report.summary import expected_text, subject
 
     if not scene.expectations:
         return []
@@ -175,8 +173,8 @@ def _expectations(scene: Scene) -> list[str]:
 
 
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
-    from mbproj.cli.report.summary import projection_words, step_words
-    from mbproj.cli.start import frictions, ropes, stops
+    from mbproj.commands.report.summary import projection_words, step_words
+    from mbproj.commands.start import frictions, ropes, stops
 
     settings = scene.settings
     duration = "no duration" if settings.duration is None else f"{settings.duration:g} s"

@@ -8,17 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli import study_options
-from mbproj.cli.completion import scene_file, some_of
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import PositiveList, QuantityNames
-from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import FORMULATIONS
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.base.registry import FORMULATIONS
+from mbproj.commands import study_options
+from mbproj.commands.options import Part, PositiveList, QuantityNames, explained, option, scene_file, some_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.studies.compare.comparison import Comparison
+    from mbproj.studies.compare import Comparison
 
 ON_AND_OFF = ("false", "true")
 EXAMPLES = (
@@ -78,10 +76,10 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     Prints a table: violations, the error against a reference by another method, the energy drift of integrator and
     projection, CPU time with its spread, counters. Writes CSV and a page of figures.
     """
-    from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import Study
-    from mbproj.scene import read_scene
-    from mbproj.studies.compare.comparison import compare
+    from mbproj.commands.options import parameters
+    from mbproj.commands.study_options import Study
+    from mbproj.scene.scene import read_scene
+    from mbproj.studies.compare import compare
 
     what = read_scene(scene, parameters(changes))
     study = Study(options, ("label", "setting"), f"{Path(scene).stem}-compare")
@@ -101,7 +99,7 @@ def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
 
 
 def _table(comparison: Comparison) -> str:
-    from mbproj.cli.report.text import columns, milliseconds, number
+    from mbproj.commands.report.text import columns, milliseconds, number
 
     headings = ["", "|C|", "|C'|", "|C''|", "error, m", "drift, J", "integrator", "projection"]
     cost = ["CPU, ms", "spread"] if comparison.cost_in_time else []
@@ -129,7 +127,7 @@ def _table(comparison: Comparison) -> str:
 
 
 def _page(comparison: Comparison, title: str) -> Figure:
-    from mbproj.figures.pages.comparison import Compared, comparison_page
+    from mbproj.show.figures.studies import Compared, comparison_page
 
     methods = []
     for entry in comparison.entries:

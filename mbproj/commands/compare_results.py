@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import results_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.report.text import json_text
-from mbproj.report_schema import report_of
-from mbproj.report_schema.results import COMPARISON
+from mbproj.commands.options import Part, explained, option, results_file
+from mbproj.commands.report.text import json_text
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.files import COMPARISON
 
 if TYPE_CHECKING:
-    from mbproj.analysis.same_motion import MotionComparison, QuantityComparison
+    from mbproj.results.analysis.comparison import MotionComparison, QuantityComparison
 
 EXAMPLES = (
     ("Say whether two runs are the same motion, to a millionth.", "mbproj compare-results results.h5 again.h5"),
@@ -50,11 +49,10 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
 
     Exit code 0: the same motion; 4: they differ, or one is longer; 2: they cannot be compared.
     """
-    from mbproj.analysis.same_motion import compare_motions
-    from mbproj.errors import ExitCode
-    from mbproj.results import open_results
-    from mbproj.scene.fields.option_numbers import given_number
-    from mbproj.scene.fields.quantities import Number
+    from mbproj.base.errors import ExitCode
+    from mbproj.results.analysis.comparison import compare_motions
+    from mbproj.results.reader import open_results
+    from mbproj.scene.fields.quantities import Number, given_number
 
     part = given_number(tolerance, "--tolerance", Number(above=0.0))
     limits = dict(_limit(text) for text in absolute)
@@ -70,14 +68,14 @@ def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...]
 
 def _limit(text: str) -> tuple[str, float]:
     """The name and the value of a text QUANTITY=VALUE, the value in the unit of the quantity."""
-    from mbproj.api.files import allowed
+    from mbproj.commands.python.files import allowed
 
     name, _, value = text.partition("=")
     return name, allowed(name, value)
 
 
 def _lines(comparison: MotionComparison, first: Path, second: Path) -> Iterator[str]:
-    from mbproj.analysis.reactions import in_words
+    from mbproj.results.analysis.loads import in_words
 
     for path, count, end in zip((first, second), comparison.counts, comparison.ends, strict=True):
         yield f"{path}: {count} samples to t = {end:.6g} s"

@@ -6,9 +6,7 @@ from pathlib import Path
 
 import click
 
-from mbproj.cli.completion import results_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import Positive
+from mbproj.commands.options import Part, Positive, explained, option, results_file
 
 EXAMPLES = (
     ("Go on with a run until 20 s; the new file has what follows.", "mbproj continue results.h5 --until 20"),
@@ -42,10 +40,10 @@ def command(results: Path, until: float | None, output: str | None, append: bool
 
     On the same build and machine the numbers are those of one long run, to the last bit.
     """
-    from mbproj.api.again import checkpoint_of, continued_in, longer, stored_scene
-    from mbproj.cli.simulate.execute import execute
-    from mbproj.results import open_results
-    from mbproj.runs.record import Earlier
+    from mbproj.commands.execute import execute
+    from mbproj.commands.python.run import checkpoint_of, continued_in, longer, stored_scene
+    from mbproj.results.reader import open_results
+    from mbproj.studies.record import Earlier
 
     with open_results(results) as before:
         checkpoint = checkpoint_of(before)

@@ -9,17 +9,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import File, scene_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, plot_option
-from mbproj.cli.report.text import json_text, table
-from mbproj.cli.scene_options import parameters
-from mbproj.cli.study_options import force as force_option
-from mbproj.report_schema import report_of
-from mbproj.report_schema.models import CURVE
+from mbproj.commands.figure_options import check_picture, plot_option
+from mbproj.commands.options import File, Part, explained, option, parameters, scene_file
+from mbproj.commands.report.text import json_text, table
+from mbproj.commands.study_options import force as force_option
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.scenes import CURVE
 
 if TYPE_CHECKING:
-    from mbproj.scene.blocks.curves.sheet import Sheet
+    from mbproj.scene.blocks.curve_sheet import Sheet
 
 EXAMPLES = (
     ("The cam's pressure angle, curvature and largest roller.", "mbproj curve cam.yaml lift"),
@@ -59,9 +57,10 @@ def command(
     NAME is that of the curve; a scene with a single one needs none. The pressure angle is that of a follower that moves
     on a line through the origin of the curve. Lengths of the table are in m, angles in rad.
     """
-    from mbproj.output_files import check_replaceable, csv, write_csv
-    from mbproj.scene.blocks.curves.sheet import sheet_of
-    from mbproj.scene.read import read_scene
+    from mbproj.results.output_files import check_replaceable, csv
+    from mbproj.results.table_files import write_csv
+    from mbproj.scene.blocks.curve_sheet import sheet_of
+    from mbproj.scene.scene import read_scene
 
     kind = csv(["arc length (m)"])
     if output is not None:
@@ -77,8 +76,8 @@ def command(
         values = [list(row) for row in zip(*(column.tolist() for column in columns.values()), strict=True)]
         write_csv(output, list(columns), values, form=".17g", kind=kind, force=force)
     if picture_path is not None:
-        from mbproj.figures.pages.profile import draw_profile
-        from mbproj.figures.save import save
+        from mbproj.show.figures.designs import draw_profile
+        from mbproj.show.figures.style import save
 
         save(draw_profile(sheet), picture_path, force=force)
     for path in (output, picture_path):

@@ -9,18 +9,17 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 import numpy as np
 
-from mbproj.cli import study_options
-from mbproj.cli.completion import FolderPath, scene_file
-from mbproj.cli.explained import Part, option
-from mbproj.cli.figure_options import look
-from mbproj.dataclass import dataclass
-from mbproj.errors import ExitCode, InputError, Place, Problem
-from mbproj.report_schema import report_of
-from mbproj.report_schema.designs import DESIGN
-from mbproj.scene.ranges.family import column_of
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import ExitCode, InputError, Place, Problem
+from mbproj.commands import study_options
+from mbproj.commands.figure_options import look
+from mbproj.commands.options import FolderPath, Part, option, scene_file
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.studies import DESIGN
+from mbproj.scene.ranges import column_of
 
 if TYPE_CHECKING:
-    from mbproj.cli.study import Study
+    from mbproj.commands.study_options import Study
     from mbproj.studies.design.run import FoundDesign
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -66,7 +65,7 @@ class DesignOptions:
     @classmethod
     def of(cls, given: dict[str, Any], first: Sequence[str]) -> DesignOptions:
         """Build from the options that `options` declares. `first` are the first headings of the table."""
-        from mbproj.cli.study import Study
+        from mbproj.commands.study_options import Study
 
         study = Study(given, first)
         return cls(study=study, **given)
@@ -78,12 +77,11 @@ class DesignOptions:
 
 def search(given: dict[str, Any], *, fits: bool) -> int:
     """Run the command: read, search, write, report."""
-    from mbproj.api.sweep import spec_of
-    from mbproj.figures.pages.designs import whole_page
-    from mbproj.figures.save import save
-    from mbproj.output_files import picture
-    from mbproj.studies.design.design_folder import FIRST, DesignFolder, starts_table
-    from mbproj.studies.design.figure_data import data_to_draw
+    from mbproj.commands.python.studies import spec_of
+    from mbproj.results.output_files import picture
+    from mbproj.show.figures.designs import whole_page
+    from mbproj.show.figures.style import save
+    from mbproj.studies.design.folder import FIRST, DesignFolder, data_to_draw, starts_table
     from mbproj.studies.design.run import find_design
     from mbproj.studies.synthesis.spec import is_synthesis
 
@@ -106,7 +104,7 @@ def search(given: dict[str, Any], *, fits: bool) -> int:
 
 def numbers(design: FoundDesign) -> dict[str, Any]:
     """The design as a dictionary for JSON; NaN and infinity are null."""
-    from mbproj.studies.design.figure_data import signs
+    from mbproj.studies.design.folder import signs
 
     known, by = design.knowledge, signs(design)
     deviation = np.full(len(design.x), np.nan) if known is None else known.deviation
@@ -134,7 +132,7 @@ def rms(design: FoundDesign) -> float:
 
 def report(design: FoundDesign) -> Iterator[str]:
     """Yield the design in words and a table."""
-    from mbproj.cli.report.text import columns
+    from mbproj.commands.report.text import columns
 
     spec, known = design.spec, design.knowledge
     yield f"{design.engine}, because {design.why}"

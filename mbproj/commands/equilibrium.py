@@ -7,15 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.completion import results_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.linear.options import scene_argument
-from mbproj.cli.quantity import NotNegative
-from mbproj.cli.report.text import json_text
-from mbproj.cli.scene_options import parameters
-from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.report_schema import report_of
-from mbproj.report_schema.linear import EQUILIBRIUM
+from mbproj.base.errors import InputError, Place, Problem, placed_at
+from mbproj.commands.linear_options import scene_argument
+from mbproj.commands.options import NotNegative, Part, explained, option, parameters, results_file
+from mbproj.commands.report.text import json_text
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.scenes import EQUILIBRIUM
 
 if TYPE_CHECKING:
     from mbproj.linear.equilibrium.find import Equilibrium
@@ -72,18 +69,17 @@ def command(
     Goes downhill from the start. Tells whether the equilibrium is stable, which directions are neutral, and the
     reactions of the joints. Motions are held at their values at --at. The results file has one sample.
     """
-    from mbproj.api.places import steady_of
-    from mbproj.dynamics.assembly.adjust import compile_system
+    from mbproj.commands.python.arguments import steady_of
+    from mbproj.equations.assembly.compiled import compile_system
     from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
     from mbproj.linear.equilibrium.solve import NoEquilibrium
-    from mbproj.linear.equilibrium.started import assembled_start
+    from mbproj.linear.equilibrium.start import assembled_start, write_pose
     from mbproj.linear.equilibrium.steady import refuse_unsteady
-    from mbproj.linear.equilibrium.write_back import write_pose
-    from mbproj.output_files import check_rewritable
-    from mbproj.results import check_output
-    from mbproj.runs.record import record_equilibrium
-    from mbproj.scene import read_scene
+    from mbproj.results.crash_safety import check_output
+    from mbproj.results.output_files import check_rewritable
+    from mbproj.scene.scene import read_scene
     from mbproj.scene.settings import placed_in
+    from mbproj.studies.record import record_equilibrium
 
     with placed_at(Place("--output")):
         check_output(Path(output))
@@ -126,7 +122,7 @@ def numbers(
     rest: Equilibrium, more: list[Equilibrium], scene: str, output: str, written: Path | None
 ) -> dict[str, Any]:
     """The equilibrium as a dictionary for JSON, with stable keys."""
-    from mbproj.linear.equilibrium.observed import observed
+    from mbproj.linear.equilibrium.start import observed
 
     system, block = rest.whole, observed(rest)
     force, torque = (block[f"joints/reaction_{kind}"][0] for kind in ("force", "torque"))
@@ -148,9 +144,9 @@ def numbers(
 
 def report(rest: Equilibrium, more: list[Equilibrium], title: str) -> str:
     """The report on the equilibrium."""
-    from mbproj.cli.report.text import table
-    from mbproj.cli.start import frictions
-    from mbproj.linear.equilibrium.observed import observed
+    from mbproj.commands.report.text import table
+    from mbproj.commands.start import frictions
+    from mbproj.linear.equilibrium.start import observed
 
     system, off = rest.whole, rest.reference.imbalance
     where = "turns steadily" if rest.reference.where == "steady" else "rests"

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import FolderPath
-from mbproj.cli.explained import Part, explained, option
-from mbproj.errors import InputError, Problem
+from mbproj.base.errors import InputError, Problem
+from mbproj.commands.options import FolderPath, Part, explained, option
 
 if TYPE_CHECKING:
-    from mbproj.output_files.kinds import FileKind
+    from mbproj.results.output_files import FileKind
 
 ELSEWHERE = "choose a folder you can write to"
 EXAMPLES = (
@@ -42,11 +41,11 @@ EXAMPLES = (
 )
 def command(folder: str | None, notebooks: str | None) -> None:
     """Lists the example mechanisms, or copies them, or notebooks, to a folder."""
+    from mbproj.base.mechanisms_folder import folder as home
+    from mbproj.base.mechanisms_folder import mechanisms, validation_scenes
     from mbproj.guide.pages import ROOT
-    from mbproj.mechanisms_folder import folder as home
-    from mbproj.mechanisms_folder import mechanisms, validation_scenes
-    from mbproj.output_files import NOTEBOOK, SCENE
-    from mbproj.scene import read_scene
+    from mbproj.results.output_files import NOTEBOOK, SCENE
+    from mbproj.scene.scene import read_scene
 
     if notebooks is not None:
         books = sorted((ROOT / "notebooks").glob("*.ipynb"))
@@ -66,7 +65,7 @@ def command(folder: str | None, notebooks: str | None) -> None:
 
 def _copy(copies: Mapping[Path, Path], target: Path, kind: FileKind) -> None:
     """Copy files into the folder `target`: all of them, or none where one exists already."""
-    from mbproj.output_files import make_folder, write_text
+    from mbproj.results.output_files import make_folder, write_text
 
     taken = [str(copy.relative_to(target)) for copy in copies.values() if copy.exists()]
     if taken:

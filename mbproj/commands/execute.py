@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.report.text import json_text
-from mbproj.errors import Place, SimulationError, placed_at
-from mbproj.runs.record import Earlier, Interrupted, Run, record_run
+from mbproj.base.errors import Place, SimulationError, placed_at
+from mbproj.commands.report.text import json_text
+from mbproj.studies.record import Earlier, Interrupted, Run, record_run
 
 if TYPE_CHECKING:
     from mbproj.results.notes import Note
-    from mbproj.scene.read import Scene
+    from mbproj.scene.scene import Scene
 
 
 def execute(
@@ -31,9 +31,9 @@ def execute(
 ) -> None:
     """Run `scene` into `output` and print the summary. `limits` are the errors (m) for which trust horizons are
     computed. `attributes` are added to the file and to --json. `earlier` is the run that this one continues."""
-    from mbproj.cli.report.progress import progress_bar, telling
-    from mbproj.cli.report.summary import print_summary
-    from mbproj.scene import settings_to_run
+    from mbproj.commands.report.progress import progress_bar, telling
+    from mbproj.commands.report.summary import print_summary
+    from mbproj.scene.settings import settings_to_run
 
     shown = 0
 
@@ -51,7 +51,7 @@ def execute(
     ):
         certified = None
         if limits is not None:
-            from mbproj.studies.certify.certified import Certified
+            from mbproj.studies.certify import Certified
 
             certified = Certified(tuple(limits), tell)
         run = record_run(
@@ -73,13 +73,13 @@ def execute(
 
 def numbers(run: Run) -> dict[str, Any]:
     """The run as a dictionary for JSON."""
-    from mbproj.cli.report import expectations
-    from mbproj.report_schema import report_of
-    from mbproj.report_schema.run import NOTES
+    from mbproj.commands.report import summary as expectations
+    from mbproj.results.report_schema.facts import report_of
+    from mbproj.results.report_schema.runs import NOTES
 
     has: dict[str, Any] = {**run.attributes, **report_of((NOTES,), run)}
     if run.trust is not None:
-        from mbproj.cli.report.trust import as_numbers
+        from mbproj.commands.report.summary import as_numbers
 
         has["trust"] = as_numbers(run.trust)
     rubbed = {"frictions": run.frictions, "creep": run.creep, "ropes_that_push": run.ropes or None}
@@ -96,8 +96,8 @@ def _results_kept(scene: Scene, *, certified: bool, as_json: bool, quiet: bool) 
     except (SimulationError, Interrupted) as error:
         if error.output is None:
             raise
-        from mbproj.cli.report.trust import as_numbers, lines_on
-        from mbproj.results import open_own_results
+        from mbproj.commands.report.summary import as_numbers, lines_on
+        from mbproj.results.reader import open_own_results
 
         output, interrupted, trust, how = str(error.output), isinstance(error, Interrupted), None, ""
         if interrupted or certified:

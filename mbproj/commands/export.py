@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import FolderPath, results_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import Corners
-from mbproj.cli.study_options import force as force_option
-from mbproj.errors import ExitCode, InputError, Problem
+from mbproj.base.errors import ExitCode, InputError, Problem
+from mbproj.commands.options import Corners, FolderPath, Part, explained, option, results_file
+from mbproj.commands.study_options import force as force_option
 
 if TYPE_CHECKING:
-    from mbproj.results import Results
+    from mbproj.results.record import Results
 
 EXAMPLES = (
     ("Write every table.", "mbproj export results.h5 -o tables"),
@@ -106,7 +104,7 @@ def command(
         raise InputError(problem)
     if per_turn and over is None:
         raise click.UsageError("--per-turn is for --over; add --over, or leave it out")
-    from mbproj.results import open_results
+    from mbproj.results.reader import open_results
 
     with open_results(results) as opened:
         shown = opened if over is None else opened.over(over, modulo=per_turn)
@@ -123,8 +121,8 @@ def _tables(
     only_list: bool,
     force: bool,
 ) -> None:
-    from mbproj.analysis.tables import tables
-    from mbproj.api.files import checked_name, write_tables
+    from mbproj.commands.python.files import checked_name, write_tables
+    from mbproj.results.analysis.tables import tables
 
     if only_list:
         by_name = {table.name: table for table in tables(shown, corners)}
@@ -140,15 +138,15 @@ def export_models(
     """Write the scene as these models, by format, all or none, and print their tables.
 
     Raises InputError where a file may not be replaced, or the scene cannot be assembled."""
-    from mbproj.cli.conversion_table import table_json, table_lines
-    from mbproj.cli.scene_options import parameters
+    from mbproj.base.version import __version__
+    from mbproj.commands.import_model import table_json, table_lines
+    from mbproj.commands.options import parameters
     from mbproj.formats.export.exported import Written
     from mbproj.formats.export.mjcf import as_mjcf
     from mbproj.formats.export.urdf import as_urdf
     from mbproj.formats.mechanism import Same
-    from mbproj.output_files import LOOPS, MODEL, check_replaceable, write_text
-    from mbproj.scene import read_scene
-    from mbproj.version import __version__
+    from mbproj.results.output_files import LOOPS, MODEL, check_replaceable, write_text
+    from mbproj.scene.scene import read_scene
 
     for path in models.values():
         check_replaceable(path, MODEL, force=force, hint=ANOTHER_FILE)

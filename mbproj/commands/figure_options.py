@@ -8,10 +8,8 @@ from typing import Any, TypeVar
 
 import click
 
-from mbproj.cli.completion import File
-from mbproj.cli.explained import Part, option
-from mbproj.cli.quantity import Millimetres
-from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.base.errors import InputError, Place, Problem, placed_at
+from mbproj.commands.options import File, Millimetres, Part, option
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 FORMATS = (".png", ".svg", ".pdf")
@@ -19,7 +17,7 @@ FORMATS = (".png", ".svg", ".pdf")
 
 def _with_look(**asked: Any) -> None:
     """Give the command's pictures this look until the command ends."""
-    from mbproj.figures.style import figure_style
+    from mbproj.show.figures.style import figure_style
 
     sheets = asked.pop("sheets", ())
     click.get_current_context().with_resource(figure_style(*sheets, **asked))
@@ -60,7 +58,7 @@ def plot_option(command: Command) -> Command:
 
 def check_picture(path: Path | None, *, force: bool, option: str = "--plot") -> None:
     """Raises InputError where the option names no picture, or a file that cannot or may not be written."""
-    from mbproj.output_files import check_replaceable, picture
+    from mbproj.results.output_files import check_replaceable, picture
 
     if path is None:
         return

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbproj.cli.design.design_command import options, search
-from mbproj.cli.explained import explained
+from mbproj.commands.design_command import options, search
+from mbproj.commands.options import explained
 
 EXAMPLES = (
     ("Fit lengths to a measured path.", "mbproj fit path.yaml"),

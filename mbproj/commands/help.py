@@ -8,9 +8,8 @@ from pathlib import Path
 
 import click
 
-from mbproj.cli.completion import FolderPath, one_of
-from mbproj.cli.explained import Part, explained, option
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
+from mbproj.commands.options import FolderPath, Part, explained, one_of, option
 from mbproj.guide.pages import KINDS, GuidePage, page_of, pages, search
 
 #: The most sections that a search shows.
@@ -36,7 +35,7 @@ EXAMPLES = (
 def command(context: click.Context, words: tuple[str, ...], site: Path | None) -> None:
     """Shows the guide: its topics, one TOPIC, or the sections that contain WORDS."""
     if site is not None:
-        from mbproj.guide.site import write_site
+        from mbproj.guide.pages import write_site
 
         click.echo(f"written: {write_site(site)}", err=True)
     elif not words:
@@ -61,7 +60,7 @@ def contents() -> str:
 
 def show(page: GuidePage) -> None:
     """Show a page, in a pager where there is a terminal."""
-    from mbproj.guide.terminal import rendered
+    from mbproj.guide.pages import rendered
 
     if sys.stdout.isatty():
         click.echo_via_pager(rendered(page, shutil.get_terminal_size().columns, colours=True))

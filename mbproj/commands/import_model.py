@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.study_options import force as force_option
-from mbproj.errors import ExitCode
+from mbproj.base.errors import ExitCode
+from mbproj.commands.options import Part, explained, option
+from mbproj.commands.report.text import json_text
+from mbproj.commands.study_options import force as force_option
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.scenes import SAID
+
+if TYPE_CHECKING:
+    from mbproj.base.errors import Place
+    from mbproj.formats.mechanism import Said, Same
+
 
 EVERYTHING = "everything in the model has its counterpart in the scene"
 EXAMPLES = (
@@ -80,13 +88,12 @@ def command(
     The table lists each element without a counterpart: what becomes of it, and whether the motion of the scene is still
     that of the model.
     """
-    from mbproj.api.models import imported
-    from mbproj.cli.conversion_table import table_json, table_lines
-    from mbproj.formats import ImportOptions
+    from mbproj.commands.python.models import imported
+    from mbproj.formats.mechanism import ImportOptions
     from mbproj.formats.signals import read_pose, read_signals
-    from mbproj.output_files import SCENE, check_replaceable, write_text
-    from mbproj.report_schema import report_of
-    from mbproj.report_schema.models import AGREEMENT
+    from mbproj.results.output_files import SCENE, check_replaceable, write_text
+    from mbproj.results.report_schema.facts import report_of
+    from mbproj.results.report_schema.scenes import AGREEMENT
 
     if output is not None:
         check_replaceable(output, SCENE, force=force)
@@ -112,3 +119,32 @@ def command(
             click.echo(written)
     if strict and not model_read.same:
         context.exit(int(ExitCode.CHECK_FAILED))
+
+
+# --- The table of differences between a scene and a model -------------------------------------------------------------
+# Each element, what becomes of it, and whether the motion is the same.
+
+
+def table_lines(said: Sequence[Said], all_said: str) -> list[str]:
+    """The rows of the table, equal ones combined. Where there are none, the line `all_said`."""
+    if not said:
+        return [all_said]
+    alike: dict[tuple[str, str, Same], list[Said]] = {}
+    for row in said:
+        alike.setdefault((row.element.partition(" '")[0], row.what, row.same), []).append(row)
+    lines = ["same motion  element, and what happens with it"]
+    for (kind, what, same), entries in alike.items():
+        place = "" if entries[0].place is None else f", {_place(entries[0].place)}"
+        shown = entries[0].element if len(entries) == 1 else f"{len(entries)} times {kind}"
+        lines += [f"{same.value:13}{shown}{place}", f"{'':15}{what}"]
+    return lines
+
+
+def _place(place: Place) -> str:
+    return f"{Path(place.file).name}:{place.line or 1}"
+
+
+def table_json(said: Sequence[Said], **facts: Any) -> str:
+    """The table as one JSON object, after these facts."""
+    rows = [report_of(SAID.fields, row, place=str(row.place or "")) for row in said]
+    return json_text(facts | {SAID.key: rows})

@@ -2,24 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from math import degrees, isnan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from mbproj.cli.completion import results_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.report.text import json_text, table
-from mbproj.cli.report.trust import as_numbers, lines_on
-from mbproj.cli.report.verification import lines as verification_lines
-from mbproj.cli.study_options import write_table as write_table_option
-from mbproj.errors import ExitCode, shortened
-from mbproj.report_schema import report_of
-from mbproj.report_schema.info import ATTRIBUTES, INFO
+from mbproj.base.errors import ExitCode, InputError, Problem, shortened
+from mbproj.base.plugins import installed
+from mbproj.base.registry import AUTOMATIC, FORMULATIONS
+from mbproj.base.thresholds import threshold_table
+from mbproj.base.version import __version__
+from mbproj.commands.options import Part, explained, option, results_file
+from mbproj.commands.python.run import stored_scene
+from mbproj.commands.report.summary import as_numbers, lines_on
+from mbproj.commands.report.text import columns, json_text, table
+from mbproj.commands.study_options import write_table_option
+from mbproj.commands.verify import lines as verification_lines
+from mbproj.kernel import advice, build_info, left_out
+from mbproj.results.analysis.loads import cycle_of, duration_above, loads_of, recorded_in, samples_of, swings
+from mbproj.results.check import Soundness
+from mbproj.results.largest_loads import Load
+from mbproj.results.record import Results
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.files import ATTRIBUTES, ENERGY, INFO, THRESHOLD_ROWS
 
 if TYPE_CHECKING:
-    from mbproj.results import Results
+    from mbproj.results.record import Results
+
 
 #: Attributes that the report already shows in words, or that are computed from the samples.
 SHOWN_ELSEWHERE = ("format", "date", "host")
@@ -92,39 +105,37 @@ def command(
             "numbers that it decides by"
         )
     if table_file is not None:
-        from mbproj.output_files.written_table import check_table
+        from mbproj.results.table_files import check_table
 
         check_table(table_file, ("kind", "name"))
     if results is None:
         click.echo(_build(as_json) if build else _thresholds(as_json))
         return int(ExitCode.DONE)
-    from mbproj.cli.simulate import soundness
-    from mbproj.results import check_results, open_results
+    from mbproj.results.check import check_results
+    from mbproj.results.reader import open_results
 
     if check and results.is_dir():
-        swept, lines = soundness.of_sweep(results)
+        swept, lines = of_sweep(results)
         click.echo(_json(swept) if as_json else "\n".join(lines))
         return int(ExitCode.DONE if swept["sound"] else ExitCode.CHECK_FAILED)
     with open_results(results) as opened:
         if check:
             soundness_of_file = check_results(opened)
-            facts = soundness.facts(opened, soundness_of_file)
-            click.echo(_json(facts) if as_json else "\n".join(soundness.lines(opened, soundness_of_file)))
+            facts = soundness_facts(opened, soundness_of_file)
+            click.echo(_json(facts) if as_json else "\n".join(soundness_lines(opened, soundness_of_file)))
             return int(ExitCode.CHECK_FAILED if soundness_of_file.faults else ExitCode.DONE)
         if steps or energy:
-            from mbproj.cli.simulate import energy_parts, step_limits
+            from mbproj.commands.report import step_limits
 
             said = step_limits if steps else energy_parts
             click.echo(_json(said.facts(opened)) if as_json else "\n".join(said.lines(opened)))
             return int(ExitCode.DONE)
         if loads:
-            from mbproj.cli.simulate import largest_loads as report
-
-            words = _json(report.facts(opened, over, level, rainflow=rainflow)) if as_json else None
-            click.echo(words or "\n".join(report.lines(opened, over, level, rainflow=rainflow)))
+            words = _json(loads_facts(opened, over, level, rainflow=rainflow)) if as_json else None
+            click.echo(words or "\n".join(loads_lines(opened, over, level, rainflow=rainflow)))
             if table_file is not None:
-                from mbproj.api.files import largest_loads as table_of
-                from mbproj.output_files.written_table import write_table
+                from mbproj.commands.python.files import largest_loads as table_of
+                from mbproj.results.table_files import write_table
 
                 table = table_of(opened, over=over)
                 click.echo(write_table(table_file, table.headings, table.rows), err=True)
@@ -134,23 +145,19 @@ def command(
 
 
 def _build(as_json: bool) -> str:
-    from mbproj.cli.report import build_info
 
-    return _json(build_info.facts()) if as_json else "\n".join(build_info.lines())
+    return _json(build_facts()) if as_json else "\n".join(build_lines())
 
 
 def _thresholds(as_json: bool) -> str:
-    from mbproj.cli.report import thresholds
 
-    return _json(thresholds.facts()) if as_json else "\n".join(thresholds.lines())
+    return _json(threshold_facts()) if as_json else "\n".join(threshold_lines())
 
 
 def _contents(results: Results) -> dict[str, Any]:
-    from mbproj.analysis.contacts.creep import creep_by_friction
-    from mbproj.analysis.contacts.friction import friction_records
-    from mbproj.analysis.contacts.stops import stop_records
-    from mbproj.analysis.reactions import reactions_not_unique, shared_at_contacts
-    from mbproj.analysis.summary import summary
+    from mbproj.results.analysis.contacts import creep_by_friction, friction_records, stop_records
+    from mbproj.results.analysis.loads import reactions_not_unique, shared_at_contacts
+    from mbproj.results.analysis.summary import summary
 
     return report_of(
         INFO,
@@ -174,7 +181,9 @@ def _json(contents: Mapping[str, Any]) -> str:
 
 
 def _lines(results: Results) -> Iterator[str]:
-    from mbproj.analysis.contacts import creep, friction, stops
+    from mbproj.results.analysis import contacts as creep
+    from mbproj.results.analysis import contacts as friction
+    from mbproj.results.analysis import contacts as stops
 
     has = _contents(results)
     partial = " (partial: the run was killed or still goes on)" if has["partial"] else ""
@@ -195,9 +204,9 @@ def _lines(results: Results) -> Iterator[str]:
     )
     if has["stops"]:
         yield "\nstops"
-        yield from table({name: stops.in_words(seen) for name, seen in has["stops"].items()}, "  ")
-    rubs = {name: friction.in_words(rubbed) for name, rubbed in has["frictions"].items()}
-    rubs |= {name: creep.in_words(crept) for name, crept in has["creep"].items()}
+        yield from table({name: stops.stop_in_words(seen) for name, seen in has["stops"].items()}, "  ")
+    rubs = {name: friction.friction_in_words(rubbed) for name, rubbed in has["frictions"].items()}
+    rubs |= {name: creep.creep_in_words(crept) for name, crept in has["creep"].items()}
     if rubs:
         yield "\ndry friction"
         yield from table(rubs, "  ")
@@ -260,7 +269,7 @@ def _numbers(has: Mapping[str, Any]) -> dict[str, str]:
 
 def _reactions(has: Mapping[str, Any]) -> dict[str, str]:
     """The reaction components that are not unique, and the forces that contacts share, as far as there are any."""
-    from mbproj.analysis.reactions import SHOWN, in_words
+    from mbproj.results.analysis.loads import SHOWN, in_words
 
     components, shared = has["reactions_not_unique"], has["shared_at_contacts"]
     rows = {"reactions not unique": in_words(components)} if components else {}
@@ -290,3 +299,297 @@ def _attributes(has: Mapping[str, Any]) -> dict[str, str]:
 
 def _datasets(has: Mapping[str, Any]) -> dict[str, str]:
     return {path: f"{tuple(entry['shape'])!s:<16} {entry['unit']}" for path, entry in has["datasets"].items()}
+
+
+# --- The largest loads of a run, as lines and for JSON (`info --loads`) -----------------------------------------------
+
+
+HEADINGS = ("load", "largest", "unit", "at t (s)", "place", "mean", "rms")
+#: A load below this part of the largest one in its unit counts as zero.
+NOTHING = 1e-9
+
+
+def loads_facts(results: Results, over: str | None, level: float | None, *, rainflow: bool) -> dict[str, Any]:
+    """The loads as a dictionary for JSON. `level` is a part of each largest load; the time above it is computed."""
+    return {
+        "file": str(results.path),
+        "place_of": None if (place := place_of(results, over)) is None else place[0],
+        "loads": [_facts(results, load, level, rainflow=rainflow) for load in loads_of(results, over)],
+    }
+
+
+def _facts(results: Results, load: Load, level: float | None, *, rainflow: bool) -> dict[str, Any]:
+    entry: dict[str, Any] = load._asdict()
+    if level is not None:
+        entry["above"] = level * abs(load.largest)
+        entry["duration_above"] = duration_above(results.time, samples_of(results, load), entry["above"])
+    if rainflow:
+        entry["rainflow"] = [swing._asdict() for swing in swings(samples_of(results, load))]
+    return entry
+
+
+def place_of(results: Results, over: str | None) -> tuple[str, str] | None:
+    """The coordinate that tells the place in the cycle, and its unit: `over`, or that of the first motion; None without
+    either."""
+    cycle = cycle_of(results, over) if over else recorded_in(results).cycle()
+    return None if cycle is None else (cycle.name, cycle.unit)
+
+
+def loads_lines(results: Results, over: str | None, level: float | None, *, rainflow: bool) -> Iterator[str]:
+    """Yield a table of the loads, then works, durations and counts."""
+    all_loads = loads_of(results, over)
+    felt = [load for load in all_loads if not _is_round_off(load, all_loads)]
+    if not felt:
+        yield "nothing is loaded" if all_loads else "there are no joints, motions or forces that could be loaded"
+        return
+    place = place_of(results, over)
+    yield columns(HEADINGS, [_row(load, place[1] if place else "") for load in felt])
+    yield "\n± is the uncertainty between samples; the error of the run itself comes on top (run --certify)"
+    if place is not None:
+        yield f"place: {place[0]}{', modulo a turn' if place[1] == 'rad' else ''}"
+    if any(not load.unique for load in felt):
+        yield "*: redundant joints can share it in any proportion"
+    works = [load for load in felt if not isnan(load.put_in)]
+    if works:
+        yield "\nworks"
+        named = [(_name(load).removesuffix(" power"), f"{load.put_in:.6g}", f"{load.taken_out:.6g}") for load in works]
+        yield columns(("of", "put in (J)", "taken out (J)"), named)
+    if level is not None:
+        yield f"\nduration above {level:g} of the largest"
+        for load in felt:
+            values = samples_of(results, load)
+            yield f"  {_name(load)}: {duration_above(results.time, values, level * abs(load.largest)):.6g} s"
+    if rainflow:
+        for load in felt:
+            yield f"\nswings of {_name(load)} ({load.unit})"
+            counted = swings(samples_of(results, load))
+            rows = [(f"{each.range:.5g}", f"{each.mean:.5g}", f"{each.cycles:g}") for each in counted]
+            yield columns(("range", "mean", "cycles"), rows)
+
+
+def _is_round_off(load: Load, loads: Sequence[Load]) -> bool:
+    """Whether a load is zero apart from round-off, relative to the others in its unit. A torque is also compared with
+    forces at an arm of 1 m."""
+    units = {"N", "N m"} if load.unit == "N m" else {load.unit}
+    largest = max(abs(other.largest) for other in loads if other.unit in units)
+    return abs(load.largest) <= NOTHING * largest or load.largest == 0.0
+
+
+def _name(load: Load) -> str:
+    return f"{load.kind} '{load.name}' {load.quantity.replace('_', ' ')}"
+
+
+def _row(load: Load, unit: str) -> tuple[str, ...]:
+    place = f"{degrees(load.place):.1f}°" if unit == "rad" else f"{load.place:.5g} {unit}" if unit else "-"
+    return cells(load, _name(load) + ("" if load.unique else " *"), place)
+
+
+def cells(load: Load, name: str, place: str) -> tuple[str, ...]:
+    """The row of a load in a table, with this name and its place in the cycle."""
+    return (
+        name,
+        f"{load.largest:.6g} ± {load.uncertainty:.1g}",
+        load.unit,
+        f"{load.time:.6g}",
+        place,
+        f"{load.mean:.5g}",
+        f"{load.rms:.5g}",
+    )
+
+
+# --- The check of a results file or of a sweep's folder, as lines and for JSON (`info --check`) -----------------------
+
+
+def of_sweep(folder: Path) -> tuple[dict[str, Any], list[str]]:
+    """The result of checking a sweep's folder, as a dictionary for JSON and as lines."""
+    from mbproj.studies.sweep.summary import check_sweep
+
+    soundness = check_sweep(folder)
+    soundness_lines = [f"{folder}: {soundness.rows} rows and {soundness.files} results files read"]
+    soundness_lines += [f"  wrong: {fault}" for fault in soundness.faults] or ["  nothing is wrong with it"]
+    soundness_lines += [f"  {name} has no checksums: an older mbproj wrote it" for name in soundness.unguarded]
+    soundness_lines += [
+        f"  delete '{folder / name}': a sweep keeps the results files that it finds" for name in soundness.damaged
+    ]
+    soundness_lines += ["  start the sweep again: it computes what is damaged or missing"] if soundness.faults else []
+    return {"folder": str(folder), "sound": not soundness.faults, **asdict(soundness)}, soundness_lines
+
+
+def soundness_facts(results: Results, soundness: Soundness) -> dict[str, Any]:
+    """The result of checking a results file, as a dictionary for JSON."""
+    return {"file": str(results.path), "sound": not soundness.faults, **asdict(soundness)}
+
+
+def soundness_lines(results: Results, soundness: Soundness) -> Iterator[str]:
+    """Yield the result of checking a results file, line by line."""
+    yield f"{results.path}: {soundness.datasets} datasets read, {soundness.bytes / 1e6:.3g} MB of samples"
+    yield from (f"  wrong: {fault}" for fault in soundness.faults)
+    if not soundness.faults:
+        yield "  nothing is wrong with it"
+    if len(soundness.unguarded) == soundness.datasets:
+        yield "  it has no checksums: an older mbproj wrote it, and changed numbers would not show"
+    elif soundness.unguarded:
+        yield f"  {len(soundness.unguarded)} datasets have no checksum: {shortened(soundness.unguarded, 8)}"
+    if results.contents.unfinished:
+        yield "  its run has not ended: samples have Fletcher-32 alone, which takes 16 ones for 16 zeros"
+
+
+# --- The energy balance of a recorded run, with separate parts of the integrator and the ------------------------------
+# The energy balance of a recorded run, with separate parts of the integrator and the projection.
+
+
+#: The sum of the parts is the change of energy to within this part of their size and of all energies. An implicit
+#: method with error control ends Newton's iterations by its tolerance, which single steps do not have.
+CLOSES, ROUND_OFF = 0.01, 1e-12
+
+
+class EnergyParts(NamedTuple):
+    """The energy E at the start and the end of a run, and its changes, all in J. Energy put in is positive."""
+
+    start: float
+    put_in: float
+    dissipated: float
+    integrator: float
+    projection: float
+    end: float
+
+    @property
+    def unexplained(self) -> float:
+        """The change of energy that the parts do not explain, J."""
+        return self.end - self.start - (self.put_in - self.dissipated + self.integrator + self.projection)
+
+    @property
+    def size(self) -> float:
+        """The sum of the absolute values of all parts, J."""
+        return sum(map(abs, self))
+
+
+def split_energy(results: Results) -> EnergyParts:
+    """Repeat each step of the run without and with projection, and sum the parts. Raises InputError for runs that
+    cannot be divided, SimulationError where the run cannot be repeated."""
+    from mbproj.studies.compare import energy_split
+    from mbproj.studies.measure.setting import Setting
+    from mbproj.studies.measure.solve import Mechanism, sample_times, solve
+
+    settings, mechanism = results.settings, Mechanism.of(stored_scene(results))
+    obstacle = None
+    if results.attributes.get("kinematic"):
+        raise _undivided(results, "the run is kinematic, nothing of its motion was integrated")
+    if settings.integrator == AUTOMATIC:
+        obstacle = f"steps of '{AUTOMATIC}' are not all of one method"
+    elif mechanism.system.stops is not None:
+        obstacle = "impacts at stops belong to no step"
+    elif mechanism.system.frictions is not None:
+        obstacle = "dry friction sticks and slips between steps"
+    elif results.status != "complete":
+        obstacle = "the run did not come to its end"
+    solution = solve(mechanism, Setting.of(settings), sample_times(settings.duration or 0.0, 1))
+    if solution.failure is not None:
+        obstacle = obstacle or solution.failure.cause
+    if obstacle is not None:
+        raise _undivided(results, obstacle)
+    split = energy_split(mechanism, solution)
+    energy, work, loss = (results[f"diagnostics/{name}"] for name in ("total_energy", "work", "dissipation"))
+    parts = EnergyParts(
+        start=float(energy[0]),
+        put_in=float(work[-1]),
+        dissipated=float(loss[-1]),
+        integrator=float(split.integrator[-1]),
+        projection=float(split.projection[-1]),
+        end=float(energy[-1]),
+    )
+    if abs(parts.unexplained) > CLOSES * max(abs(parts.integrator), abs(parts.projection)) + ROUND_OFF * parts.size:
+        raise _undivided(results, "its steps, made again one by one, are not those of the run")
+    return parts
+
+
+def _undivided(results: Results, why: str) -> InputError:
+    return InputError(Problem(f"{results.path}: its energy cannot be divided: {why}"))
+
+
+def energy_facts(results: Results) -> dict[str, Any]:
+    """The parts as a dictionary for JSON."""
+    return report_of(ENERGY, split_energy(results), file=results.path)
+
+
+def energy_lines(results: Results) -> Iterator[str]:
+    """Yield the energy at the start, its changes, and the energy at the end."""
+    parts = split_energy(results)
+    yield f"{results.path}: energy from the start to t = {results.time[-1]:g} s"
+    said = {
+        "at the start": f"{parts.start:.6e} J",
+        "forces put in": f"{parts.put_in:.2e} J",
+        "dampers took": f"{parts.dissipated:.2e} J",
+        "the integrator": _changed(parts.integrator),
+        "the projection": _changed(parts.projection),
+        "at the end": f"{parts.end:.6e} J",
+    }
+    yield from table(said, indent="  ")
+
+
+def _changed(energy: float) -> str:
+    return f"took {-energy:.2e} J" if energy < 0.0 else f"added {energy:.2e} J"
+
+
+# --- The report of `mbproj info --build` ------------------------------------------------------------------------------
+# Versions of the software, and how the kernel was compiled.
+
+
+def build_facts() -> dict[str, Any]:
+    """The versions, the formulations that can run here, and the kernel's build. Without a kernel, `reason` tells why
+    and `advice` what to do."""
+    import h5py
+    import numpy as np
+
+    kernel = build_info()
+    return {
+        "mbproj": __version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "h5py": h5py.__version__,
+        "formulations": ["full"] if isinstance(kernel, str) else [name for name in FORMULATIONS if name != "auto"],
+        "plugins": installed(),
+        "kernel": _absent(kernel) if isinstance(kernel, str) else {"built": True, **kernel},
+    }
+
+
+def _absent(reason: str) -> dict[str, Any]:
+    return {"built": False, "reason": reason, "advice": None if left_out() else advice()}
+
+
+def build_lines() -> Iterator[str]:
+    """Yield the facts as lines of text."""
+    has = build_facts()
+    kernel = has.pop("kernel")
+    has["formulations"] = ", ".join(has["formulations"])
+    kinds = has.pop("plugins")
+    for kind, members in kinds.items():
+        has[f"{kind}s"] = ", ".join(f"{name} (from {module})" for name, module in members.items())
+    has["kernel"] = kernel["instruction_set"] if kernel["built"] else f"none: {kernel['reason']}"
+    yield from table(has)
+    if not kernel["built"] and kernel["advice"]:
+        yield f"  {kernel['advice']}"
+    if kernel["built"]:
+        yield from table({key: kernel[key] for key in ("compiler", "build_type", "flags", "eigen")}, "  ")
+
+
+# --- `info --thresholds` ----------------------------------------------------------------------------------------------
+# Every chosen number, as a table and for JSON.
+
+
+#: The users of a threshold, in words.
+USERS = {"both": "NumPy and kernel", "kernel": "kernel", "numpy": "NumPy"}
+
+
+def threshold_facts() -> dict[str, Any]:
+    """Each threshold by its name."""
+    return {row.name: report_of(THRESHOLD_ROWS, row) for row in threshold_table()}
+
+
+def threshold_lines() -> Iterator[str]:
+    """Yield a line of numbers for each threshold, and below it its effect and its source."""
+    rows = threshold_table()
+    name, value = max(len(row.name) for row in rows), max(len(f"{row.value:g}") for row in rows)
+    for row in rows:
+        yield f"{row.name:<{name}}  {row.value:>{value}g} {row.unit} ({USERS[row.used_by]})"
+        yield f"  {row.why} [{row.source}]"

@@ -7,9 +7,8 @@ from typing import Any, TypeVar
 
 import click
 
-from mbproj.cli.completion import one_of, results_file, scene_file
-from mbproj.cli.explained import Part, option
-from mbproj.registry import LINEARISED_AT, SCENE_START
+from mbproj.base.registry import LINEARISED_AT, SCENE_START
+from mbproj.commands.options import Part, one_of, option, results_file, scene_file
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

@@ -7,20 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.completion import results_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.linear.options import at_options, scene_argument
-from mbproj.cli.quantity import QuantityNames
-from mbproj.cli.report.text import json_text
-from mbproj.cli.scene_options import parameters
-from mbproj.cli.study_options import force as force_option
-from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.report_schema import report_of
-from mbproj.report_schema.linear import LINEAR
+from mbproj.base.errors import InputError, Place, Problem, placed_at
+from mbproj.commands.linear_options import at_options, scene_argument
+from mbproj.commands.options import Part, QuantityNames, explained, option, parameters, results_file
+from mbproj.commands.report.text import json_text
+from mbproj.commands.study_options import force as force_option
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.scenes import LINEAR
 
 if TYPE_CHECKING:
-    from mbproj.linear.state_space.model import LinearModel
-    from mbproj.results.linear.model_file import StoredModel
+    from mbproj.linear.state_space import LinearModel
+    from mbproj.results.linear_files import StoredModel
 
 EXAMPLES = (
     (
@@ -84,12 +81,12 @@ def command(
     input is its second derivative; its value and rate are states. Other motions are held. `mbproj plot linear.h5` draws
     Bode plots.
     """
-    from mbproj.api.places import reference_of
-    from mbproj.dynamics.assembly.adjust import compile_system
-    from mbproj.linear.state_space.model import linear_model
-    from mbproj.output_files import check_replaceable
-    from mbproj.results.linear.model_file import KINDS, write_model
-    from mbproj.scene import read_scene
+    from mbproj.commands.python.arguments import reference_of
+    from mbproj.equations.assembly.compiled import compile_system
+    from mbproj.linear.state_space import linear_model
+    from mbproj.results.linear_files import KINDS, write_model
+    from mbproj.results.output_files import check_replaceable
+    from mbproj.scene.scene import read_scene
     from mbproj.scene.settings import placed_in
 
     with placed_at(Place("--output")):
@@ -112,7 +109,7 @@ def command(
 
 def stored(linear: LinearModel, title: str) -> StoredModel:
     """The model in the form of its file."""
-    from mbproj.results.linear.model_file import StoredModel
+    from mbproj.results.linear_files import StoredModel
 
     own = {name: value for name, value in vars(linear).items() if name != "reference"}
     return StoredModel(**own, where=linear.reference.where, time=linear.reference.motion.t, title=title)
@@ -120,14 +117,14 @@ def stored(linear: LinearModel, title: str) -> StoredModel:
 
 def numbers(linear: LinearModel, scene: str, output: Path) -> dict[str, Any]:
     """The model as a dictionary for JSON, with stable keys."""
-    from mbproj.linear.mode_notes import is_balanced
+    from mbproj.linear.modes import is_balanced
 
     return report_of(LINEAR, linear, scene=scene, output=output, balanced=is_balanced(linear.reference))
 
 
 def report(linear: LinearModel, title: str) -> str:
     """The report on the model, with notes."""
-    from mbproj.linear.mode_notes import is_balanced, unsteady_states
+    from mbproj.linear.modes import is_balanced, unsteady_states
 
     def with_units(names: tuple[str, ...], units: tuple[str, ...]) -> str:
         return ", ".join(f"{name} ({unit})" for name, unit in zip(names, units, strict=True))

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
-from mbproj.cli.completion import File
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, plot_option
-from mbproj.cli.report.text import json_text
-from mbproj.cli.scene_options import parameters
-from mbproj.cli.study_options import force as force_option
-from mbproj.errors import InputError, Place, Problem
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.commands.figure_options import check_picture, plot_option
+from mbproj.commands.info import cells
+from mbproj.commands.options import File, Part, explained, option, parameters
+from mbproj.commands.report.text import columns, json_text
+from mbproj.commands.study_options import force as force_option
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.files import ACTUATORS
 
 if TYPE_CHECKING:
-    from mbproj.studies.inverse.loads import ActuatorLoads
+    from mbproj.studies.inverse.loads import ActuatorLoads, Smoothing
+
 
 EXAMPLES = (
     ("The torque at a joint along a recorded motion.", "mbproj loads results.h5 --actuator A.angle -o torque.csv"),
@@ -86,9 +91,9 @@ def command(
     torque is positive where it increases its coordinate. With more actuators than degrees of freedom, the weighted sum
     of squares of the forces is least.
     """
-    from mbproj.api.loads import loads_of
-    from mbproj.cli.simulate.actuator_loads import facts, lines, table
-    from mbproj.output_files import check_replaceable, csv, write_csv
+    from mbproj.commands.python.linear import loads_of
+    from mbproj.results.output_files import check_replaceable, csv
+    from mbproj.results.table_files import write_csv
 
     if smooth and given is None:
         raise click.UsageError("--smooth is for a motion that is given; add --given, or leave it out")
@@ -121,8 +126,7 @@ def command(
 
 def _weight(text: str) -> tuple[str, float]:
     """The name and the weight of a text NAME=W. Raises InputError for another text."""
-    from mbproj.scene.fields.option_numbers import given_number
-    from mbproj.scene.fields.quantities import Number
+    from mbproj.scene.fields.quantities import Number, given_number
 
     name, equals, value = text.rpartition("=")
     if not equals or not name.strip() or not value.strip():
@@ -134,8 +138,7 @@ def _smoothing(texts: tuple[str, ...]) -> dict[str, float]:
     """The change that smoothing may make, by unit; a single 0 is for both units."""
     from mbproj.scene.blocks.expectations import Measure
     from mbproj.scene.expressions.units import BARE
-    from mbproj.scene.fields.option_numbers import given_number
-    from mbproj.scene.fields.quantities import Number
+    from mbproj.scene.fields.quantities import Number, given_number
 
     widths: dict[str, float] = {}
     for text in texts:
@@ -154,8 +157,8 @@ def _smoothing(texts: tuple[str, ...]) -> dict[str, float]:
 
 
 def _draw(actuators: ActuatorLoads, over: str | None, path: Path, title: str, *, force: bool) -> None:
-    from mbproj.figures.pages.actuators import draw_actuators
-    from mbproj.figures.save import save
+    from mbproj.show.figures.designs import draw_actuators
+    from mbproj.show.figures.style import save
 
     cycle = None if over is None else actuators.cycle(over)
     shared = f"{title}: least sum of squares of more actuators than freedoms" if actuators.is_shared else title
@@ -166,3 +169,102 @@ def _draw(actuators: ActuatorLoads, over: str | None, path: Path, title: str, *,
         path,
         force=force,
     )
+
+
+# --- The loads of actuators along a motion, as lines, for JSON, and as a table of all samples -------------------------
+
+
+HEADINGS = ("actuator", "largest", "unit", "at t (s)", "place", "mean", "rms")
+#: The most dead centres that are listed.
+LISTED = 5
+
+
+def facts(acting: ActuatorLoads, source: str, over: str | None) -> dict[str, Any]:
+    """The loads as a dictionary for JSON."""
+    actuators = {
+        name: {
+            "unit": unit,
+            "weight": float(weight),
+            "force": acting.force[:, k],
+            "rate": acting.rate[:, k],
+            "power": acting.power[:, k],
+        }
+        for k, (name, unit, weight) in enumerate(zip(acting.names, acting.units, acting.weights, strict=True))
+    }
+    return report_of(ACTUATORS, acting, source=source, place_of=over, largest=acting.largest(over), actuators=actuators)
+
+
+def lines(actuators: ActuatorLoads, source: str, over: str | None) -> Iterator[str]:
+    """Yield a table of the largest forces and powers, then notes on them."""
+    count = len(actuators.names)
+    yield (
+        f"{source}: {actuators.freedom} {'degree' if actuators.freedom == 1 else 'degrees'} of freedom, {count} "
+        f"{'actuator' if count == 1 else 'actuators'}, {len(actuators.time)} samples"
+    )
+    loads = actuators.largest(over)
+    turns = over is not None and actuators.cycle(over).unit == "rad"
+    yield columns(HEADINGS, [_row(load, over, turns) for load in loads])
+    works = [load for load in loads if load.quantity == "power"]
+    yield columns(
+        ("work of", "put in (J)", "taken out (J)"),
+        [(load.name, f"{load.put_in:.6g}", f"{load.taken_out:.6g}") for load in works],
+    )
+    yield "± is the uncertainty between samples"
+    if actuators.is_shared:
+        yield _sharing(actuators)
+    if actuators.rank < actuators.freedom:
+        reached = f"{actuators.rank} of {actuators.freedom} degrees of freedom"
+        yield f"the actuators reach {reached}; the others take no force"
+    yield f"power balance: {actuators.balance:.2g} of the largest power"
+    yield from _dead(actuators)
+    yield from _smoothing_lines(actuators.smoothing)
+
+
+def _row(load: Any, over: str | None, turns: bool) -> tuple[str, ...]:
+    place = "-" if over is None else f"{degrees(load.place):.1f}°" if turns else f"{load.place:.5g}"
+    return cells(load, load.name + (" power" if load.quantity == "power" else ""), place)
+
+
+def _sharing(actuators: ActuatorLoads) -> str:
+    weights = dict(zip(actuators.names, actuators.weights.tolist(), strict=True))
+    weighed = {name: weight for name, weight in weights.items() if weight != 1.0}
+    said = ", ".join(f"{name} {weight:g}" for name, weight in weighed.items())
+    mixed = "; N and N m are weighed alike" if len(set(actuators.units)) > 1 and not weighed else ""
+    norm = f"least weighted sum of squares ({said})" if weighed else "least sum of squares"
+    return f"more actuators than degrees of freedom that they reach: of all forces that balance, those of {norm}{mixed}"
+
+
+def _dead(actuators: ActuatorLoads) -> Iterator[str]:
+    if len(actuators.dead):
+        listed = ", ".join(f"{time:.6g}" for time in actuators.dead[:LISTED]) + (
+            ", .." if len(actuators.dead) > LISTED else ""
+        )
+        yield f"note: at t = {listed} s the actuators cannot move the mechanism (a dead centre): no force there"
+
+
+def _smoothing_lines(smoothing: Sequence[Smoothing]) -> Iterator[str]:
+    """Yield how the given columns were smoothed."""
+    if smoothing:
+        yield "the motion against the data that was given"
+        rows = [
+            (
+                each.name,
+                "interpolated" if each.noise == 0.0 else f"smoothed, {each.noise:.3g}",
+                f"{each.largest:.3g}",
+                f"{each.time:.6g}",
+                f"{each.rms:.3g}",
+                each.unit,
+            )
+            for each in smoothing
+        ]
+        yield columns(("column", "spline", "largest change", "at t (s)", "rms", "unit"), rows)
+
+
+def table(actuators: ActuatorLoads) -> tuple[list[str], np.ndarray[Any, Any]]:
+    """The headings and the rows (T, 1 + 3 k) of a CSV table."""
+    headings = ["time (s)"]
+    for name, unit in zip(actuators.names, actuators.units, strict=True):
+        own = "rad/s" if unit == "N m" else "m/s"
+        headings += [f"{name} force ({unit})", f"{name} rate ({own})", f"{name} power (W)"]
+    parts = np.stack([actuators.force, actuators.rate, actuators.power], axis=2).reshape(len(actuators.time), -1)
+    return headings, np.concatenate([actuators.time[:, None], parts], axis=1)

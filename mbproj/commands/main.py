@@ -15,9 +15,9 @@ from typing import Any
 
 import click
 
-from mbproj.cli.streams import protect_streams
-from mbproj.errors import ExitCode, MbprojWarning, message_and_code
-from mbproj.version import __version__
+from mbproj.base.errors import ExitCode, MbprojWarning, message_and_code
+from mbproj.base.version import __version__
+from mbproj.commands.streams import protect_streams
 
 #: The commands by their purpose, with a line on each. Each is the object `command` of the module of its name.
 GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
@@ -84,7 +84,7 @@ MODULES = {"continue": "continue_run", "import": "import_model"}
 DESIGN = frozenset({"curve", "fit", "optimise", "sensitivity"})
 #: Commands that simulate one scene.
 SIMULATE = frozenset({"run", "rerun", "continue", "loads"})
-#: The folders of `mbproj.cli` and their commands; other commands are in `commands`.
+#: The folders of `mbproj.commands` and their commands; other commands are in `commands`.
 FOLDERS: Mapping[str, frozenset[str]] = MappingProxyType(
     {"simulate": SIMULATE, "studies": STUDIES, "linear": LINEAR, "design": DESIGN}
 )
@@ -100,7 +100,7 @@ class CommandsOnDemand(click.Group):
         if cmd_name not in COMMANDS:
             return None
         folder = next((folder for folder, names in FOLDERS.items() if cmd_name in names), "commands")
-        module = import_module(f"mbproj.cli.{folder}.{MODULES.get(cmd_name, cmd_name.replace('-', '_'))}")
+        module = import_module(f"mbproj.commands.{folder}.{MODULES.get(cmd_name, cmd_name.replace('-', '_'))}")
         command: click.Command = module.command
         return command
 
@@ -132,7 +132,7 @@ def mbproj() -> None:
 
 
 def main() -> None:
-    """Run a command and exit with a code of `mbproj.errors.ExitCode`: the entry point."""
+    """Run a command and exit with a code of `mbproj.base.errors.ExitCode`: the entry point."""
     # The matrices are small: threads would only cost time, and results must not depend on their number.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.setdefault("OMP_NUM_THREADS", "1")

@@ -8,22 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.completion import results_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.linear.options import at_options, scene_argument
-from mbproj.cli.report.text import json_text
-from mbproj.cli.scene_options import parameters
-from mbproj.cli.study_options import force as force_option
-from mbproj.cli.study_options import write_table as write_table_option
-from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.report_schema import report_of
-from mbproj.report_schema.linear import MODES
+from mbproj.base.errors import InputError, Place, Problem, placed_at
+from mbproj.commands.linear_options import at_options, scene_argument
+from mbproj.commands.options import Part, explained, option, parameters, results_file
+from mbproj.commands.report.text import json_text
+from mbproj.commands.study_options import force as force_option
+from mbproj.commands.study_options import write_table_option
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.scenes import MODES
 
 if TYPE_CHECKING:
-    from mbproj.arrays import Numbers
-    from mbproj.linear.modes import Modes
-    from mbproj.linear.root_loci import RootLocus
-    from mbproj.scene.read import Scene
+    from mbproj.base.arrays import Numbers
+    from mbproj.linear.modes import Modes, RootLocus
+    from mbproj.scene.scene import Scene
 
 #: The most joint coordinates of a mode in the table, and the most modes.
 SHOWN_COORDINATES, SHOWN_MODES = 3, 40
@@ -73,13 +70,13 @@ def command(
     Linearises the equations of motion with exact derivatives, including damping and gyroscopic terms, within what the
     joints allow. Driven coordinates are held.
     """
-    from mbproj.linear.stored import stored
-    from mbproj.output_files import check_replaceable, hdf5
-    from mbproj.output_files.written_table import check_table, write_table
-    from mbproj.results.linear.modes_file import LAYOUT, write_modes
+    from mbproj.linear.modes import stored
+    from mbproj.results.linear_files import MODES_LAYOUT, write_modes
+    from mbproj.results.output_files import check_replaceable, hdf5
+    from mbproj.results.table_files import check_table, write_table
 
     with placed_at(Place("--output")):
-        check_replaceable(output, hdf5(LAYOUT.format), force=force)
+        check_replaceable(output, hdf5(MODES_LAYOUT.format), force=force)
     check_table(table_file, ("mode", "frequency (Hz)"), force=force)
     changed = parameters(settings)
     trace: RootLocus | None = None
@@ -100,10 +97,10 @@ def command(
 def _modes(
     scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None
 ) -> tuple[Scene, Modes]:
-    from mbproj.api.places import reference_of
-    from mbproj.dynamics.assembly.adjust import compile_system
+    from mbproj.commands.python.arguments import reference_of
+    from mbproj.equations.assembly.compiled import compile_system
     from mbproj.linear.modes import modes
-    from mbproj.scene import read_scene
+    from mbproj.scene.scene import read_scene
     from mbproj.scene.settings import placed_in
 
     what = read_scene(scene, changed)
@@ -116,7 +113,7 @@ def _traced(
 ) -> tuple[Scene, Modes, RootLocus]:
     """The modes at each value of a parameter, with the scene and the modes of the last value for the file and the
     table."""
-    from mbproj.linear.root_loci import trace
+    from mbproj.linear.modes import trace
     from mbproj.scene.ranges import Points, named_range
 
     name, span = named_range(vary, "--vary")
@@ -136,7 +133,7 @@ def _traced(
 
 def numbers(modal: Modes, scene: str, output: str, trace: RootLocus | None) -> dict[str, Any]:
     """The modes as a dictionary for JSON, with stable keys."""
-    from mbproj.linear.mode_notes import is_balanced, notes_on
+    from mbproj.linear.modes import is_balanced, notes_on
 
     reference, names = modal.reference, modal.reference.system.names
     known = {} if trace is None else {"vary": trace}
@@ -161,8 +158,8 @@ def _phasors(names: Sequence[str], values: Numbers) -> dict[str, list[float]]:
 
 def report(modal: Modes, title: str, trace: RootLocus | None) -> str:
     """The table of the modes, with notes."""
-    from mbproj.cli.report.text import columns
-    from mbproj.linear.mode_notes import notes_on
+    from mbproj.commands.report.text import columns
+    from mbproj.linear.modes import notes_on
 
     shown = range(min(len(modal.eigenvalues), SHOWN_MODES))
     head = ["mode", "Hz", "damping", "growth 1/s", "time s"]

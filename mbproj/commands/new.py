@@ -8,10 +8,10 @@ from typing import Any
 
 import click
 
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.study_options import force as force_option
-from mbproj.output_files import SCENE, write_text
-from mbproj.templates import OPTIONS, TEMPLATES, scene_text
+from mbproj.commands.options import Part, explained, option
+from mbproj.commands.study_options import force as force_option
+from mbproj.results.output_files import SCENE, write_text
+from mbproj.scene.templates.table import OPTIONS, TEMPLATES, scene_text
 
 KINDS = tuple(TEMPLATES)
 EXAMPLES = (

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from mbproj.cli.design.design_command import DesignOptions, options, search
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import QuantityNames
-from mbproj.errors import ExitCode, InputError, Place, Problem
+from mbproj.base.errors import ExitCode, InputError, Place, Problem
+from mbproj.commands.design_command import DesignOptions, options, search
+from mbproj.commands.options import Part, QuantityNames, explained, option
 
 if TYPE_CHECKING:
     from mbproj.studies.synthesis.synthesise import Synthesis
@@ -53,13 +52,13 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
 
 def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     """Run the command: read, search, write, report."""
-    from mbproj.cli.study import OTHER_FOLDER
-    from mbproj.output_files import DESIGNED, PAGE, csv, make_folder, write_csv, write_text
-    from mbproj.pages.page.write import designs_page
-    from mbproj.studies.design.design_folder import best_scene
-    from mbproj.studies.synthesis.page_data import page_data
+    from mbproj.commands.study_options import OTHER_FOLDER
+    from mbproj.results.output_files import DESIGNED, PAGE, csv, make_folder, write_text
+    from mbproj.results.table_files import write_csv
+    from mbproj.show.page.write import designs_page
+    from mbproj.studies.design.folder import best_scene
     from mbproj.studies.synthesis.spec import read_wanted
-    from mbproj.studies.synthesis.synthesise import synthesise, table
+    from mbproj.studies.synthesis.synthesise import page_data, synthesise, table
 
     if asked.engine is not None:
         raise InputError(Problem("topologies are brought down by least squares", Place("--engine"), "leave it out"))
@@ -86,7 +85,7 @@ def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
 
 def report(synthesis: Synthesis) -> Iterator[str]:
     """Yield the topologies as a table, and the chosen one."""
-    from mbproj.cli.report.text import columns
+    from mbproj.commands.report.text import columns
 
     unit = "rad" if synthesis.wanted.kind == "function" else "m"
     yield f"{synthesis.found[0].topology} does it with the fewest bodies of those that are as good as the best"

@@ -1,15 +1,26 @@
-"""Completion of arguments in a shell: scenes, results, folders, one of several words, a list of words."""
+"""The common options of commands on a scene: --set, and one for each setting of a run.
+
+The scene's reader reads their text by its own rules, with units and suggestions.
+"""
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from enum import Enum
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
+
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.base.settings import SETTINGS, SettingEntry, option_name, settings_taken
+
+# --- Completion of arguments in a shell -------------------------------------------------------------------------------
+# Scenes, results, folders, one of several words, a list of words.
+
 
 #: Names that every shell takes as one word without quotes. Other names are left to the shell, which can quote them.
 PLAIN = re.compile(r"[\w%+,./-]*")
@@ -106,3 +117,239 @@ def _matching(incomplete: str, endings: tuple[str, ...]) -> Iterator[str]:
             yield f"{folder}{entry.name}/"
         elif entry.name.endswith(endings):
             yield f"{folder}{entry.name}"
+
+
+# --- Commands whose help groups the options by their purpose, and ends with examples ----------------------------------
+
+
+#: Options of earlier versions, and what to give instead.
+EARLIER = {"--from-equilibrium": "--start equilibrium"}
+
+
+class Part(Enum):
+    """The purposes of options. The values are the headings of a help text, in this order."""
+
+    WHAT = "What"
+    INTEGRATION = "How: integration"
+    PROJECTION = "How: projection"
+    ACCURACY = "How: accuracy"
+    EFFORT = "How: effort"
+    OUTPUT = "Output"
+    HELP = "Help"
+
+
+class GroupedOption(click.Option):
+    """An option with the part of the help that it belongs to."""
+
+    def __init__(self, *names: Any, part: Part, **attributes: Any) -> None:
+        super().__init__(*names, **attributes)
+        self.part = part
+
+
+class Command(click.Command):
+    """A command with examples: sentences, each with the command line that does so."""
+
+    def __init__(self, *names: Any, examples: Sequence[tuple[str, str]], **attributes: Any) -> None:
+        super().__init__(*names, **attributes)
+        self.examples = examples
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the arguments. Raises NoSuchOption, for an option of an earlier version with the one to give instead."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            if error.option_name not in EARLIER:
+                raise
+            raise click.NoSuchOption(error.option_name, possibilities=[EARLIER[error.option_name]], ctx=ctx) from error
+
+    def options_by_part(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
+        """The options by purpose; click's own `--help` comes last."""
+        groups: dict[Part, list[click.Parameter]] = {part: [] for part in Part}
+        for parameter in self.get_params(context):
+            if isinstance(parameter, click.Option):
+                groups[parameter.part if isinstance(parameter, GroupedOption) else Part.HELP].append(parameter)
+        return {part: options for part, options in groups.items() if options}
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write a section of the help for each part."""
+        for part, options in self.options_by_part(ctx).items():
+            records = [record for option in options if (record := option.get_help_record(ctx)) is not None]
+            with formatter.section(part.value):
+                formatter.write_dl(records)
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the examples as lines that can be given to a shell."""
+        with formatter.section("Examples"):
+            for said, line in self.examples:
+                formatter.write(f"{'':{formatter.current_indent}}# {said}\n{'':{formatter.current_indent}}{line}\n")
+
+
+def explained(
+    name: str, examples: Sequence[tuple[str, str]], **attributes: Any
+) -> Callable[[Callable[..., Any]], Command]:
+    """Return a decorator that makes the function a command with these examples."""
+    return click.command(name, cls=Command, examples=examples, **attributes)
+
+
+def option(part: Part, *names: str, **attributes: Any) -> Callable[[Any], Any]:
+    """Return a decorator that adds an option to a command, in this part of its help."""
+    return click.option(*names, cls=GroupedOption, part=part, **attributes)
+
+
+# --- The common options of commands on a scene ------------------------------------------------------------------------
+
+
+Decorated = TypeVar("Command", bound=Callable[..., Any])
+
+#: The parts of the help that options stand in, where not with integration, or projection.
+PARTS = {"duration": Part.WHAT, "start": Part.WHAT, "adjust_joints": Part.WHAT, "output_step": Part.OUTPUT}
+#: Further names of these options.
+ALSO = {"duration": ["--until"]}
+#: The names of all these options.
+SCENE_OPTIONS = ("--set", *map(option_name, SETTINGS))
+
+
+def _option(entry: SettingEntry) -> Callable[[Decorated], Decorated]:
+    """The decorator that adds the option of a setting."""
+    words = ("true", "false") if entry.kind == "bool" else entry.words
+    metavar = {"float": "TIME" if entry.takes == "s" else "NUMBER", "int": entry.takes}.get(entry.kind, entry.metavar)
+    part = PARTS.get(entry.name, Part.INTEGRATION if len(entry.path) == 1 else Part.PROJECTION)
+    names = (option_name(entry.name), *ALSO.get(entry.name, ()), entry.name)
+    return option(part, *names, help=entry.help, **({"type": Words(words)} if words != () else {"metavar": metavar}))
+
+
+def scene_options(command: Decorated) -> Decorated:
+    """Decorate a command with the argument SCENE and all these options; `overrides` collects their values."""
+    return scene_options_of("")(command)
+
+
+def scene_options_of(name: str) -> Callable[[Decorated], Decorated]:
+    """Return a decorator like `scene_options` for the study of this name, which chooses some settings itself."""
+
+    def add(command: Decorated) -> Decorated:
+        for entry in reversed([*settings_taken(name).values()]):
+            command = _option(entry)(command)
+        command = option(
+            Part.WHAT,
+            "--set",
+            "settings",
+            multiple=True,
+            metavar="NAME=VALUE",
+            help="Change a parameter, or any value by its path.",
+        )(command)
+        return click.argument("scene", type=scene_file())(command)
+
+    return add
+
+
+def overrides(options: Mapping[str, Any]) -> dict[str, str]:
+    """The settings that the command line gives, from a command's parameters."""
+    return {name: options[name] for name in SETTINGS if options.get(name) is not None}
+
+
+def parameters(settings: tuple[str, ...]) -> dict[str, str]:
+    """The values that --set changes, by name. Raises InputError where a text is not NAME=VALUE."""
+    changed = {}
+    for text in settings:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip() or not value.strip():
+            raise InputError(Problem(f"'{text}' is not NAME=VALUE", Place("--set"), "e.g. --set crank_length=0.1"))
+        changed[name.strip()] = value.strip()
+    return changed
+
+
+# --- Types of options that are a number with a unit, read by the rules of the scene -----------------------------------
+# "1e-6", "1 mm", "2 min".
+
+
+class AnyNumber(click.ParamType):  # type: ignore[type-arg]  # generic in the newest click alone
+    """A number in the SI unit `unit`."""
+
+    bounds: ClassVar[Mapping[str, float]] = {}
+
+    def __init__(self, unit: str) -> None:
+        self.unit = self.name = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number in SI. Raises InputError at the option."""
+        from mbproj.scene.fields.quantities import Number, given_number
+
+        return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, **self.bounds))
+
+
+class Positive(AnyNumber):
+    """A positive number in the SI unit `unit`."""
+
+    bounds: ClassVar[Mapping[str, float]] = {"above": 0.0}
+
+
+class NotNegative(AnyNumber):
+    """A number in the SI unit `unit` that is not below 0."""
+
+    bounds: ClassVar[Mapping[str, float]] = {"minimum": 0.0}
+
+
+class PositiveList(Positive):
+    """Several positive numbers in the SI unit `unit`: "0.01,5 ms"."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the numbers in SI, a tuple. Raises InputError at the option."""
+        return tuple(super(PositiveList, self).convert(part, param, ctx) for part in value.split(","))
+
+
+class Times(NotNegative):
+    """Several times in s, not below 0: "0,0.5,200 ms"."""
+
+    def __init__(self) -> None:
+        super().__init__("s")
+        self.name = "times"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the times in s, a tuple. Raises InputError at the option."""
+        return tuple(super(Times, self).convert(part, param, ctx) for part in value.split(","))
+
+
+class Millimetres(click.ParamType):  # type: ignore[type-arg]
+    """A width in mm, or a width and a height: "85", "85,60", "85 mm, 60 mm"."""
+
+    name = "millimetres"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
+        """Return the numbers in mm, a tuple of one or two."""
+        if isinstance(value, tuple):
+            return value
+        from mbproj.base.text import plain_number
+
+        try:
+            lengths = tuple(plain_number(part.strip().removesuffix("mm")) for part in value.split(","))
+        except ValueError:
+            lengths = ()
+        if len(lengths) not in (1, 2):
+            self.fail(f"'{value}' is no width in mm, nor a width and a height, as 85 or 85,60", param, ctx)
+        return lengths
+
+
+class QuantityNames(click.ParamType):  # type: ignore[type-arg]
+    """Several names: "gopm,gpopm"."""
+
+    name = "names"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        """Return the names, a tuple."""
+        return tuple(part.strip() for part in value.split(","))
+
+
+class Corners(QuantityNames):
+    """Three markers, of which the second is the corner of an angle."""
+
+    name = "corners"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the three names. Raises InputError where there are not three."""
+        from mbproj.base.errors import InputError, Place, Problem
+
+        names = super().convert(value, param, ctx)
+        if len(set(names)) != 3 or len(names) != 3:
+            place = Place(param.opts[0] if param is not None else "")
+            raise InputError(Problem(f"'{value}' is not three markers", place, "give FIRST,CORNER,SECOND"))
+        return names

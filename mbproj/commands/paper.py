@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.cli.completion import FolderPath
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import look
-from mbproj.cli.quantity import Positive
-from mbproj.cli.study_options import force as force_option
-from mbproj.output_files import check_replaceable, make_folder, picture
+from mbproj.commands.figure_options import look
+from mbproj.commands.options import FolderPath, Part, Positive, explained, option
+from mbproj.commands.study_options import force as force_option
+from mbproj.results.output_files import check_replaceable, make_folder, picture
 
 if TYPE_CHECKING:
     from mbproj.studies.paper import Example
@@ -54,8 +52,8 @@ def command(output: str, duration: float, ending: str, force: bool) -> None:
     formulation. It takes about a minute. For each mechanism it tells from which time on the paper's step has not
     converged.
     """
-    from mbproj.api.pictures import FIGURES, figures_of
-    from mbproj.figures.save import save
+    from mbproj.commands.python.pictures import FIGURES, figures_of
+    from mbproj.show.figures.style import save
     from mbproj.studies.paper import run_example
 
     folder = make_folder(Path(output))

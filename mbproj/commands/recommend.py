@@ -8,21 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli import study_options
-from mbproj.cli.completion import scene_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import plot_option
-from mbproj.cli.quantity import Positive
-from mbproj.errors import ExitCode, InputError, Place, Problem
-from mbproj.report_schema import report_of
-from mbproj.report_schema.studies import RECOMMEND
+from mbproj.base.errors import ExitCode, InputError, Place, Problem
+from mbproj.commands import study_options
+from mbproj.commands.figure_options import plot_option
+from mbproj.commands.options import Part, Positive, explained, option, scene_file
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.studies import RECOMMEND
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.scene.read import Scene
+    from mbproj.scene.scene import Scene
     from mbproj.studies.measure.measurement import Measurement
-    from mbproj.studies.recommend.recommendation import Recommendation
+    from mbproj.studies.recommend import Recommendation
 
 EXAMPLES = (
     (
@@ -75,12 +73,11 @@ def command(
     where it stopped. Exit code 4: no setting keeps the error to the end; the printed one keeps it up to the time that
     is printed.
     """
-    from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import Study
-    from mbproj.output_files import check_rewritable
-    from mbproj.scene import read_scene
-    from mbproj.studies.recommend.recommendation import recommend
-    from mbproj.studies.recommend.write_back import write_back
+    from mbproj.commands.options import parameters
+    from mbproj.commands.study_options import Study
+    from mbproj.results.output_files import check_rewritable
+    from mbproj.scene.scene import read_scene
+    from mbproj.studies.recommend import recommend, write_back
 
     if write and changes:
         hint = "change the parameter in the scene, and leave out --set"
@@ -135,7 +132,7 @@ def _measured(best: Measurement) -> dict[str, Any]:
 
 
 def _lines(recommendation: Recommendation) -> list[str]:
-    from mbproj.cli.report.text import table
+    from mbproj.commands.report.text import table
 
     best, point = recommendation.best, recommendation.best.worst()
     rows: dict[str, str] = {
@@ -162,8 +159,8 @@ def _cost(of: Measurement) -> str:
 def _page(recommendation: Recommendation, title: str) -> Figure:
     import numpy as np
 
-    from mbproj.figures.pages.work_precision import search_page
-    from mbproj.studies.tradeoff.fronts import grouped, kind
+    from mbproj.show.figures.studies import search_page
+    from mbproj.studies.tradeoff import grouped, kind
 
     costs = np.array([(each.evaluations, each.at()) for each in recommendation.tried])
     families = {name: costs[indices] for name, indices in grouped(recommendation.tried, kind).items()}

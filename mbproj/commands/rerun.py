@@ -6,8 +6,7 @@ from pathlib import Path
 
 import click
 
-from mbproj.cli.completion import results_file
-from mbproj.cli.explained import Part, explained, option
+from mbproj.commands.options import Part, explained, option, results_file
 
 EXAMPLES = (("Repeat a run whose scene is no longer at hand.", "mbproj rerun results.h5 -o again.h5"),)
 
@@ -24,9 +23,9 @@ def command(results: Path, output: str, as_json: bool, quiet: bool) -> None:
 
     On the same build and machine the numbers are the same to the last bit.
     """
-    from mbproj.api.again import require_another, require_whole, stored_scene
-    from mbproj.cli.simulate.execute import execute
-    from mbproj.results import open_results
+    from mbproj.commands.execute import execute
+    from mbproj.commands.python.run import require_another, require_whole, stored_scene
+    from mbproj.results.reader import open_results
 
     with open_results(results) as before:
         require_whole(before)

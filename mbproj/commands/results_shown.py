@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import click
 
-from mbproj.errors import InputError, Problem
+from mbproj.base.errors import InputError, Problem
 
 if TYPE_CHECKING:
-    from mbproj.results import Results
+    from mbproj.results.record import Results
 
 
 def open_with_note(path: Path) -> Results:
     """Open the results at a path, with a note where they are incomplete."""
-    from mbproj.results import open_results
+    from mbproj.results.reader import open_results
 
     results = open_results(path)
     if results.partial:
@@ -38,9 +38,9 @@ def selected(
     have a sample. `acting` are forces, motions, stops and frictions."""
     from math import inf
 
-    from mbproj.errors import choose_from
+    from mbproj.base.errors import choose_from
     from mbproj.results.faults import no_such_name
-    from mbproj.results.members import ACTING
+    from mbproj.results.record import ACTING
 
     low, high = -inf if start is None else start, inf if stop is None else stop
     if not low <= high:

@@ -7,13 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.completion import results_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import Positive
-from mbproj.cli.scene_options import overrides, parameters, scene_options
+from mbproj.commands.options import (
+    Part,
+    Positive,
+    explained,
+    option,
+    overrides,
+    parameters,
+    results_file,
+    scene_options,
+)
 
 if TYPE_CHECKING:
-    from mbproj.scene.read import Scene
+    from mbproj.scene.scene import Scene
 
 EXAMPLES = (
     ("Simulate with the settings of the scene, and write results.h5.", "mbproj run five_bar.yaml"),
@@ -66,10 +72,10 @@ def command(
     **options: Any,
 ) -> None:
     """Simulates SCENE and writes a results file."""
-    from mbproj.cli.simulate.execute import execute
-    from mbproj.errors import Place, placed_at
-    from mbproj.results import check_output
-    from mbproj.scene import read_scene
+    from mbproj.base.errors import Place, placed_at
+    from mbproj.commands.execute import execute
+    from mbproj.results.crash_safety import check_output
+    from mbproj.scene.scene import read_scene
 
     asked, given = _limits(certify, limits), overrides(options)
     what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
@@ -84,9 +90,9 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
     """The scene with the cheapest settings for an error, and facts on these for --json and the results file."""
     from dataclasses import replace
 
-    from mbproj.cli.report.progress import telling
-    from mbproj.errors import InputError, Place, Problem
-    from mbproj.studies.recommend.recommendation import Unreachable, recommend
+    from mbproj.base.errors import InputError, Place, Problem
+    from mbproj.commands.report.progress import telling
+    from mbproj.studies.recommend import Unreachable, recommend
 
     for name in ("integrator", "step", "tolerance"):
         if name in given:
@@ -112,12 +118,12 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
 
 def _limits(certify: bool, limits: tuple[float, ...]) -> tuple[float, ...] | None:
     """The limits of a certificate, increasing; None where none is asked for."""
-    from mbproj.errors import InputError, Place, Problem
+    from mbproj.base.errors import InputError, Place, Problem
 
     if limits and not certify:
         raise InputError(Problem("needs --certify", Place("--limit"), "add --certify, or leave out --limit"))
     if not certify:
         return None
-    from mbproj.studies.certify.horizon import limits_of
+    from mbproj.studies.certify import limits_of
 
     return limits_of(limits)

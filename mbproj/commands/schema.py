@@ -6,10 +6,9 @@ from pathlib import Path
 
 import click
 
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.study_options import force as force_option
-from mbproj.report_schema.reports import REPORTS
-from mbproj.report_schema.schema import report_schema
+from mbproj.commands.options import Part, explained, option
+from mbproj.commands.study_options import force as force_option
+from mbproj.results.report_schema.reports import REPORTS, report_schema
 
 EXAMPLES = (
     ("Write the schema to a file that an editor can read.", "mbproj schema -o scene.schema.json"),
@@ -46,7 +45,7 @@ def command(of: str, output: Path | None, force: bool) -> None:
     """
     import json
 
-    from mbproj.output_files import SCHEMA, make_folder, write_text
+    from mbproj.results.output_files import SCHEMA, make_folder, write_text
     from mbproj.scene.schema import scene_schema
 
     text = json.dumps(scene_schema() if of == "scene" else report_schema(of), indent=2, ensure_ascii=False)

@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli import study_options
-from mbproj.cli.completion import scene_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import check_picture, plot_option
-from mbproj.cli.quantity import QuantityNames
-from mbproj.cli.report.text import json_text
+from mbproj.commands import study_options
+from mbproj.commands.figure_options import check_picture, plot_option
+from mbproj.commands.options import Part, QuantityNames, explained, option, scene_file
+from mbproj.commands.report.text import json_text
 
 if TYPE_CHECKING:
-    from mbproj.results.views.table import Table
+    from mbproj.results.views import Table
 
 EXAMPLES = (
     (
@@ -45,7 +43,7 @@ EXAMPLES = (
 )
 @study_options.changes
 @study_options.workplace
-@study_options.write_table
+@study_options.write_table_option
 @plot_option
 @study_options.force
 @option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
@@ -68,12 +66,12 @@ def command(
     elasticity: by how many percent the measure changes where the number changes by one. Dual numbers that follow one
     run give the slopes; where they cannot, differences of runs do, and the output says why.
     """
-    from mbproj.cli.report.text import columns
-    from mbproj.cli.scene_options import parameters
-    from mbproj.output_files.written_table import check_table, write_table
-    from mbproj.scene import read_scene
+    from mbproj.commands.options import parameters
+    from mbproj.commands.report.text import columns
+    from mbproj.results.table_files import check_table, write_table
+    from mbproj.scene.scene import read_scene
     from mbproj.studies.design.sensitivity import LEFT_OUT, sensitivities
-    from mbproj.studies.parallel.client import workplace
+    from mbproj.studies.parallel.cluster import workplace
 
     check_table(table_file, ("measure", "number"), force=force)
     check_picture(picture_path, force=force)
@@ -82,8 +80,8 @@ def command(
     if table_file is not None:
         write_table(table_file, table.headings, table.rows, force=force)
     if picture_path is not None:
-        from mbproj.figures.pages.sensitivity import draw_sensitivities
-        from mbproj.figures.save import save
+        from mbproj.show.figures.designs import draw_sensitivities
+        from mbproj.show.figures.style import save
 
         save(draw_sensitivities(table), picture_path, force=force)
     if as_json:

@@ -8,24 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli import study_options
-from mbproj.cli.completion import one_of
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import Positive
-from mbproj.cli.scene_options import overrides, parameters, scene_options_of
-from mbproj.errors import Place, placed_at
-from mbproj.report_schema import report_of
-from mbproj.report_schema.studies import STABILITY
+from mbproj.base.errors import Place, placed_at
+from mbproj.commands import study_options
+from mbproj.commands.options import Part, Positive, explained, one_of, option, overrides, parameters, scene_options_of
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.studies import STABILITY
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.studies.stability import StabilityMap
-    from mbproj.studies.stability.bisection import MethodTrack
+    from mbproj.studies.stability import MethodTrack, StabilityMap
 
 
 def _quantities() -> Collection[str]:
-    from mbproj.studies.stability.quantities import QUANTITIES
+    from mbproj.studies.stability import QUANTITIES
 
     return QUANTITIES
 
@@ -90,11 +86,9 @@ def command(
     points as CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes
     where it stopped.
     """
-    from mbproj.cli.study import Study
-    from mbproj.scene import read_scene
-    from mbproj.studies.stability import stability
-    from mbproj.studies.stability.judge import Limits
-    from mbproj.studies.stability.quantities import quantity_named
+    from mbproj.commands.study_options import Study
+    from mbproj.scene.scene import read_scene
+    from mbproj.studies.stability import Limits, quantity_named, stability
 
     what = read_scene(scene, parameters(settings), overrides(options))
     with placed_at(Place("--vary")):
@@ -116,7 +110,7 @@ def command(
 
 
 def _report(bounds: StabilityMap) -> str:
-    from mbproj.cli.report.text import columns
+    from mbproj.commands.report.text import columns
 
     lines = [line for track in bounds.tracks for line in _intervals(track)]
     table = columns(["method", "from", "to", "state", "first bad"], [line[:-1] for line in lines]).splitlines()
@@ -168,7 +162,7 @@ def _theory(bounds: StabilityMap) -> str:
 def _page(bounds: StabilityMap) -> Figure:
     import numpy as np
 
-    from mbproj.figures.pages.stability import Map, Strip, stability_page
+    from mbproj.show.figures.studies import Map, Strip, stability_page
 
     strips = [
         Strip(

@@ -7,23 +7,22 @@ from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mbproj.errors import InputError, Problem
+from mbproj.base.errors import InputError, Problem
 from mbproj.scene.meshes import meshes_of
 
 if TYPE_CHECKING:
-    from mbproj.api.check.ropes import RopeAtStart
-    from mbproj.dynamics import State
-    from mbproj.integrate.stops.resting import RubsAtStart
-    from mbproj.integrate.stops.start import AtStart
-    from mbproj.model import System
-    from mbproj.scene.read import Scene
+    from mbproj.commands.python.check import RopeAtStart
+    from mbproj.equations.assembly.assemble import State
+    from mbproj.model.system import System
+    from mbproj.motion.contacts import AtStart, RubsAtStart
+    from mbproj.scene.scene import Scene
 
 FORMATS = ("png", "svg", "pdf", "html")
 
 
 def check_start(path: Path) -> None:
     """Raises InputError where the name is of no picture or page, or the file may not be written."""
-    from mbproj.output_files import PAGE, check_replaceable, picture
+    from mbproj.results.output_files import PAGE, check_replaceable, picture
 
     ending = path.suffix[1:].lower()
     if ending not in FORMATS:
@@ -35,21 +34,20 @@ def check_start(path: Path) -> None:
 
 def draw_start(path: Path, scene: Scene, system: System, state: State) -> None:
     """Write the picture or the page."""
-    from mbproj.output_files import PAGE, write_text
-    from mbproj.pages.appearance.motion import motion_at
+    from mbproj.results.output_files import PAGE, write_text
+    from mbproj.show.appearance.motion import motion_at
 
     motion = motion_at(system, state.q)
     if path.suffix.lower() == ".html":
-        from mbproj.pages.data.pages import start_of
-        from mbproj.pages.page.write import html
+        from mbproj.show.page.pages import start_of
+        from mbproj.show.page.write import html
 
         page = start_of(scene, motion, scene.title or path.stem)
         write_text(path, html(page.title, page.data, page.packer), PAGE)
         return
-    from mbproj.figures.kinds.mechanism import draw_start as drawn
-    from mbproj.figures.save import save
-    from mbproj.pages.appearance.mechanism import look_of
-    from mbproj.pages.appearance.view import view_of
+    from mbproj.show.appearance.mechanism import look_of, view_of
+    from mbproj.show.figures.mechanism import draw_start as drawn
+    from mbproj.show.figures.style import save
 
     look = look_of(scene, motion, meshes_of(scene))
     save(drawn(look, view_of(scene, motion, look), motion), path)

@@ -11,8 +11,8 @@ import sys
 import unicodedata
 from typing import Any, TextIO, cast
 
-from mbproj.control_characters import escaped_text
-from mbproj.errors import ExitCode, MbprojError
+from mbproj.base.errors import ExitCode, MbprojError
+from mbproj.base.text import escaped_text
 
 #: Replacements for mbproj's own characters that an encoding lacks. Greek letters are replaced by their names.
 PLAIN = {"≤": "<=", "≥": ">=", "√": "sqrt ", "→": "->", "·": "*", "×": "x", "∞": "infinity", "–": "-", "—": "-"}

@@ -10,13 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli import study_options
-from mbproj.cli.completion import FolderPath, scene_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.figure_options import plot_option
-from mbproj.cli.quantity import Positive
-from mbproj.report_schema import report_of
-from mbproj.report_schema.designs import SWEEP
+from mbproj.commands import study_options
+from mbproj.commands.figure_options import plot_option
+from mbproj.commands.options import FolderPath, Part, Positive, explained, option, scene_file
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.studies import SWEEP
 
 if TYPE_CHECKING:
     from mbproj.scene.ranges import Item
@@ -77,10 +75,10 @@ def command(
     Exit code 0: all cases ran; 3: some failed, and the table says why; 2: wrong input; 130: interrupted, and the table
     has what was computed.
     """
-    from mbproj.cli.studies.pictures import usual_of_sweep
-    from mbproj.cli.study import Study
-    from mbproj.errors import ExitCode
-    from mbproj.results.views.table import Table
+    from mbproj.base.errors import ExitCode
+    from mbproj.commands.plot import usual_of_sweep
+    from mbproj.commands.study_options import Study
+    from mbproj.results.views import Table
     from mbproj.studies.parallel.progress import CASES, with_words
     from mbproj.studies.sweep import summary
     from mbproj.studies.sweep.folder import Folder as SweepFolder
@@ -147,7 +145,7 @@ def _command_to_continue(spec: Path, output: Path | None, timeout: float | None,
 
 def _confirm_number(spec: SweepSpec, yes: bool) -> None:
     """Raises InputError where there are so many cases that it may be a mistake, unless `yes`."""
-    from mbproj.errors import InputError, Problem
+    from mbproj.base.errors import InputError, Problem
 
     count = spec.design.count
     if count > MANY and not yes:
@@ -157,8 +155,8 @@ def _confirm_number(spec: SweepSpec, yes: bool) -> None:
 
 def _preview(spec: SweepSpec, shown: int) -> str:
     """The number of cases, and the first of them."""
-    from mbproj.cli.report.text import columns
-    from mbproj.scene.ranges.family import column_of, with_unit
+    from mbproj.commands.report.text import columns
+    from mbproj.scene.ranges import column_of, with_unit
 
     design = spec.design
     count = f"{design.count} {'case' if design.count == 1 else 'cases'} ({design.name})"
@@ -202,7 +200,7 @@ def _counts_in_words(reached: Progress, kinds: list[dict[str, Any]]) -> str:
 
 def _junit(spec: SweepSpec, entries: Iterable[CaseEntry]) -> str:
     """A testsuite with a testcase for each case."""
-    from mbproj.cli.report.junit import TestCase, cases_as_xml
+    from mbproj.commands.report.junit import TestCase, cases_as_xml
 
     testcases = []
     for number, entry in enumerate(entries):

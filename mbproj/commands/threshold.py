@@ -5,10 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mbproj.cli import study_options
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import PositiveList
-from mbproj.cli.scene_options import overrides, parameters, scene_options_of
+from mbproj.commands import study_options
+from mbproj.commands.options import Part, PositiveList, explained, option, overrides, parameters, scene_options_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,8 +47,8 @@ def command(
     at most 10 %, compared with a projection after every step. Other options change the setting that is studied, as for
     `mbproj run`. An interrupted study resumes where it stopped.
     """
-    from mbproj.cli.study import Study
-    from mbproj.scene import read_scene
+    from mbproj.commands.study_options import Study
+    from mbproj.scene.scene import read_scene
     from mbproj.studies.threshold import threshold_study
 
     what = read_scene(scene, parameters(settings), overrides(options))
@@ -65,7 +63,7 @@ def command(
 
 
 def _report(threshold: ThresholdStudy) -> str:
-    from mbproj.cli.report.text import columns, milliseconds, number
+    from mbproj.commands.report.text import columns, milliseconds, number
 
     lines = []
     for index, row in enumerate(threshold.table.records):
@@ -116,7 +114,7 @@ def _uneven_errors(threshold: ThresholdStudy) -> str:
 def _page(threshold: ThresholdStudy) -> Figure:
     import numpy as np
 
-    from mbproj.figures.pages.threshold import ThresholdSeries, threshold_page
+    from mbproj.show.figures.studies import ThresholdSeries, threshold_page
 
     table = threshold.table
 

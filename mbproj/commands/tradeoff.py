@@ -8,18 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli import study_options
-from mbproj.cli.completion import scene_file
-from mbproj.cli.explained import Part, explained, option
-from mbproj.cli.quantity import Positive
-from mbproj.registry import FORMULATIONS
-from mbproj.report_schema import report_of
-from mbproj.report_schema.studies import TRADEOFF
+from mbproj.base.registry import FORMULATIONS
+from mbproj.commands import study_options
+from mbproj.commands.options import Part, Positive, explained, option, scene_file
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.studies import TRADEOFF
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.studies.tradeoff.result import Tradeoff
+    from mbproj.studies.tradeoff import Tradeoff
 
 EXAMPLES = (
     ("Draw error against cost for every method.", "mbproj tradeoff five_bar.yaml --until 2 -o tradeoff"),
@@ -62,11 +60,10 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     error; writes all settings as CSV and HDF5, and work-precision diagrams. An interrupted study resumes where it
     stopped.
     """
-    from mbproj.cli.scene_options import parameters
-    from mbproj.cli.study import Study
-    from mbproj.scene import read_scene
-    from mbproj.studies.tradeoff.ladders import tradeoff
-    from mbproj.studies.tradeoff.result import KIND, write_hdf5
+    from mbproj.commands.options import parameters
+    from mbproj.commands.study_options import Study
+    from mbproj.scene.scene import read_scene
+    from mbproj.studies.tradeoff import KIND, tradeoff, write_hdf5
 
     what = read_scene(scene, parameters(changes))
     study = Study(options, ("setting", "projection"), f"{Path(scene).stem}-tradeoff")
@@ -83,8 +80,8 @@ def _report(result: Tradeoff) -> Iterator[str]:
     """Yield the tables."""
     import numpy as np
 
-    from mbproj.cli.report.text import columns
-    from mbproj.studies.tradeoff.fronts import CLOSED
+    from mbproj.commands.report.text import columns
+    from mbproj.studies.tradeoff import CLOSED
 
     yield result.line
     yield f"errors of {', '.join(result.points)}; the reference is uncertain by {result.floor:.1e} m"
@@ -124,7 +121,7 @@ HEADINGS = ["is", "|C|", "CPU, ms", "spread", "evaluations", "projections", "set
 
 
 def _cells(result: Tradeoff, index: int) -> list[str]:
-    from mbproj.cli.report.text import milliseconds, number
+    from mbproj.commands.report.text import milliseconds, number
 
     trial, timing = result.trials[index], result.timings.get(index)
     spread = " to ".join(milliseconds(end) for end in timing.spread) if timing else "-"
@@ -141,7 +138,7 @@ def _cells(result: Tradeoff, index: int) -> list[str]:
 
 def _own_setting(result: Tradeoff, own: int) -> Iterator[str]:
     """Yield how far the scene's own setting is from the front."""
-    from mbproj.cli.report.text import milliseconds
+    from mbproj.commands.report.text import milliseconds
 
     trial = result.trials[own]
     if trial.failure is not None:
@@ -167,8 +164,8 @@ def _own_setting(result: Tradeoff, own: int) -> Iterator[str]:
 def _page(result: Tradeoff) -> Figure:
     import numpy as np
 
-    from mbproj.figures.pages.work_precision import Cloud, Diagram, work_precision
-    from mbproj.studies.tradeoff.fronts import by_integrator, by_projection, studied
+    from mbproj.show.figures.studies import Cloud, Diagram, work_precision
+    from mbproj.studies.tradeoff import by_integrator, by_projection, studied
 
     def cloud(indices: list[int]) -> Cloud:
         return Cloud(

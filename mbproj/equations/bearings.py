@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers, cross
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.observe.reactions import reactions
-from mbproj.model.bearings import Bearings
+from mbproj.base.arrays import Array, Numbers, cross
+from mbproj.base.dataclass import dataclass
+from mbproj.equations.kinematics import Pose
+from mbproj.equations.reactions import reactions
+from mbproj.model.contacts import Bearings
 from mbproj.model.system import System
 
 

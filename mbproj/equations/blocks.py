@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

@@ -1,22 +1,182 @@
-"""The free motions that the joints leave at a pose, in coordinates x, and the rows N of the stops' gaps by x.
-
-In x the kinetic energy is ½|x|²: u = u₀ + T R⁻¹ x, with G T = 0 and TᵀM T = RᵀR."""
+"""The pose nearest to one that is beyond stops at which all stops are respected, if there is one."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import lru_cache
+
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.derivatives.tangent_space import tangent_space
-from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
-from mbproj.dynamics.equations.equations_of_motion import tangent_mass_matrix
-from mbproj.dynamics.equations.kinematics import Pose, Twist, pose_of, twist_of
-from mbproj.errors import SimulationError
+from mbproj.base.arrays import Array, Integers, Numbers, total
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem, SimulationError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, coordinate_values, nearest, scaled_residual, scaled_rows
+from mbproj.equations.assembly.gauss_newton import gauss_newton, set_rows
+from mbproj.equations.blocks import Rows, stacked
+from mbproj.equations.constraints import set_velocity, tangent_jacobian
+from mbproj.equations.kinematics import Pose, Twist, attached, pose_of, slots_of, twist_of
+from mbproj.equations.motions import drive_at
+from mbproj.equations.of_motion import tangent_mass_matrix
+from mbproj.equations.tangent_space import tangent_space
+from mbproj.equations.turning import near, turns_of
+from mbproj.functions.kinks import look_times
+from mbproj.functions.series import run, time_series
+from mbproj.model.channels import Motions
+from mbproj.model.contacts import Stops
 from mbproj.model.primitive_set import PrimitiveSet
-from mbproj.model.stops import Stops
-from mbproj.model.system import System
+from mbproj.model.system import Conditions, System
+
+# --- Gaps: the distances of a mechanism from its stops ----------------------------------------------------------------
+
+
+def gaps(stops: Stops, pose: Pose, turns: Integers) -> Numbers:
+    """Return g = side (s - bound) at poses (...) with whole turns (..., nc) of the joints' angles, (..., S), in m or
+    rad."""
+    value = counted_values(stops.coordinates, stops.joint_coordinate, pose, turns)
+    return np.asarray(stops.side * (value - stops.bound))
+
+
+def counted_values(coordinates: PrimitiveSet, joint_coordinate: Integers, pose: Pose, turns: Integers) -> Numbers:
+    """Return s at poses (...) with whole turns (..., nc) of the joints' angles, (..., k). `joint_coordinate` (k,) is
+    the number of each s among the joints' coordinates, -1 for none."""
+    value = coordinates.value(attached(pose, *slots_of(coordinates)))
+    counts = ((joint_coordinate >= 0) & ~coordinates.is_length).astype(float)
+    counted = turns[..., joint_coordinate] * counts if np.shape(turns)[-1] else 0.0
+    return np.asarray(value + 2.0 * np.pi * counted)
+
+
+def gap_rates(stops: Stops, pose: Pose, twist: Twist) -> Numbers:
+    """Return g', (..., S), in m/s or rad/s."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # points that coincide have no rate
+        return np.asarray(stops.side * set_velocity(stops.coordinates, pose, twist))
+
+
+def pressing(stops: Stops, by: Array, gap: Numbers, rate: Numbers) -> Numbers:
+    """Return the forces of compliant stops at these gaps (..., S) and rates, in N or N m; 0 for rigid ones. `by` (S,)
+    are their coefficients of damping, `Stops.pushes_by`."""
+    δ = np.maximum(-gap, 0.0)
+    elastic, given = _stiffness(stops) * δ**stops.exponent, np.isnan(stops.restitution)
+    speed = np.sqrt(rate**2 + by * δ ** (stops.exponent + 1.0) + np.finfo(float).tiny)
+    part = np.where(given, by, stops.resistance / speed) * rate
+    return np.asarray(np.where(δ > 0.0, elastic * np.maximum(1.0 - part, 0.0), 0.0))
+
+
+def stored_energy(stops: Stops, gap: Numbers) -> Numbers:
+    """Return the energy stored in compliant stops, Σ k δᵖ⁺¹ / (p + 1), shape (...), in J."""
+    δ, p = np.maximum(-gap, 0.0), stops.exponent
+    return total(_stiffness(stops) * δ ** (p + 1.0) / (p + 1.0))
+
+
+def _stiffness(stops: Stops) -> Array:
+    """Return k of compliant stops, 0 of rigid ones, (S,)."""
+    return np.where(stops.is_rigid, 0.0, stops.stiffness)
+
+
+# --- The pose nearest to one that is beyond stops at which all stops are respected, if there is -----------------------
+
+
+NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
+
+
+def stop_sizes(system: System) -> Array:
+    """Return the scales of gaps, (S,): the mechanism's length in m, and 1 rad."""
+    assert system.stops is not None
+    return np.where(system.stops.coordinates.is_length, system.length, 1.0)
+
+
+def nearest_inside(system: System, state: State) -> tuple[Array, Array]:
+    """Return a pose q at which the joints close and no stop is passed, searched from the pose of a state, and its gaps
+    (S,). A gap below 0 belongs to a stop that could not be respected."""
+    system = system.at_positions
+    stops, drive, none = system.stops, drive_at(system, state.t), NO_CONDITIONS
+    assert stops is not None
+    sizes = stop_sizes(system)
+    start = coordinate_values(system, pose_of(state.q)) + 2.0 * np.pi * state.turns
+
+    def gap(pose: Pose) -> Array:
+        return np.asarray(gaps(stops, pose, _turns(system, pose, start)))
+
+    def residual(pose: Pose) -> Array:
+        passed = np.minimum(gap(pose), 0.0) / sizes
+        return np.concatenate([scaled_residual(system, pose, none, drive), passed])
+
+    def rows(pose: Pose) -> Rows:
+        factor = np.where(gap(pose) < 0.0, stops.side / sizes, 0.0)
+        passed = set_rows(system, stops.coordinates, pose).scaled(factor)
+        return stacked(system.bodies, [scaled_rows(system, pose, none), passed])
+
+    between, _ = gauss_newton(system, state.q, residual, rows, THRESHOLDS.assembled)
+    q, _ = nearest(system, between, none, drive, THRESHOLDS.assembled)  # joints have priority
+    return q, gap(pose_of(q))
+
+
+def _turns(system: System, pose: Pose, start: Array) -> Integers:
+    """Return whole turns (nc,) of the joints' coordinates at a pose near one where the coordinates were `start`."""
+    angles = coordinate_values(system, pose)
+    return turns_of(system, near(system, angles, start), angles)
+
+
+# --- Refuses motions that drive a coordinate beyond its rigid stop, which is known before the -------------------------
+# Refuses motions that drive a coordinate beyond its rigid stop, which is known before the run.
+
+
+HINT = "end the motion inside, widen the range, or let the stop give way with 'stiffness'"
+#: The number of halvings of the interval in which a motion passes a stop.
+HALVINGS = 60
+
+
+def refuse_driven_beyond(system: System, start: float, end: float) -> None:
+    """Raise InputError where a motion drives its coordinate beyond a rigid stop before `end`."""
+    if system.stops is None:
+        return
+    problems = _first_passages(system, system.motions, system.stops, start, end)
+    if problems:
+        raise InputError(list(problems))
+
+
+@lru_cache(maxsize=256)
+def _first_passages(system: System, motions: Motions, stops: Stops, start: float, end: float) -> tuple[Problem, ...]:
+    """Return the first passage of each stop. The result is cached: studies run one mechanism many times."""
+    return tuple(
+        problem
+        for stop in np.flatnonzero(stops.is_rigid)
+        for number in np.flatnonzero(motions.joint_coordinate == stops.joint_coordinate[stop])
+        for problem in _passage(system, motions, stops, int(stop), int(number), start, end)
+    )
+
+
+def _passage(
+    system: System, motions: Motions, stops: Stops, stop: int, number: int, start: float, end: float
+) -> Iterator[Problem]:
+    unit = system.names.stop_units[stop]
+    size = system.length if unit == "m" else 1.0
+    slack = THRESHOLDS.same_written * size
+
+    def gap(t: Array) -> Array:
+        value = motions.start[number] + run(motions.programs, number, [time_series(t)])[0]
+        return np.asarray(stops.side[stop] * (value - stops.bound[stop]))
+
+    times = look_times(motions.programs, number, start, end)
+    gaps = gap(times)
+    beyond = np.flatnonzero(gaps < -slack)
+    if not len(beyond):
+        return
+    first, last = times[max(int(beyond[0]) - 1, 0)], times[beyond[0]]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (first + last)
+        first, last = (first, middle) if gap(np.array([middle]))[0] < -slack else (middle, last)
+    coordinate = system.names.coordinates[int(stops.joint_coordinate[stop])]
+    message = (
+        f"motion '{system.names.motions[number]}' drives {coordinate} beyond this rigid stop from t = {last:.6g} s on, "
+        f"by up to {-gaps.min():.6g} {unit}"
+    )
+    yield Problem(message, stops.places[stop], HINT)
+
+
+# --- The free motions that the joints leave at a pose, in coordinates x, and the rows N of the ------------------------
+# The free motions that the joints leave at a pose, in coordinates x, and the rows N of the stops' gaps by x.
+# In x the kinetic energy is ½|x|²: u = u₀ + T R⁻¹ x, with G T = 0 and TᵀM T = RᵀR.
 
 
 @dataclass(frozen=True, eq=False)

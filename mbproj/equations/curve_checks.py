@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
-from mbproj.constraints.rope import Rope, Span
-from mbproj.dynamics.equations.kinematics import Pose, attached_velocity, pose_of, slots_of, twist_of
+from mbproj.base.arrays import Array, Numbers
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.kinematics import Pose, attached_velocity, pose_of, slots_of, twist_of
+from mbproj.functions.plane_curve import PlaneCurve
+from mbproj.joints.primitives.plane_curves import ANGLE, Gap
+from mbproj.joints.primitives.rope import Rope, Span
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
 
 #: A complex step along the velocities.
 TINY = 1e-30
@@ -72,3 +74,34 @@ def off_path(system: System, pose: Pose) -> OffPath | None:
 def _running(rope: Rope, places: Numbers) -> list[Span]:
     """The straight parts that a rope has at one pose."""
     return [span for span in rope.spans(places) if span.runs is None or bool(span.runs)]
+
+
+# --- Whether two curves that touch overlap elsewhere, where no row of C prevents it -----------------------------------
+
+
+def overlapping(system: System, pose: Pose) -> str | None:
+    """The first joint at one pose whose two curves overlap; None where there is none."""
+    names = [system.names.joints[owner] for owner in system.joints.owner.tolist()]
+    lifting = [name.rpartition(".")[0] for name in system.names.coordinates]
+    for bound, owners in ((system.joints, names), (system.coordinates, lifting)):
+        for member in bound.layout.members:
+            if isinstance(member.primitive, Gap) and _overlap(member.primitive, pose.places(bound)[list(member.slots)]):
+                return owners[member.rows[0]]
+    return None
+
+
+def _overlap(gap: Gap, x: Array) -> bool:
+    """Whether some point of the second curve is on the wrong side of the first. Two closed convex curves outside each
+    other touch at one point only, and never overlap."""
+    first, second = (cast(PlaneCurve, curve) for curve in (gap.curve, gap.other))
+    sides = ((gap.side, first), (gap.other_side, second))
+    outside = all((side > 0.0) != curve.turns_left for side, curve in sides)
+    if not (first.closed and second.closed) or (outside and len(first.runs) == len(second.runs) == 1):
+        return False
+    line, θ = x[4] - x[3], float(ANGLE.value(x[:3])[0])
+    cosine, sine = np.cos(θ), np.sin(θ)
+    points = second.places.point @ np.array([[cosine, sine], [-sine, cosine]]) + [x[0] @ line, x[1] @ line]
+    s, piece = first.foot(points)
+    c, c1, *_ = first.derivatives(s, piece)
+    across = (c1[0] * (points[:, 1] - c[1]) - c1[1] * (points[:, 0] - c[0])) / np.hypot(*c1)
+    return bool(np.any(gap.side * across - gap.reach < -THRESHOLDS.overlap * first.length))

@@ -8,12 +8,12 @@ from typing import final
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers, dot, total
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.forces import LawState, law_state
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import Pose, Twist, body_rates
-from mbproj.dynamics.equations.motions import Drive, drive_at
+from mbproj.base.arrays import Array, Integers, Numbers, dot, total
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.forces import LawState, law_state
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import Pose, Twist, body_rates
+from mbproj.equations.motions import Drive, drive_at
 from mbproj.model.system import System
 
 
@@ -25,7 +25,7 @@ def kinetic_energy(system: System, pose: Pose, twist: Twist) -> Numbers:
     energy: Numbers = 0.5 * total(system.mass * dot(velocity, velocity) + rotation)
     if not system.reflected.size:
         return energy
-    from mbproj.dynamics.equations.reflected import added_energy
+    from mbproj.equations.of_motion import added_energy
 
     return energy + added_energy(system.reflected, pose, twist)
 
@@ -57,7 +57,7 @@ class EnergyAtStart:
     @cached_property
     def sums(self) -> Array:
         """The whole teeth of each gear and screw, (k,)."""
-        from mbproj.dynamics.equations.teeth import sums_at_start
+        from mbproj.equations.turning import sums_at_start
 
         at = self._state.instant(self._system)
         return sums_at_start(self._system, at.pose, at.expected)
@@ -67,7 +67,7 @@ class EnergyAtStart:
         (T, nc)."""
         if not self._system.couplings.size:
             return drive_at(self._system, t)
-        from mbproj.dynamics.equations.teeth import Teeth
+        from mbproj.equations.turning import Teeth
 
         return drive_at(self._system, t, Teeth(self.sums, coordinate))
 
@@ -78,7 +78,7 @@ def total_energy(system: System, state: State) -> float:
     energy = kinetic_energy(system, at.pose, at.twist)
     energy = energy + potential(at, law_state(at))
     if system.stops is not None:
-        from mbproj.dynamics.equations.gaps import gaps, stored_energy
+        from mbproj.equations.contacts import gaps, stored_energy
 
         energy = energy + stored_energy(system.stops, gaps(system.stops, at.pose, state.turns))
     total: float = energy.item()
@@ -95,7 +95,7 @@ def stored(instant: Instant, laws: LawState, turns: Callable[[], Integers]) -> N
     own, stops = potential(instant, laws), instant.system.stops
     if stops is None:
         return own
-    from mbproj.dynamics.equations.gaps import gaps, stored_energy
+    from mbproj.equations.contacts import gaps, stored_energy
 
     return own + stored_energy(stops, gaps(stops, instant.pose, turns()))
 

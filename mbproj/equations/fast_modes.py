@@ -13,19 +13,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers, cross, distinct_rows, may_overflow
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.derivatives.law_derivatives import law_slopes
-from mbproj.dynamics.equations.bushings import deflection, viscous
-from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.forces import generalised, law_state, unit_pull
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import Pose, attached, slots_of
-from mbproj.dynamics.rank.row_space import scaled_jacobian
+from mbproj.base.arrays import Array, Integers, Numbers, cross, distinct_rows, may_overflow
+from mbproj.base.dataclass import dataclass
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.derivatives import law_slopes
+from mbproj.equations.forces import deflection, generalised, law_state, unit_pull, viscous
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import Pose, attached, slots_of
+from mbproj.equations.of_motion import mass_matrix
+from mbproj.equations.rank.row_space import scaled_jacobian
 from mbproj.model.forces import COORDINATES, Bushings, Forces
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)

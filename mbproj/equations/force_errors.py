@@ -7,18 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.errors import SimulationError, shortened
-from mbproj.functions.program import CHANNELS, Op
-from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.series import failure, run
-from mbproj.functions.taylor import Series
+from mbproj.base.arrays import Array
+from mbproj.base.errors import SimulationError, shortened
+from mbproj.equations.instant import Instant
+from mbproj.functions.program import CHANNELS, Op, ProgramSet
+from mbproj.functions.series import Series, failure, run
 from mbproj.model.channels import ChannelKind
 from mbproj.model.forces import Forces
 
 if TYPE_CHECKING:
-    from mbproj.dynamics.equations.forces import LawState
+    from mbproj.equations.forces import LawState
 
 #: The most inputs that a message lists.
 MOST_INPUTS = 6

@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers, like_of, numbers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.constraint_equations import set_velocity
-from mbproj.dynamics.equations.kinematics import Pose, Twist
+from mbproj.base.arrays import Array, Numbers, like_of, numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.equations.constraints import set_velocity
+from mbproj.equations.kinematics import Pose, Twist
 from mbproj.functions.program import TIME
 from mbproj.model.channels import ChannelKind
 from mbproj.model.system import System
 
 if TYPE_CHECKING:
-    from mbproj.functions.taylor import Series
+    from mbproj.functions.series import Series
 
 
 def of_signals(instant: Instant) -> Numbers:
@@ -62,7 +62,7 @@ class Instant:
         if not channels.is_state.all():
             value = bound.value(self.pose.places(bound))
             if self.expected.shape[-1]:
-                from mbproj.dynamics.equations.teeth import near
+                from mbproj.equations.turning import near
 
                 value = near(self.system, value, self.expected)
             given |= {ChannelKind.COORDINATE: value, ChannelKind.RATE: self.speed}

@@ -9,8 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Array, Integers, Numbers
+from mbproj.base.dataclass import dataclass
 from mbproj.model.euler_parameters import E_times_L, matrix_L, rotation_matrix, turning
 from mbproj.model.primitive_set import PrimitiveSet
 

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Numbers, like_of
-from mbproj.dataclass import dataclass
-from mbproj.errors import SimulationError
+from mbproj.base.arrays import Numbers, like_of
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
 from mbproj.model.system import System
 
 if TYPE_CHECKING:
-    from mbproj.dynamics.equations.teeth import Teeth
+    from mbproj.equations.turning import Teeth
 
 
 @dataclass(frozen=True, eq=False)

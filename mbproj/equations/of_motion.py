@@ -7,12 +7,78 @@ from types import MappingProxyType
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
-from mbproj.dynamics.equations.kinematics import Pose, Twist
-from mbproj.dynamics.equations.reflected import added_force, added_mass, tangent_gradients
+from mbproj.base.arrays import Array, Numbers, total
+from mbproj.base.dataclass import dataclass
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.constraints import set_bias, set_jacobian, set_velocity, tangent_jacobian
+from mbproj.equations.kinematics import Pose, Twist
 from mbproj.model.euler_parameters import matrix_L
+from mbproj.model.forces import ReflectedInertias
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
+
+# --- The terms of reflected inertias ½ I s'² in the equations of motion -----------------------------------------------
+# With s' = g v, Lagrange's equations of a coordinate s give I gᵀ s'', of which s'' = g a + g' v. So I gᵀg is added to
+# M, and I gᵀ(g' v) is subtracted from Q.
+
+
+@dataclass(frozen=True, eq=False)
+class Reaction:
+    """Rates s' and forces -I s'' along the coordinates of reflected inertias at samples, (..., k), in N or N m."""
+
+    rate: Numbers
+    force: Numbers
+
+
+def added_mass(reflected: ReflectedInertias, pose: Pose) -> Array:
+    """Return Σ I gᵀg, (7n, 7n)."""
+    g = set_jacobian(reflected.rows, pose)
+    return np.asarray(g.T @ (reflected.inertia[:, None] * g), dtype=float)
+
+
+def added_force(reflected: ReflectedInertias, pose: Pose, twist: Twist) -> Array:
+    """Return -Σ I gᵀ(g' v), (7n,)."""
+    return -set_jacobian(reflected.rows, pose).T @ (reflected.inertia * set_bias(reflected.rows, pose, twist))
+
+
+def with_flywheels(
+    reflected: ReflectedInertias, pose: Pose, twist: Twist, M: Array, C_q: Array, Q: Array, gamma: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Return the terms of Eq. 14 with each reflected inertia as a coordinate of its own, held by a row g v - s' = 0.
+
+    The motion is the same. But a large inertia added to M would cost much lighter bodies digits."""
+    rows, count = reflected.rows, len(reflected.inertia)
+    n, m = len(M), len(C_q)
+    whole, held = np.zeros((n + count, n + count)), np.zeros((m + count, n + count))
+    whole[:n, :n], whole[n:, n:] = M, np.diag(reflected.inertia)
+    held[:m, :n], held[m:, :n], held[m:, n:] = C_q, set_jacobian(rows, pose), -np.eye(count)
+    bias = -set_bias(rows, pose, twist)
+    return whole, held, np.concatenate([Q, np.zeros(count)]), np.concatenate([gamma, bias])
+
+
+def added_energy(reflected: ReflectedInertias, pose: Pose, twist: Twist) -> Numbers:
+    """Return ½ Σ I s'² in J, shape (...)."""
+    return 0.5 * total(reflected.inertia * set_velocity(reflected.rows, pose, twist) ** 2)
+
+
+def inertial_reaction(reflected: ReflectedInertias, pose: Pose, twist: Twist, change: Twist) -> Reaction:
+    """Return the reaction of the inertias on their coordinates; `change` is a `Twist` that holds q'' in place of q'."""
+    rows = reflected.rows
+    acceleration = set_velocity(rows, pose, change) + set_bias(rows, pose, twist)
+    return Reaction(set_velocity(rows, pose, twist), -reflected.inertia * acceleration)
+
+
+def pull_on_bodies(reflected: ReflectedInertias, pose: Pose, reaction: Reaction) -> Array:
+    """Return gᵀ times the forces -I s'' of one sample on each body, (n, 6): forces, and torques in body axes."""
+    return np.einsum("k,kbi->bi", reaction.force, tangent_gradients(reflected, pose)[:, :-1])
+
+
+def tangent_gradients(reflected: ReflectedInertias, pose: Pose) -> Array:
+    """Return g in (δr, δθ in body axes) of each body and, last, of the ground, (k, n+1, 6)."""
+    return tangent_jacobian(reflected.rows, pose)[..., :6]
+
+
+# --- The equations of motion with Euler parameters, Eqs ---------------------------------------------------------------
+
 
 #: (M, C_q, Q, γ) -> (q'', λ)
 Solver = Callable[[Array, Array, Array, Array], tuple[Array, Array]]
@@ -118,3 +184,53 @@ def _residual(
 
 
 SOLVERS: Mapping[str, Solver] = MappingProxyType({"bordered": solve_bordered, "eliminated": solve_eliminated})
+
+
+# --- Independent combinations of the rows of C_q, in which the equations of motion and of every -----------------------
+# Independent combinations of the rows of C_q, in which the equations of motion and of every projection are solved.
+
+
+@dataclass(frozen=True, eq=False)
+class HeldRows:
+    """Independent rows `C_q` (r, 7n): combinations of all rows by `weights` (m, r), or all rows themselves for None.
+
+    Near a singular pose some combinations are not held. `left_out` (m, k) are the weights of these combinations and
+    `weak` (k, 7n) their rows of C_q. `unseen` (m, k): for each of them a violation that the held rows cannot detect.
+    `nearness`: the distance from dependence divided by the largest one in the run; 1 where it was not measured.
+    `shares` (m, r): the part of the multiplier of a held row that each row bears, where that differs from `weights`."""
+
+    C_q: Array
+    weights: Array | None = None
+    left_out: Array | None = None
+    unseen: Array | None = None
+    weak: Array | None = None
+    nearness: float = 1.0
+    shares: Array | None = None
+
+    def combined(self, rows: Array) -> Array:
+        """Return γ, C or C' of the held rows, (r,), from those of all rows (m,)."""
+        return rows if self.weights is None else self.weights.T @ rows
+
+    def multipliers(self, held: Array) -> Array:
+        """Return λ (m,) of all rows from the multipliers of the held rows, (r,): the smallest λ where rows are
+        redundant."""
+        shares = self.weights if self.shares is None else self.shares
+        return held if shares is None else shares @ held
+
+    def lasting(self, multipliers: Array) -> tuple[Array, Array]:
+        """Return the part of the multipliers λ (m,) that belongs to combinations left out, and its force -C_qᵀλ,
+        (7n,)."""
+        if self.left_out is None or self.unseen is None or self.weak is None:
+            return np.zeros_like(multipliers), np.zeros(self.C_q.shape[1])
+        share = self.unseen.T @ multipliers
+        return self.left_out @ share, -(self.weak.T @ share)
+
+    def closes(self, rows: Array) -> Array:
+        """Return the part of a violation (m,) that the held rows can close."""
+        if self.left_out is None or self.unseen is None:
+            return rows
+        return rows - self.unseen @ (self.left_out.T @ rows)
+
+    def open(self, rows: Array) -> float:
+        """Return the largest violation of the combinations left out, in units of the mechanism's length."""
+        return 0.0 if self.left_out is None else float(np.abs(self.left_out.T @ rows).max(initial=0.0))

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers, cross, dot, like_of
-from mbproj.dynamics.equations.forces import given_components, in_global_axes
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import Pose, attached, attached_velocity, body_rates
+from mbproj.base.arrays import Array, Numbers, cross, dot, like_of
+from mbproj.equations.forces import given_components, in_global_axes
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import Pose, attached, attached_velocity, body_rates
 from mbproj.model.system import System
 
 
@@ -36,7 +36,6 @@ def reactions_with_teeth(system: System, pose: Pose, multipliers: Numbers) -> tu
     of_joints = reactions(system, pose, multipliers)
     if not system.couplings.teeth:
         return of_joints
-    from mbproj.dynamics.observe.tooth_forces import on_bearings
 
     return on_bearings(system, pose, *of_joints)
 
@@ -51,3 +50,48 @@ def applied_seen(instant: Instant) -> Mapping[str, Numbers]:
     omega = (pose.rotation[..., given.body, :, :] @ rates[..., None])[..., 0]
     power = dot(vectors, np.where(given.is_torque[:, None], omega, velocity))
     return {"forces/applied": vectors, "forces/applied_power": power}
+
+
+# --- Forces between teeth ---------------------------------------------------------------------------------------------
+# Their points of action, and their effect on the bearings of both wheels.
+
+
+def on_bearings(system: System, pose: Pose, force: Numbers, torque: Numbers) -> tuple[Numbers, Numbers]:
+    """Return reactions (T, nj, 3) in which gears push with their teeth, not with a pure torque on each wheel.
+
+    At the pitch point P the second wheel takes F = τ/r e ± |τ|/r tan α n. τ is its torque, e is normal to the line of
+    the centres, and n points from P to its centre. The first wheel takes -F. The bearings carry the difference between
+    this force and the pure torque τ.
+    """
+    force, torque = force.copy(), torque.copy()
+    places = attached(pose, system.reaction_body, system.reaction_local, np.ones(len(system.reaction_body)))
+    x = pose.places(system.coordinates)
+    for gear in system.couplings.teeth:
+        centres = [places[..., joint, :] for joint in gear.joints]
+        axes = [_axis(system, x, coordinate) for coordinate in gear.coordinates]
+        first, second = gear.teeth
+        line = _normal_part(centres[1] - centres[0], axes[0])
+        pitch = centres[0] + line * (first / (first + second))
+        turning = dot(torque[..., gear.joint, :], axes[1])
+        out = _normal_part(pitch - centres[1], axes[1])
+        radius = np.sqrt(dot(out, out))[..., None]
+        along = (turning[..., None] / radius) * cross(axes[1], out / radius)
+        aside = np.sign(second) * np.abs(turning)[..., None] / radius * np.tan(gear.pressure_angle) * out / radius
+        push = along - aside
+        both = (-push, turning * (first / second)), (push, turning)
+        for joint, centre, axis, (own, about) in zip(gear.joints, centres, axes, both, strict=True):
+            force[..., joint, :] -= own
+            torque[..., joint, :] += about[..., None] * axis - cross(pitch - centre, own)
+        force[..., gear.joint, :] = push
+        torque[..., gear.joint, :] = cross(pitch - places[..., gear.joint, :], push)
+    return force, torque
+
+
+def _axis(system: System, x: Numbers, coordinate: int) -> Numbers:
+    """Return the axis about which an angle counts, at places (T, S, 3)."""
+    first, second, _ = system.coordinates.layout.members[system.coordinates.layout.member[coordinate]].slots
+    return cross(x[..., first, :], x[..., second, :])
+
+
+def _normal_part(vector: Numbers, axis: Numbers) -> Numbers:
+    return np.asarray(vector - dot(vector, axis)[..., None] * axis)

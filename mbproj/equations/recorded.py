@@ -13,17 +13,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers, contiguous, may_overflow
-from mbproj.dynamics.assembly.assemble import State, coordinate_values, is_angle
-from mbproj.dynamics.equations.constraint_equations import (
-    constraint,
-    constraint_acceleration,
-    constraint_velocity,
-    set_velocity,
-)
-from mbproj.dynamics.equations.forces import LawState, law_state
-from mbproj.dynamics.equations.instant import Instant, of_signals
-from mbproj.dynamics.equations.kinematics import (
+from mbproj.base.arrays import Array, Integers, Numbers, contiguous, may_overflow
+from mbproj.equations.assembly.assemble import State, coordinate_values, is_angle
+from mbproj.equations.constraints import constraint, constraint_acceleration, constraint_velocity, set_velocity
+from mbproj.equations.energy import EnergyAtStart, account, kinetic_energy, stored
+from mbproj.equations.forces import LawState, law_state
+from mbproj.equations.instant import Instant, of_signals
+from mbproj.equations.kinematics import (
     Pose,
     Twist,
     attached,
@@ -33,15 +29,14 @@ from mbproj.dynamics.equations.kinematics import (
     pose_of,
     twist_of,
 )
-from mbproj.dynamics.equations.motions import Drive
-from mbproj.dynamics.observe.reactions import applied_seen, reactions_with_teeth
-from mbproj.dynamics.observe.samples import Samples, join, keep_freed_memory
-from mbproj.dynamics.observe.total_energy import EnergyAtStart, account, kinetic_energy, stored
+from mbproj.equations.motions import Drive
+from mbproj.equations.reactions import applied_seen, reactions_with_teeth
+from mbproj.equations.samples import Samples, join, keep_freed_memory
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
 
 if TYPE_CHECKING:
-    from mbproj.dynamics.observe.contacts import ContactsSeen
+    from mbproj.equations.friction import ContactsSeen
 
 #: Values of T samples by the path of their dataset; the first axis is time.
 Block: TypeAlias = Mapping[str, npt.NDArray[Any]]
@@ -118,7 +113,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     @cached_property
     def contacts(self) -> ContactsSeen:
         """The quantities of stops and dry frictions."""
-        from mbproj.dynamics.observe.contacts import ContactsSeen
+        from mbproj.equations.friction import ContactsSeen
 
         return ContactsSeen(self.system, self._seen, self.pose, self.twist)
 
@@ -127,7 +122,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         """The paths of the datasets of stops and dry frictions; empty without any."""
         if not self.system.has_contacts:
             return ()
-        from mbproj.dynamics.observe.contacts import contact_paths
+        from mbproj.equations.friction import contact_paths
 
         return contact_paths(self.system)
 
@@ -151,7 +146,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         bearings, forces = self.system.bearings, self.system.forces
         if bearings is None or not (forces.laws.bearing >= 0).any():
             return None
-        from mbproj.dynamics.observe.bearings import load, supports
+        from mbproj.equations.bearings import load, supports
 
         return load(bearings, supports(self.system, bearings, self.pose, self._seen.multipliers))
 
@@ -171,7 +166,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         laws = self.laws
         if not self.system.reflected.size:
             return laws.value, laws.rate, laws.force
-        from mbproj.dynamics.equations.reflected import inertial_reaction
+        from mbproj.equations.of_motion import inertial_reaction
 
         turned = inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
         own = self.coordinate[:, self.system.reflected.joint_coordinate]
@@ -185,7 +180,7 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         blocks |= {"signals/value": of_signals(self.instant)} if self.system.signals.size else {}
         if not self.system.names.tensions and self.system.touching is None:
             return blocks
-        from mbproj.dynamics.observe.tensions import on_paths
+        from mbproj.equations.tensions import on_paths
 
         return blocks | on_paths(self.system, self.pose, self._seen, lambda: self.contacts["stops/force"])
 

@@ -10,9 +10,9 @@ from typing import final
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.equations.assembly.assemble import State
 from mbproj.model.layout import Layout
 
 #: The number of samples of a block times that of bodies, and the bounds of the number of samples. The fixed cost of

@@ -11,14 +11,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mbproj.arrays import Array, cross
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.bushings import deflection, rates
-from mbproj.dynamics.equations.constraint_equations import jacobian, set_velocity
-from mbproj.dynamics.equations.kinematics import Pose, body_rates, pose_of, twist_of
+from mbproj.base.arrays import Array, cross
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.constraints import jacobian, set_velocity
+from mbproj.equations.forces import deflection, rates
+from mbproj.equations.kinematics import Pose, body_rates, pose_of, twist_of
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
 
 #: The number of poses that are tested beside the start.
 POSES = 3

@@ -9,15 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Flags, Integers, Numbers, dot
-from mbproj.constraints.curves.face import OnFace
-from mbproj.constraints.curves.in_space import InSpace
-from mbproj.constraints.curves.profile import OnCurve
-from mbproj.constraints.curves.two_curves import TwoCurves
-from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.rope import Rope
-from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.observe.samples import Samples
+from mbproj.base.arrays import Flags, Integers, Numbers, dot
+from mbproj.equations.kinematics import Pose
+from mbproj.equations.samples import Samples
+from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.plane_curves import OnCurve, OnFace, TwoCurves
+from mbproj.joints.primitives.rope import Rope
+from mbproj.joints.primitives.space_curves import InSpace
 from mbproj.model.system import System
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
-from mbproj.plain_number import plain_number
-from mbproj.scene.fields.inertia import impossible
-from mbproj.scene.fields.rotations import from_axis_angle, from_euler, to_matrix
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.base.text import plain_number
+from mbproj.scene.fields.rotations import from_axis_angle, from_euler, from_matrix, impossible, to_matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,3 +72,22 @@ def check_inertia(mass: float, inertia: Array, at_mass: Place, at_inertia: Place
     why = impossible(tuple(map(tuple, inertia.tolist())))  # type: ignore[arg-type]
     if why:
         raise InputError(Problem(f"the inertia {why}", at_inertia, "correct the inertia about the centre of mass"))
+
+
+# --- The keys of a scene for a place and an orientation on a body -----------------------------------------------------
+
+
+def quaternion(rotation: Array) -> Array:
+    """The unit Euler parameters (4,) of a rotation matrix."""
+    return np.array(from_matrix(tuple(map(tuple, rotation.tolist()))))  # type: ignore[arg-type]
+
+
+def placed(position: Array, rotation: Array) -> dict[str, Any]:
+    """The keys `position` and `orientation`; one that changes nothing is left out."""
+    keys: dict[str, Any] = {}
+    if np.abs(position).max() > 1e-15:
+        keys["position"] = np.round(position, 9)
+    turned = quaternion(rotation)
+    if np.abs(turned[1:]).max() > 1e-9:
+        keys["orientation"] = {"quaternion": np.round(turned, 9)}
+    return keys

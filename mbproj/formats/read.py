@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mbproj.errors import InputError, Place, Problem
+from mbproj.base.errors import InputError, Place, Problem
 from mbproj.formats.mechanism import ImportedMechanism, ImportOptions
 from mbproj.formats.mjcf.read import read_mjcf
 from mbproj.formats.sdf.read import read_sdf
-from mbproj.formats.urdf.read import read_urdf
+from mbproj.formats.urdf import read_urdf
 from mbproj.formats.xml import XmlElement, parse, read_text
 
 #: The reader of each format, by the tag of the root element.

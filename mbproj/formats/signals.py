@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from mbproj.errors import InputError, Place, Problem, choose_from
+from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.base.text import plain_number
 from mbproj.formats.chains import Coordinates
 from mbproj.formats.mechanism import Bare, GivenSignal, ImportedMechanism, Signals
 from mbproj.formats.yaml_text import number
-from mbproj.plain_number import plain_number
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
-from mbproj.scene.text.document import compose
+from mbproj.scene.text.document import compose, read_text
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
-from mbproj.scene.text.source import read_text
 
 
 def read_pose(path: Path) -> dict[str, float]:

@@ -4,26 +4,216 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from pathlib import Path
 
 import numpy as np
 
-from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.formats.chains import Coordinates, Single, connect, follow, span
-from mbproj.formats.geometry import IDENTITY, Frame, numbers, turn
-from mbproj.formats.loops import Loop, add_loops
-from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, ImportOptions, Same, said_of
-from mbproj.formats.merged import with_hinges, without_rings
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.base.text import plain_number
+from mbproj.formats.chains import Coordinates, Single, connect, follow, span, with_hinges, without_rings
+from mbproj.formats.geometry import IDENTITY, Frame, check_inertia, from_rpy, numbers, turn, unit
+from mbproj.formats.mechanism import (
+    ImportedBody,
+    ImportedMechanism,
+    ImportedNames,
+    ImportOptions,
+    Loop,
+    Same,
+    add_loops,
+    said_of,
+)
 from mbproj.formats.signals import add_motions
-from mbproj.formats.urdf.model import Urdf, UrdfJoint, axis_of, number, origin_of, read_urdf_model
 from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
-from mbproj.plain_number import plain_number
 from mbproj.scene.records import GROUND
-from mbproj.scene.text.document import compose
+from mbproj.scene.text.document import compose, read_text
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from mbproj.scene.text.source import read_text
+
+# --- A URDF file as links and joints ----------------------------------------------------------------------------------
+# Their numbers, and the place of each in the file.
+
+
+#: The number of coordinates of each type of joint.
+JOINT_TYPES = {"fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1, "planar": 3, "floating": 6}
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfLink:
+    """A link: its mass, its inertia (3, 3) about the centre of mass, and that centre (3,), both in the link's frame."""
+
+    name: str
+    mass: float
+    inertia: Array
+    centre: Array
+    element: XmlElement
+
+    @property
+    def place(self) -> Place:
+        return self.element.place
+
+    @property
+    def massless(self) -> bool:
+        """Whether the link has neither mass nor inertia, so that it is only a frame."""
+        return not self.mass and not self.inertia.any()
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfJoint:
+    """A joint between two links. `origin` is its frame in the parent's frame, and also the frame of the child; `axis`
+    is in that frame."""
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Frame
+    axis: Array
+    element: XmlElement
+
+    @property
+    def place(self) -> Place:
+        return self.element.place
+
+
+@dataclass(frozen=True, eq=False)
+class Urdf:
+    """The links and joints by name, in the order of the file; `frames` are those of links at the zero pose, in the
+    root's."""
+
+    root: str
+    links: dict[str, UrdfLink]
+    joints: dict[str, UrdfJoint]
+    frames: dict[str, Frame] = field(default_factory=dict)
+
+    def down(self) -> Iterator[UrdfJoint]:
+        """Yield the joints from the root on."""
+        children: dict[str, list[UrdfJoint]] = {}
+        for joint in self.joints.values():
+            children.setdefault(joint.parent, []).append(joint)
+        waiting = [self.root]
+        while waiting:
+            for joint in children.get(waiting.pop(0), []):
+                yield joint
+                waiting.append(joint.child)
+
+
+def origin_of(element: XmlElement | None) -> Frame:
+    """The pose in an <origin>, or in an element with the same attributes."""
+    if element is None:
+        return IDENTITY
+    xyz = numbers(element.get("xyz", "0 0 0"), 3, element.place, "'xyz'")
+    rpy = numbers(element.get("rpy", "0 0 0"), 3, element.place, "'rpy'")
+    return Frame(xyz, from_rpy(*rpy))
+
+
+def number(element: XmlElement, name: str, default: str | None = None) -> float:
+    """A number in an attribute. Raises InputError where it is missing or none."""
+    text = element.get(name, default or "")
+    return float(numbers(text, 1, element.place, f"'{name}' of <{element.tag}>")[0])
+
+
+def axis_of(element: XmlElement) -> Array:
+    """The unit axis of a joint, x where none is given."""
+    axis = element.first("axis")
+    if axis is None:
+        return np.array([1.0, 0.0, 0.0])
+    given = numbers(axis.get("xyz", "1 0 0"), 3, axis.place, "'xyz' of <axis>")
+    if not given.any():
+        raise InputError(Problem("the axis has no direction", axis.place, "give one of its numbers"))
+    return unit(given)
+
+
+def read_urdf_model(root: XmlElement) -> Urdf:
+    """Read the links and joints. Raises InputError, all problems at once, where they make no tree."""
+    problems: list[Problem] = []
+    links: dict[str, UrdfLink] = {}
+    joints: dict[str, UrdfJoint] = {}
+    for element in root.all("link", "joint"):
+        known: dict[str, UrdfLink] | dict[str, UrdfJoint] = links if element.tag == "link" else joints
+        name = element.get("name")
+        if not name or name in known:
+            what = f"a second {element.tag} '{name}'" if name else f"a {element.tag} without a name"
+            problems.append(Problem(what, element.place, "give each a name of its own"))
+            continue
+        try:
+            if element.tag == "link":
+                links[name] = _link(element)
+            else:
+                joints[name] = _joint(element)
+        except InputError as error:
+            problems += error.problems
+    for joint in joints.values():
+        for end in (joint.parent, joint.child):
+            if end not in links and not any(each.get("name") == end for each in root.all("link")):
+                problems.append(Problem(f"unknown link '{end}'", joint.place, choose_from(end, list(links))))
+    if not links and not problems:
+        problems.append(Problem("the model has no link", root.place, "a robot has links and joints"))
+    if problems:
+        raise InputError(problems)
+    model = Urdf(_root(links, joints, root), links, joints)
+    model.frames[model.root] = IDENTITY
+    for joint in model.down():
+        model.frames[joint.child] = model.frames[joint.parent].then(joint.origin)
+    lost = [name for name in links if name not in model.frames]
+    if lost:
+        raise InputError(
+            Problem(f"the joints of link '{lost[0]}' go in a circle", links[lost[0]].place, "write it as a loop")
+        )
+    return model
+
+
+def _root(links: dict[str, UrdfLink], joints: dict[str, UrdfJoint], element: XmlElement) -> str:
+    """The one link that is no child."""
+    parents: dict[str, UrdfJoint] = {}
+    for joint in joints.values():
+        if joint.child in parents:
+            what = f"link '{joint.child}' is the child of '{parents[joint.child].name}' already"
+            raise InputError(Problem(what, joint.place, "URDF is a tree: write the second one as a <loop_joint>"))
+        parents[joint.child] = joint
+    roots = [name for name in links if name not in parents]
+    if len(roots) != 1:
+        what = f"the model has {len(roots)} links without a parent" if roots else "the joints go in a circle"
+        where = links[roots[1]].place if len(roots) > 1 else element.place
+        raise InputError(Problem(what, where, "connect them by joints, or write a loop as a <loop_joint>"))
+    return roots[0]
+
+
+def _link(element: XmlElement) -> UrdfLink:
+    inertial = element.first("inertial")
+    if inertial is None:
+        return UrdfLink(element.get("name"), 0.0, np.zeros((3, 3)), np.zeros(3), element)
+    pose = origin_of(inertial.first("origin"))
+    mass_of, given = inertial.first("mass"), inertial.first("inertia")
+    mass = number(mass_of, "value") if mass_of is not None else 0.0
+    inertia = np.zeros((3, 3))
+    if given is not None:
+        xx, yy, zz = (number(given, name, "0") for name in ("ixx", "iyy", "izz"))
+        xy, xz, yz = (number(given, name, "0") for name in ("ixy", "ixz", "iyz"))
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    check_inertia(mass, inertia, (mass_of or inertial).place, (given or inertial).place)
+    turned = pose.rotation @ inertia @ pose.rotation.T
+    return UrdfLink(element.get("name"), mass, 0.5 * (turned + turned.T), pose.position, element)
+
+
+def _joint(element: XmlElement) -> UrdfJoint:
+    kind = element.get("type")
+    if kind not in JOINT_TYPES:
+        raise InputError(Problem(f"unknown joint type '{kind}'", element.place, choose_from(kind, list(JOINT_TYPES))))
+    ends = []
+    for tag in ("parent", "child"):
+        end = element.first(tag)
+        if end is None:
+            raise InputError(Problem(f"joint '{element.get('name')}' has no <{tag}>", element.place, "name a link"))
+        ends.append(end.get("link"))
+    axis = np.zeros(3) if kind in ("fixed", "floating") else axis_of(element)  # files write 0 0 0 there
+    return UrdfJoint(element.get("name"), kind, ends[0], ends[1], origin_of(element.first("origin")), axis, element)
+
+
+# --- Reads a URDF as a mechanism --------------------------------------------------------------------------------------
+
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
 #: The tags that are read, and those of elements that would affect the motion: a coupling of URDF+; loops, springs and
@@ -241,7 +431,7 @@ def _shapes(kind: XmlElement) -> Shapes:
 
 
 #: The joint of the scene, by the word of a dialect.
-TYPES = {
+LOOP_TYPES = {
     "spherical": "spherical",
     "ball": "spherical",
     "3d": "spherical",
@@ -266,8 +456,8 @@ def loops_in(root: XmlElement, model: Urdf) -> Iterator[Loop]:
 
 def _loop(element: XmlElement, ends: list[XmlElement | None], model: Urdf, of_origin: bool) -> Loop:
     name, kind = element.get("name") or "loop", element.get("type", "spherical")
-    if kind not in TYPES or TYPES[kind] == "universal":
-        able = [word for word, joint in TYPES.items() if joint != "universal"]
+    if kind not in LOOP_TYPES or LOOP_TYPES[kind] == "universal":
+        able = [word for word, joint in LOOP_TYPES.items() if joint != "universal"]
         raise InputError(Problem(f"a loop cannot be '{kind}'", element.place, choose_from(kind, able)))
     links, frames = [], []
     for end in ends:
@@ -278,8 +468,8 @@ def _loop(element: XmlElement, ends: list[XmlElement | None], model: Urdf, of_or
             raise InputError(Problem(what, place, choose_from(link, list(model.links))))
         links.append(end.get("link"))
         frames.append(origin_of(end.first("origin") if of_origin else end))
-    axis = axis_of(element) if TYPES[kind] in ("revolute", "prismatic") else np.array([0.0, 0.0, 1.0])
-    return Loop(name, TYPES[kind], (links[0], links[1]), (frames[0], frames[1]), axis, element.place)
+    axis = axis_of(element) if LOOP_TYPES[kind] in ("revolute", "prismatic") else np.array([0.0, 0.0, 1.0])
+    return Loop(name, LOOP_TYPES[kind], (links[0], links[1]), (frames[0], frames[1]), axis, element.place)
 
 
 def _closing(model: Urdf) -> Iterator[Loop]:
@@ -339,7 +529,7 @@ def _pairs(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Ite
             raise InputError(Problem("a loop is a pair of frames, and 3d or 6d", pair.place, "as in [[a, b]], ['3d']"))
         links = (_link_of(ends[0], model, pair.place), _link_of(ends[1], model, pair.place))
         name = f"loop_{ends[0]}"
-        yield Loop(name, TYPES[word], links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), pair.place)
+        yield Loop(name, LOOP_TYPES[word], links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), pair.place)
 
 
 def _balls(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Iterator[Loop]:

@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.dataclass import dataclass
-from mbproj.formats.geometry import Frame
+from mbproj.base.dataclass import dataclass
+from mbproj.formats.geometry import Frame, placed
 from mbproj.formats.mechanism import ImportedMechanism, Same
-from mbproj.formats.placed import placed
-from mbproj.scene.appearance import MESH_FORMATS
+from mbproj.scene.records import MESH_FORMATS
 
 #: The largest extent of a shape that is drawn, in m.
 LARGEST = 1e6

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.functions.curves.plane_curve import PlaneCurve
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.arrays import Array
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.functions.plane_curve import PlaneCurve
 
 #: The relative accuracy of searches among places.
 ROUGHLY = 1e-6

@@ -10,17 +10,70 @@ of `look_times` is not found.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.functions.look_times import look_times
-from mbproj.functions.program import Op
-from mbproj.functions.program_set import ROUND_OFF, ProgramSet
+from mbproj.base.arrays import Array
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.functions.program import ROUND_OFF, Op, ProgramSet
 from mbproj.functions.series import run, time_series, walk
-from mbproj.thresholds import THRESHOLDS
+
+# --- The times at which functions of time are sampled -----------------------------------------------------------------
+# Evenly spaced, and ever closer to the zeros of their intermediate values. Narrow features lie there: the peak of
+# exp(-((t - 1)/1e-4)²), the pulse max(0, 1 - abs(t - 1)/1e-4).
+
+
+#: The golden ratio: the first window is this part of an output step, so that windows end where functions rarely have a
+#: feature.
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+
+
+def look_windows(start: float, end: float, output_step: float) -> Iterator[tuple[float, float]]:
+    """Yield the windows in which functions are sampled, one after another, until one reaches `end`, in s. They double,
+    and do not depend on the end: a longer run has the same windows at first. `output_step` is the time between two
+    samples, in s."""
+    low, length = start, GOLDEN * output_step
+    while low < end:
+        high = start + length
+        if high > low:
+            yield low, high
+            low = high
+        length *= 2.0
+
+
+@lru_cache(maxsize=8)
+def look_times(programs: ProgramSet, index: int, start: float, end: float) -> Array:
+    """Return the times, in order, at which program `index`, a function of time alone, is sampled. The array is shared:
+    nobody may write to it."""
+    even = np.linspace(start, end, THRESHOLDS.look_intervals + 1)
+    zeros = _zeros(programs, index, even)
+    if not len(zeros):
+        return even
+    near = (even[1] - even[0]) * 0.5 ** np.arange(-np.log2(THRESHOLDS.rounding))
+    closer = np.add.outer(zeros, np.concatenate([-near, near])).ravel()
+    return np.unique(np.concatenate([even, closer[(closer > start) & (closer < end)]]))
+
+
+def _zeros(programs: ProgramSet, index: int, times: Array) -> Array:
+    """Return the zeros of the values that the program computes on its way, by linear interpolation."""
+    parts = [np.zeros(0)]
+    with np.errstate(all="ignore"):
+        for _, stack in walk(programs, index, [time_series(times)]):
+            if not stack:
+                continue
+            x = np.broadcast_to(stack[-1][0], times.shape)
+            at = np.flatnonzero((x[:-1] < 0.0) & (x[1:] >= 0.0) | (x[:-1] > 0.0) & (x[1:] <= 0.0))
+            if len(at) <= THRESHOLDS.most_kinks:
+                parts.append(times[at] - x[at] * (times[at + 1] - times[at]) / (x[at + 1] - x[at]))
+    zeros = np.concatenate(parts)
+    return np.unique(zeros[np.isfinite(zeros)])
+
+
+# --- Kinks of functions of time ---------------------------------------------------------------------------------------
+
 
 #: The operations with several branches, and others that need not be smooth everywhere.
 BRANCHED = frozenset({Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.FLOOR, Op.CEIL, Op.SMOOTH_STEP, Op.TABLE})
@@ -181,3 +234,94 @@ def _branch(programs: ProgramSet, op: Op, operand: int, given: list[Any]) -> Any
     if op is Op.TABLE:
         return np.searchsorted(programs.knot[slice(*programs.table_start[operand : operand + 2])], x, side="right")
     return np.nan_to_num(np.floor(x) if op is Op.FLOOR else np.ceil(x))
+
+
+# --- Narrow features of smooth functions of time ----------------------------------------------------------------------
+# A pulse, a step by tanh, over which a long step would pass.
+# A function is quiet where it hardly changes from one of the evenly spaced times to the next. It has a feature where
+# it changes after a quiet stretch that is longer than the change. A vibration is no feature: error control finds it.
+
+
+#: Functions with only these operations have no narrow features.
+PLAIN = frozenset({Op.CONSTANT, Op.VARIABLE, Op.NEGATE, Op.ADD, Op.SUBTRACT, Op.MULTIPLY})
+
+
+class Feature(NamedTuple):
+    """The start and the end of a feature. `after_kink`: whether a kink begins it, so that a step ends there anyway."""
+
+    start: float
+    end: float
+    after_kink: bool = False
+
+
+def features(
+    programs: ProgramSet, index: int, start: float, end: float, kinks: Sequence[Kink], orders: int = 1
+) -> tuple[Feature, ...]:
+    """Return the narrow features of program `index`, a function of time alone with these kinks; with three `orders`
+    also those of its derivatives. Features between two kinks, or between a kink and the end, are left out. A feature
+    that a kink ends, ends there."""
+    code = programs.op[programs.start[index] : programs.start[index + 1]]
+    if not start < end or all(Op(int(op)) in PLAIN for op in code):
+        return ()
+    times = look_times(programs, index, start, end)
+    bounds = np.array([kink.t for kink in kinks])
+    listed: list[Feature] = []
+    for values in run(programs, index, [time_series(times)])[:orders]:
+        listed += _features_of(times, np.asarray(values), bounds)
+    return tuple(sorted(set(listed)))
+
+
+def _features_of(times: Array, values: Array, kinks: Array) -> list[Feature]:
+    spacing = (times[-1] - times[0]) / THRESHOLDS.look_intervals
+    undefined = np.flatnonzero(~np.isfinite(values))
+    if len(undefined):  # perhaps beyond the run's end
+        times, values = times[: undefined[0]], values[: undefined[0]]
+    if not len(values) or not np.ptp(values) > THRESHOLDS.rounding * np.abs(values).max():
+        return []
+    jumps = np.unique(np.searchsorted(times, kinks))
+    change = np.abs(np.diff(values)) / np.ptp(values)
+    change[np.clip(np.concatenate([jumps - 1, jumps]), 0, len(change) - 1)] = 0.0
+    cell = np.minimum(
+        ((times[:-1] - times[0]) / spacing + THRESHOLDS.same_written).astype(int), THRESHOLDS.look_intervals - 1
+    )
+    in_cell = np.bincount(cell, change, THRESHOLDS.look_intervals).astype(float)
+    listed = []
+    for first, last in _loud(in_cell):
+        inside = np.flatnonzero((cell >= first) & (cell <= last) & (change > THRESHOLDS.no_change))
+        feature = Feature(float(times[inside[0]]), float(times[inside[-1] + 1]))
+        length = feature.end - feature.start
+        near_start, near_end = kinks - feature.start, kinks - feature.end
+        ended = np.any((-spacing <= near_end) & (near_end <= length)) or times[-1] - feature.end <= length
+        bounded = ended and np.any((-length <= near_start) & (near_start <= spacing))
+        lost = len(undefined) > 0 and times[-1] - feature.end <= length  # the run stops there, and reports it
+        if lost or bounded:
+            continue
+        ending = kinks[np.abs(near_end) <= spacing]
+        feature = _with_tails(feature, kinks, float(times[0]), float(times[-1]))
+        feature = feature._replace(after_kink=bool(np.any(np.abs(near_start) <= spacing)))
+        listed.append(feature._replace(end=float(ending[0])) if len(ending) else feature)
+    return listed
+
+
+def _with_tails(feature: Feature, kinks: Array, first: float, last: float) -> Feature:
+    """Return a feature extended by half its length on either side, up to a kink: a long step would enlarge its small
+    tails."""
+    tail = 0.5 * (feature.end - feature.start)
+    low = max([first, feature.start - tail, *kinks[kinks <= feature.start]])
+    high = min([last, feature.end + tail, *kinks[kinks >= feature.end]])
+    return Feature(float(low), float(high))
+
+
+def _loud(change: Array) -> list[tuple[int, int]]:
+    """Return first and last interval of each stretch with much change after a longer quiet one."""
+    loud = np.flatnonzero(change > 2.0 * THRESHOLDS.no_change)
+    if not len(loud):
+        return []
+    breaks = np.flatnonzero(np.diff(loud) > THRESHOLDS.quiet_stretch)
+    firsts, lasts = loud[np.concatenate([[0], breaks + 1])], loud[np.concatenate([breaks, [len(loud) - 1]])]
+    before = np.concatenate([[-1], lasts[:-1]])
+    return [
+        (int(first), int(last))
+        for first, last, quiet in zip(firsts, lasts, firsts - before - 1, strict=True)
+        if quiet > last - first and change[first : last + 1].max() >= 5.0 * THRESHOLDS.no_change
+    ]

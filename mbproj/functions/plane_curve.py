@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from math import pi
-from typing import NamedTuple, TypeAlias
+from itertools import pairwise
+from math import atan2, cos, hypot, inf, pi, sin, tan
+from sys import float_info
+from types import MappingProxyType
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dataclass import dataclass
-from mbproj.functions.curves.piece import NUMBERS, TERMS, Form, Piece, scaled
-from mbproj.functions.curves.pieced import FREE, PiecedCurve
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.arrays import Array, Integers, Numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.functions.curve_pieces import FREE, NUMBERS, TERMS, Form, Piece, PiecedCurve, mirrored, polynomial, scaled
+from mbproj.functions.program import CubicTable, periodic, spline
 
 #: The point with its derivatives, 0 to 3, and the derivatives of f and g that these need, 0 to 4.
 POINT_ORDERS, ORDERS = 4, 5
@@ -368,3 +371,221 @@ def _merged(a: Array, b: Array) -> tuple[Integers, Integers]:
     inside = begun & (both[order] <= min(a[-1], b[-1]))
     inside[np.argmax(begun)] = True
     return i[inside], j[inside]
+
+
+# --- Lift laws of cams ------------------------------------------------------------------------------------------------
+# A follower rises from 0 to 1 while x goes from 0 to 1 (Norton 2009, Cam Design, ch. 3).
+
+
+class LawPiece(NamedTuple):
+    """A piece of a law, from x = `start` on: Σ c_k x^k + a sin(w x + p). `wave` is (a, w, p)."""
+
+    start: float
+    coefficients: tuple[float, ...]
+    wave: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def numbers(self, first: float, rise: float, duration: float) -> tuple[float, ...]:
+        """The numbers of first + rise · law(u / duration) for a `Piece`."""
+        c0, *others = [rise * c / duration**k for k, c in enumerate((*self.coefficients, *(0.0,) * TERMS)[:TERMS])]
+        a, w, p = self.wave
+        return polynomial([c0 + first, *others], (rise * a, w / duration, p))
+
+
+class Rise(NamedTuple):
+    """A part of a lift law: over `angle` in rad the follower moves to the lift `to` in m, by a law of LAWS."""
+
+    angle: float
+    to: float
+    law: str
+
+
+class _Acceleration(NamedTuple):
+    """y'' = constant + a sin(w x + p) from x = `start` on."""
+
+    start: float
+    constant: float
+    a: float = 0.0
+    w: float = 1.0
+    p: float = 0.0
+
+
+def _by_acceleration(*given: _Acceleration) -> tuple[LawPiece, ...]:
+    """The law whose acceleration is proportional to the given one. It is 0 with zero slope at x = 0, and 1 at x = 1."""
+    parts, y, slope = [], 0.0, 0.0
+    for each, end in zip(given, [*(after.start for after in given[1:]), 1.0], strict=True):
+        start, k, (a, w, p) = each.start, each.constant, each[2:]
+        wave = (-a / w**2, w, p)
+        c1 = slope - k * start + a / w * cos(w * start + p)
+        c0 = y - c1 * start - 0.5 * k * start**2 - wave[0] * sin(w * start + p)
+        parts.append(LawPiece(start, (c0, c1, 0.5 * k), wave))
+        y = c0 + c1 * end + 0.5 * k * end**2 + wave[0] * sin(w * end + p)
+        slope = c1 + k * end - a / w * cos(w * end + p)
+    return tuple(
+        LawPiece(each.start, tuple(c / y for c in each.coefficients), (each.wave[0] / y, *each.wave[1:]))
+        for each in parts
+    )
+
+
+_EIGHTH = 0.125
+LAWS: Mapping[str, tuple[LawPiece, ...]] = MappingProxyType(
+    {
+        "dwell": (LawPiece(0.0, ()),),
+        "cycloidal": _by_acceleration(_Acceleration(0.0, 0.0, 1.0, 2.0 * pi)),
+        "harmonic": _by_acceleration(_Acceleration(0.0, 0.0, 1.0, pi, 0.5 * pi)),
+        "polynomial_345": (LawPiece(0.0, (0.0, 0.0, 0.0, 10.0, -15.0, 6.0)),),
+        "polynomial_4567": (LawPiece(0.0, (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)),),
+        "modified_sine": _by_acceleration(
+            _Acceleration(0.0, 0.0, 1.0, 4.0 * pi),
+            _Acceleration(_EIGHTH, 0.0, 1.0, 4.0 * pi / 3.0, pi / 3.0),
+            _Acceleration(7.0 * _EIGHTH, 0.0, 1.0, 4.0 * pi),
+        ),
+        "modified_trapezoid": _by_acceleration(
+            _Acceleration(0.0, 0.0, 1.0, 4.0 * pi),
+            _Acceleration(_EIGHTH, 1.0),
+            _Acceleration(3.0 * _EIGHTH, 0.0, 1.0, 4.0 * pi, -pi),
+            _Acceleration(5.0 * _EIGHTH, -1.0),
+            _Acceleration(7.0 * _EIGHTH, 0.0, 1.0, 4.0 * pi),
+        ),
+    }
+)
+
+
+# --- The shapes of curves that a scene can give, as pieces ------------------------------------------------------------
+
+
+Point = tuple[float, float]
+#: A line is dropped where the arcs at its ends leave less than this part of it.
+ROUND_OFF = 64.0 * float_info.epsilon
+
+
+class CamFollower(NamedTuple):
+    """The follower that touches a cam: a point, a roller of `radius` m, or a flat face."""
+
+    kind: Literal["point", "roller", "flat"] = "point"
+    radius: float = 0.0
+
+
+def through(points: Sequence[Point], closed: bool) -> PlaneCurve:
+    """The cubic spline through points, with natural ends or `closed`. Its parameter is the sum of the chords in m."""
+    whole = [*points, points[0]] if closed else [*points]
+    s = [0.0]
+    for (x0, y0), (x1, y1) in pairwise(whole):
+        s.append(s[-1] + hypot(x1 - x0, y1 - y0))
+    x, y = (
+        periodic(rows[:-1], s[-1]) if closed else spline(rows, "natural")
+        for rows in ([(at, point[k]) for at, point in zip(s, whole, strict=True)] for k in (0, 1))
+    )
+    pieces = [
+        Piece(knot, origin, Form.CARTESIAN, polynomial(first), polynomial(second))
+        for knot, origin, first, second in zip(x.knots, x.origins, x.pieces, y.pieces, strict=True)
+    ]
+    return PlaneCurve(tuple(pieces if closed else pieces[1:-1]), s[-1], closed)
+
+
+def ellipse(half_axes: Point) -> PlaneCurve:
+    """The ellipse about the origin, counterclockwise from the end of its first half axis. `half_axes` are in m."""
+    x, y = (polynomial((), (half, 1.0, phase)) for half, phase in zip(half_axes, (0.5 * pi, 0.0), strict=True))
+    return PlaneCurve((Piece(0.0, 0.0, Form.CARTESIAN, x, y),), FULL_TURN, True)
+
+
+def involute(base: float, start: float, end: float) -> PlaneCurve:
+    """The involute of the circle of radius `base` m about the origin, between two roll angles in rad. It is the path of
+    the end of a cord that is unrolled from the x axis on: counterclockwise, or clockwise at negative angles."""
+    quarter = 0.5 * pi
+    piece = Piece(start - quarter, -quarter, Form.SUPPORT, polynomial((0.0, base)))
+    return PlaneCurve((piece,), end - quarter, False)
+
+
+def polyline(points: Sequence[Point], fillet: float, closed: bool) -> PlaneCurve:
+    """Straight lines from point to point, with an arc of radius `fillet` m in each corner. The parameter is the arc
+    length. Raises ValueError with the number of the corner where the arc does not fit."""
+    count = len(points)
+    corners = [_corner(points, at, fillet, closed) for at in range(count)]
+    pieces, s = list[Piece](), 0.0
+    for at in range(count if closed else count - 1):
+        start, end, here, after = points[at], points[(at + 1) % count], corners[at], corners[(at + 1) % count]
+        dx, dy = end[0] - start[0], end[1] - start[1]
+        whole = hypot(dx, dy)
+        length, (tx, ty) = whole - here.cut - after.cut, (dx / whole, dy / whole)
+        if length < -ROUND_OFF * whole:
+            raise ValueError((at + 1) % count)
+        if length > ROUND_OFF * whole:
+            x, y = start[0] + here.cut * tx, start[1] + here.cut * ty
+            pieces.append(Piece(s, s, Form.CARTESIAN, polynomial((x, tx)), polynomial((y, ty))))
+            s += length
+        if after.cut:
+            side = 1.0 if after.turn > 0.0 else -1.0
+            x, y = end[0] - after.cut * tx - side * fillet * ty, end[1] - after.cut * ty + side * fillet * tx
+            angle, rate = atan2(ty, tx) - side * 0.5 * pi, side / fillet
+            pieces.append(
+                Piece(
+                    s,
+                    s,
+                    Form.CARTESIAN,
+                    polynomial((x,), (fillet, rate, angle + 0.5 * pi)),
+                    polynomial((y,), (fillet, rate, angle)),
+                )
+            )
+            s += fillet * abs(after.turn)
+    return PlaneCurve(tuple(pieces), s, closed)
+
+
+class _Corner(NamedTuple):
+    """The angle `turn` in rad of a corner, and the length `cut` in m that its arc takes from both lines."""
+
+    turn: float = 0.0
+    cut: float = 0.0
+
+
+def _corner(points: Sequence[Point], at: int, fillet: float, closed: bool) -> _Corner:
+    if not closed and at in (0, len(points) - 1):
+        return _Corner()
+    before, here, after = points[at - 1], points[at], points[(at + 1) % len(points)]
+    first, second = (here[0] - before[0], here[1] - before[1]), (after[0] - here[0], after[1] - here[1])
+    turn = atan2(first[0] * second[1] - first[1] * second[0], first[0] * second[0] + first[1] * second[1])
+    return _Corner(turn, abs(fillet * tan(0.5 * turn)) if abs(turn) < pi else inf)
+
+
+def polar(rows: Sequence[Point]) -> PlaneCurve:
+    """The periodic cubic spline through (angle in rad, radius in m). The last row is the first one a turn later."""
+    table: CubicTable = periodic(rows[:-1], FULL_TURN)
+    pieces = [
+        Piece(knot, origin, Form.POLAR, polynomial(cubic))
+        for knot, origin, cubic in zip(table.knots, table.origins, table.pieces, strict=True)
+    ]
+    return PlaneCurve(tuple(pieces), table.knots[0] + FULL_TURN, True)
+
+
+def of_law(base: float, rises: Sequence[Rise], followed: CamFollower, clockwise: bool) -> PlaneCurve:
+    """The curve of a cam with the base radius `base` in m: the path of the point or of the roller's centre, or, for a
+    flat face, the profile. The lift is a function of the angle about the axis from x, counterclockwise or `clockwise`.
+    The follower moves on a line through the axis."""
+    first = base + followed.radius
+    form = Form.SUPPORT if followed.kind == "flat" else Form.POLAR
+    pieces, s, lift = list[Piece](), 0.0, rises[-1].to
+    for each in rises:
+        for part in LAWS[each.law]:
+            numbers = part.numbers(first + lift, each.to - lift, each.angle)
+            pieces.append(Piece(s + part.start * each.angle, s, form, numbers))
+        s, lift = s + each.angle, each.to
+    whole = PlaneCurve(tuple(pieces), FULL_TURN, True)
+    return reflected(whole) if clockwise else whole
+
+
+def reflected(curve: PlaneCurve) -> PlaneCurve:
+    """The mirror image of a curve whose parameter is an angle: the point at s moves to 2π - s."""
+    ends = [*(each.start for each in curve.pieces[1:]), curve.end]
+    pieces = [
+        replace(each, start=FULL_TURN - end, origin=FULL_TURN - each.origin, f=mirrored(each.f))
+        for each, end in zip(curve.pieces, ends, strict=True)
+    ]
+    return PlaneCurve(tuple(reversed(pieces)), FULL_TURN, True)
+
+
+def points_along(curve: PlaneCurve, distance: float = 0.0) -> list[Point]:
+    """Points along a curve, or along its offset curve at this `distance` in m to the left."""
+    places = curve.places
+    slope = curve.arrays.derivatives(places.s, places.piece)[1]
+    across = distance / (slope[0] ** 2 + slope[1] ** 2) ** 0.5
+    x, y = places.point[:, 0] - across * slope[1], places.point[:, 1] + across * slope[0]
+    return list(zip(x.tolist(), y.tolist(), strict=True))

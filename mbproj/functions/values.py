@@ -13,12 +13,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers, numbers
-from mbproj.functions.program import ARGUMENTS, Op
-from mbproj.functions.program_set import ProgramSet
-from mbproj.functions.series import table_series
-from mbproj.functions.switches import FREE
-from mbproj.functions.taylor import LN10, direction, hypotenuse, smooth_step
+from mbproj.base.arrays import Array, Numbers, numbers
+from mbproj.functions.program import ARGUMENTS, FREE, Op, ProgramSet
+from mbproj.functions.series import LN10, direction, hypotenuse, smooth_step, table_series
 
 Function = Callable[..., Numbers]
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.arrays import Array, Numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
 
 #: The divisor that replaces 0.
 TINY = 1e-150

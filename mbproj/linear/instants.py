@@ -12,18 +12,15 @@ from math import lcm
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.law_derivatives import slopes_by_channels
-from mbproj.dynamics.derivatives.row_derivatives import row_motion
-from mbproj.errors import InputError, Problem
+from mbproj.base.arrays import Array, Numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.derivatives import row_motion, slopes_by_channels
 from mbproj.linear.kinks import refuse_bends
 from mbproj.linear.reference import LinearReference
-from mbproj.linear.state_space.inputs import inputs_named
-from mbproj.linear.state_space.model import LinearModel, assembled
-from mbproj.linear.state_space.outputs import Outputs
+from mbproj.linear.state_space import LinearModel, Outputs, assembled, inputs_named
 from mbproj.model.channels import Actions, ChannelKind
-from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,21 +6,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.contact.inside import stop_sizes
-from mbproj.dynamics.derivatives.law_derivatives import law_slopes
-from mbproj.dynamics.equations.forces import law_state
-from mbproj.dynamics.equations.gaps import gaps
-from mbproj.dynamics.equations.turning import turns_of
-from mbproj.errors import InputError, Problem
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE
-from mbproj.functions.program_set import ProgramSet
+from mbproj.base.arrays import Array
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.contacts import gaps, stop_sizes
+from mbproj.equations.derivatives import law_slopes
+from mbproj.equations.forces import law_state
+from mbproj.equations.turning import turns_of
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, ProgramSet
 from mbproj.functions.series import constant_series, run, slope
-from mbproj.linear.reference import LinearReference
-from mbproj.linear.resting_contacts import refuse_loads
+from mbproj.linear.reference import LinearReference, refuse_loads
 from mbproj.model.forces import Forces
-from mbproj.thresholds import THRESHOLDS
 
 HINT = "linearise beside the kink, or smooth the force"
 

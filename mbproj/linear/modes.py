@@ -1,32 +1,39 @@
 """Modes of a mechanism at a reference: eigenvalues with their shapes on the bodies, joint coordinates, states of
-elements, and energies."""
+elements, and energies.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.bushing_derivatives import bushing_gradient
-from mbproj.dynamics.derivatives.law_derivatives import law_slopes
-from mbproj.dynamics.derivatives.linear_equations import LinearEquations, linear_equations
-from mbproj.dynamics.derivatives.row_derivatives import row_motion
-from mbproj.dynamics.equations.bushings import deflection, viscous
-from mbproj.dynamics.equations.forces import law_state
-from mbproj.linear.bordered import Bordered, diagonal
+from mbproj.base.arrays import Array, Integers, Numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import shortened
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.derivatives import (
+    LinearEquations,
+    bushing_gradient,
+    channel_slopes,
+    law_slopes,
+    linear_equations,
+    row_motion,
+    state_slopes,
+)
+from mbproj.equations.forces import deflection, law_state, state_rates, viscous
+from mbproj.equations.kinematics import attached
+from mbproj.linear.bordered import Bordered, diagonal, independent_rows
 from mbproj.linear.eigenvalues import eigen, shares_of_states
-from mbproj.linear.independent_rows import independent_rows
 from mbproj.linear.kinks import refuse_kinks
-from mbproj.linear.reduction.frames import in_axes
-from mbproj.linear.reduction.projected import projected, refuse_large_rolling
+from mbproj.linear.reduction import in_axes, projected, refuse_large_rolling
 from mbproj.linear.reference import LinearReference
+from mbproj.model.euler_parameters import product
 from mbproj.model.forces import Forces
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
-from mbproj.results.views.table import Table, Tabled
-from mbproj.thresholds import THRESHOLDS
+from mbproj.results.linear_files import StoredModes
+from mbproj.results.views import Table, Tabled
 
 #: The names of potential energy beside the forces: weight, where there is any, and forces that turn with their bodies.
 GRAVITY, PRELOAD = "gravity and preload", "preload"
@@ -375,3 +382,163 @@ class _Pencil:
         kept = np.flatnonzero(values.imag >= -THRESHOLDS.rounding * np.abs(values))
         kept = kept[np.argsort(np.abs(values[kept]), kind="stable")][:count]
         return values[kept], vectors[:n, kept]
+
+
+# --- Words on modes ---------------------------------------------------------------------------------------------------
+# The states that take part, and notes on the reference.
+
+
+#: The most dry frictions that are named.
+MOST_HELD = 8
+#: The coordinates in which frequencies hold away from balance, in words.
+COORDINATES = "shifts and turns of the bodies on the tangent space, which turns along the motion as little as it can"
+
+
+def states_in(modes: Modes, mode: int) -> str:
+    """Return the states of elements with the largest part in a mode: "state 'current'"."""
+    names, share = modes.reference.system.names.states, modes.state_share[mode]
+    return " and ".join(f"state '{names[index]}'" for index in leading(share))
+
+
+def notes_on(modes: Modes) -> list[str]:
+    """Return the notes that a reader of the frequencies needs."""
+    return list(_notes(modes))
+
+
+def _notes(modes: Modes) -> Iterator[str]:
+    reference = modes.reference
+    if not is_balanced(reference):
+        off = reference.imbalance
+        yield (
+            f"forces do not balance here: up to {off.force:.3g} N and {off.torque:.3g} N m are left "
+            f"({off.relative:.2g} of the largest); frequencies then depend on the coordinates: {COORDINATES}"
+        )
+    if unsteady := unsteady_states(reference):
+        yield unsteady
+    if reference.held:
+        names = shortened([f"'{name}'" for name in reference.held], MOST_HELD)
+        yield f"dry friction holds its coordinates as they are: {names}"
+    if modes.turns:
+        yield "the mechanism moves: these are the modes of this instant, and hold for as long as it hardly moves"
+
+
+def unsteady_states(reference: LinearReference) -> str:
+    """Return the note that states of elements change at a reference, with their rates; "" where they do not."""
+    system = reference.system
+    if not system.states.size:
+        return ""
+    instant = reference.motion.instant(system)
+    rates, terms = state_rates(instant), np.abs(channel_slopes(instant)[1]) @ np.abs(instant.channels)
+    size = terms + np.abs(state_slopes(instant)) @ system.states.scale
+    changing = np.flatnonzero(np.abs(rates) > THRESHOLDS.dependent * size)
+    named = zip(system.names.states, rates.tolist(), system.names.state_units, strict=True)
+    told = [f"'{name}' by {rate:.3g} {unit}/s" for name, rate, unit in named]
+    return f"states change here: {', '.join(told[k] for k in changing[:MOST_HELD])}" if len(changing) else ""
+
+
+def is_balanced(reference: LinearReference) -> bool:
+    """Return whether the forces balance to round-off."""
+    return reference.imbalance.relative <= THRESHOLDS.dependent
+
+
+# --- Modes traced over a parameter ------------------------------------------------------------------------------------
+# Root loci and Campbell diagrams. Each mode is followed from value to value.
+
+
+@dataclass(frozen=True, eq=False)
+class RootLocus:
+    """Eigenvalues (p, j) at the p `values` of the parameter `name`, one column a mode; NaN where the mode does not
+    exist."""
+
+    name: str
+    values: Array
+    eigenvalues: Numbers
+
+
+def trace(name: str, values: Sequence[float], at: Callable[[float], Modes]) -> tuple[RootLocus, Modes]:
+    """Return the trace of the modes at each value, computed by `at`, and the modes at the last value."""
+    columns: list[list[complex]] = []
+    place: list[int] = []
+    before: Modes | None = None
+    for number, value in enumerate(values):
+        here = at(value)
+        place = _places(before, here, place, len(columns))
+        columns += [[np.nan] * number for _ in range(max(place, default=-1) + 1 - len(columns))]
+        by_column = dict(zip(place, here.eigenvalues.tolist(), strict=True))
+        for column, entries in enumerate(columns):
+            entries.append(by_column.get(column, complex(np.nan, np.nan)))
+        before = here
+    assert before is not None
+    eigenvalues = np.array(columns, dtype=complex).reshape(len(columns), len(values)).T
+    return RootLocus(name, np.array(values, dtype=float), eigenvalues), before
+
+
+def _places(before: Modes | None, here: Modes, place: list[int], columns: int) -> list[int]:
+    """Return the column of each mode: that of the previous mode most like it in eigenvalue and shape."""
+    if before is None:
+        return list(range(len(here.eigenvalues)))
+    from scipy.optimize import linear_sum_assignment
+
+    speed = np.abs(before.eigenvalues[:, None]) + np.abs(here.eigenvalues) + np.finfo(float).tiny
+    unlike = np.abs(before.eigenvalues[:, None] - here.eigenvalues) / speed + 1.0 - _likeness(before, here)
+    rows, chosen = linear_sum_assignment(unlike)
+    place_of = dict(zip(chosen.tolist(), (place[row] for row in rows), strict=True))
+    fresh = iter(range(columns, columns + len(here.eigenvalues)))
+    return [place_of[mode] if mode in place_of else next(fresh) for mode in range(len(here.eigenvalues))]
+
+
+def _likeness(before: Modes, here: Modes) -> Array:
+    """Return the modal assurance criterion of all pairs, 1 where shapes are alike (Allemang 2003)."""
+    length = here.reference.system.length
+    shapes = [each.shapes.reshape(len(each.shapes), -1, 6) / ([length] * 3 + [1.0] * 3) for each in (before, here)]
+    old, new = (shape.reshape(len(shape), -1) for shape in shapes)
+    sizes = np.sum(np.abs(old) ** 2, axis=1)[:, None] * np.sum(np.abs(new) ** 2, axis=1)
+    return np.asarray(np.abs(old.conj() @ new.T) ** 2 / np.maximum(sizes, np.finfo(float).tiny), dtype=float)
+
+
+# --- Modes as their file stores them ----------------------------------------------------------------------------------
+# For the bodies of the scene, where the computation has carriers.
+
+
+def stored(modes: Modes, title: str, trace: RootLocus | None = None) -> StoredModes:
+    """Return the content of `modes.h5`."""
+    system, motion, names = modes.reference.system, modes.reference.motion, modes.reference.system.names
+    pose = motion.pose
+    return StoredModes(
+        bodies=names.bodies,
+        position=attached(pose, system.body_carrier, system.body_offset, np.ones(len(names.bodies))),
+        orientation=product(pose.orientation[system.body_carrier], system.body_turn),
+        coordinates=names.coordinates,
+        coordinate_units=names.coordinate_units,
+        coordinate=motion.expected,
+        names=[modes.name(mode) for mode in range(len(modes.eigenvalues))],
+        eigenvalue=modes.eigenvalues,
+        frequency=modes.frequencies,
+        damping_ratio=modes.damping_ratios,
+        displacement=_of_bodies(modes),
+        coordinate_shape=modes.coordinates,
+        states=names.states,
+        state_units=names.state_units,
+        state_shape=modes.states,
+        state_share=modes.state_share,
+        kinetic_names=modes.kinetic_names,
+        kinetic_share=modes.kinetic,
+        strain_names=modes.strain_names,
+        strain_share=modes.strain,
+        varied=() if trace is None else (trace.name,),
+        trace_value=np.zeros(0) if trace is None else trace.values,
+        trace=np.zeros((0, 0), dtype=complex) if trace is None else trace.eigenvalues,
+        where=modes.reference.where,
+        time=motion.t,
+        title=title,
+        notes="\n".join(notes_on(modes)),
+    )
+
+
+def _of_bodies(modes: Modes) -> Numbers:
+    """Shifts and turns of the scene's bodies, (k, N, 6)."""
+    system, pose = modes.reference.system, modes.reference.motion.pose
+    carried = modes.shapes[:, system.body_carrier]
+    arm: Array = (pose.rotation[system.body_carrier] @ system.body_offset[..., None])[..., 0]
+    shift = carried[..., :3] + np.cross(carried[..., 3:], arm)
+    return np.concatenate([shift, carried[..., 3:]], axis=-1)

@@ -17,28 +17,216 @@ A mechanism that rolls has displacements a and speeds a' of motions without slip
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.blocks import on_diagonal
-from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from, placed_at
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.blocks import on_diagonal
+from mbproj.equations.derivatives import COMPLEX_STEP, MotionAtTime, given_rows, row_motion, rows_at
+from mbproj.equations.kinematics import Pose, pose_of
+from mbproj.equations.reactions import reactions
+from mbproj.equations.tangent_space import velocities
 from mbproj.linear.eigenvalues import heavy_and_light, held_by, is_damped
 from mbproj.linear.kinks import refuse_kinks
-from mbproj.linear.reduction.projected import Projected, projected
+from mbproj.linear.reduction import Projected, projected
 from mbproj.linear.reference import LinearReference
-from mbproj.linear.state_space.inputs import Inputs, inputs_named
-from mbproj.linear.state_space.outputs import Outputs, outputs_named
 from mbproj.model.system import System
-from mbproj.results.views.table import Table, Tabled
-from mbproj.thresholds import THRESHOLDS
+from mbproj.results.views import Table, Tabled
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
     from scipy.sparse.linalg import LinearOperator
+
+
+# --- Inputs of a linear model by their names --------------------------------------------------------------------------
+# Forces of the scene, forces along joint coordinates, motions.
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """p inputs with names and units. `force` (6n, p): the forces on the bodies by a unit of each input, torques in body
+    axes. `motion` (p,): the number of the motion that each accelerates, -1 for forces."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    force: Array
+    motion: Integers
+
+
+def inputs_named(reference: LinearReference, names: Sequence[str]) -> Inputs:
+    """Return the inputs of these names. Raises InputError for a name that does not exist."""
+    known = forces_known(reference.system, reference.motion)
+    motions = reference.system.names.motions
+    able = [*known, *motions]
+    problems = [Problem(f"unknown input '{name}'", hint=choose_from(name, able)) for name in names if name not in able]
+    if problems:
+        raise InputError(problems)
+    columns = [known[name][1]() if name in known else np.zeros(6 * reference.system.bodies) for name in names]
+    return Inputs(
+        tuple(names),
+        tuple(known[name][0] if name in known else _motion_unit(reference.system, name) for name in names),
+        np.array(columns).reshape(len(names), 6 * reference.system.bodies).T,
+        np.array([motions.index(name) if name in motions else -1 for name in names], dtype=np.intp),
+    )
+
+
+def _motion_unit(system: System, name: str) -> str:
+    return f"{system.names.motion_units[system.names.motions.index(name)]}/s^2"
+
+
+#: The unit of an input, and the forces (6n,) on the bodies by a unit of it.
+InputEntry = tuple[str, Callable[[], Array]]
+
+
+def forces_known(system: System, motion: MotionAtTime) -> dict[str, InputEntry]:
+    """Return every force by name: along joint coordinates "A.angle", along the coordinate of a force of the scene, and
+    components of forces and torques on bodies, "push.x"."""
+    pose, entries = motion.pose, dict[str, InputEntry]()
+    laws = system.forces.laws.coordinates, system.forces.law_owners
+    for bound, names in ((system.coordinates, system.names.coordinates), laws):
+        rows = rows_at(bound, pose)
+        for row, (name, unit) in enumerate(zip(names, bound.units, strict=True)):
+            entries[name] = ("N" if unit == "m" else "N m", partial(rows.at, row))
+    return entries | _on_bodies(system, pose)
+
+
+def _on_bodies(system: System, pose: Pose) -> dict[str, InputEntry]:
+    given, owners = system.forces.on_bodies, system.forces.program_owners
+    rows = given_rows(system.forces, pose)
+    return {
+        f"{owners[int(program)]}.{'xyz'[row % 3]}": ("N m" if given.is_torque[row // 3] else "N", partial(rows.at, row))
+        for row, program in enumerate(given.program.ravel())
+        if given.body[row // 3] < system.bodies
+    }
+
+
+# --- Outputs of a linear model by their names -------------------------------------------------------------------------
+# Joint coordinates and speeds, markers, reactions, states of elements.
+
+
+@dataclass(frozen=True, eq=False)
+class Outputs:
+    """r outputs with names and units. They are linear in virtual displacements and their rates, turns in body axes, in
+    the multipliers of the joints' rows, and in states of elements. The coefficients are `of_displacement`, `of_rate`
+    (r, 6n), `of_multiplier` (r, m) and `of_state` (r, K)."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    of_displacement: Array
+    of_rate: Array
+    of_multiplier: Array
+    of_state: Array
+
+
+def outputs_named(reference: LinearReference, names: Sequence[str]) -> Outputs:
+    """Return the outputs of these names. Raises InputError for a name that does not exist."""
+    system = reference.system
+    joints = system.joints.size
+    known = {**_coordinates(reference), **_markers(reference), **_reactions(reference), **_states(reference)}
+    called = [_as_signals_do(name, known) for name in names]
+    problems = [
+        Problem(f"unknown output '{name}'", hint=choose_from(name, known)) for name in called if name not in known
+    ]
+    if problems:
+        raise InputError(problems)
+    chosen = [known[name]() for name in called]
+    n, states = 6 * system.bodies, system.names.states
+    displacement, rate, multiplier = (np.zeros((len(names), size)) for size in (n, n, joints))
+    for row, entry in enumerate(chosen):
+        _, displacement[row], rate[row], multiplier[row] = entry
+    of_states = np.array([[own == name for own in states] for name in names]).reshape(len(names), len(states))
+    return Outputs(tuple(names), tuple(entry[0] for entry in chosen), displacement, rate, multiplier, of_states)
+
+
+def _as_signals_do(name: str, known: Collection[str]) -> str:
+    """Return the name of an output; a rate may also be named as in signals, "A.angle_dot" and "tip.x_dot"."""
+    own, _, last = name.rpartition(".")
+    rates = (f"{own}.{last.removesuffix('_dot')}_speed", f"{own}.velocity_{last.removesuffix('_dot')}")
+    return next((rate for rate in rates if last.endswith("_dot") and rate in known), name)
+
+
+#: The unit of an output, and its coefficients of displacements, rates and multipliers; computed when asked for.
+Part = Array | float
+OutputEntry = Callable[[], tuple[str, Part, Part, Part]]
+
+
+def _coordinates(reference: LinearReference) -> dict[str, OutputEntry]:
+    """Return the joint coordinates "A.angle" and their rates "A.angle_speed"."""
+    system = reference.system
+    rows = row_motion(system.coordinates, reference.motion.carried())
+
+    def speed(row: int, unit: str) -> tuple[str, Part, Part, Part]:
+        return f"{unit}/s", rows.G_dot.at(row), rows.G.at(row), 0.0
+
+    entries: dict[str, OutputEntry] = {}
+    for row, (name, unit) in enumerate(zip(system.names.coordinates, system.names.coordinate_units, strict=True)):
+        entries[name] = partial(lambda row, unit: (unit, rows.G.at(row), 0.0, 0.0), row, unit)
+        entries[f"{name}_speed"] = partial(speed, row, unit)
+    return entries
+
+
+def _states(reference: LinearReference) -> dict[str, OutputEntry]:
+    """Return the states of elements, by their own names."""
+    names = zip(reference.system.names.states, reference.system.names.state_units, strict=True)
+    return {name: partial(lambda unit: (unit, 0.0, 0.0, 0.0), unit) for name, unit in names}
+
+
+def _markers(reference: LinearReference) -> dict[str, OutputEntry]:
+    """Return the coordinates of markers "tip.x", and at rest their velocities "tip.velocity_x"."""
+    system, pose = reference.system, reference.motion.pose
+
+    def moves(marker: int, axis: int) -> Array:
+        row, body = np.zeros((system.bodies + 1, 6)), system.marker_body[marker]
+        row[body, axis] = 1.0
+        row[body, 3:] = np.cross(system.marker_local[marker], pose.rotation[body, axis])
+        return row[:-1].ravel()
+
+    entries: dict[str, OutputEntry] = {}
+    for marker, name in enumerate(system.names.markers):
+        for axis, letter in enumerate("xyz"):
+            row = partial(moves, marker, axis)
+            entries[f"{name}.{letter}"] = partial(lambda row: ("m", row(), 0.0, 0.0), row)
+            if not reference.moves:
+                entries[f"{name}.velocity_{letter}"] = partial(lambda row: ("m/s", 0.0, row(), 0.0), row)
+    return entries
+
+
+def _reactions(reference: LinearReference) -> dict[str, OutputEntry]:
+    """Return the reactions "A.force_x" and "A.torque_x", on body 2 of the joint at its point, global axes."""
+    system, count = reference.system, len(reference.system.names.joints)
+    return {
+        f"{name}.{word}_{letter}": partial(_reaction, reference, joint, kind, axis)
+        for joint, name in enumerate(system.names.joints[: count - len(reference.held)])
+        for kind, word in enumerate(("force", "torque"))
+        for axis, letter in enumerate("xyz")
+    }
+
+
+def _reaction(reference: LinearReference, joint: int, kind: int, axis: int) -> tuple[str, Part, Part, Part]:
+    """Return a reaction by the multipliers of the joint's own rows and the displacements of its bodies."""
+    system, motion, bound = reference.system, reference.motion, reference.system.joints
+    pose, own = motion.pose, reference.multipliers[: bound.size]
+    by_multiplier, turned = np.zeros(bound.size), np.zeros((system.bodies + 1, 6))
+    mine = bound.owner == joint
+    for row in np.flatnonzero(mine):
+        unit = (np.arange(bound.size) == row).astype(float)
+        by_multiplier[row] = reactions(system, pose, unit)[kind][joint, axis]
+    for body in set(bound.body[bound.entry_slot[mine[bound.entry_row]]].tolist()) - {system.bodies}:
+        for way in range(6):
+            ξ = np.zeros_like(turned)
+            ξ[body, way] = 1.0
+            there = pose_of(motion.q + 1j * COMPLEX_STEP * velocities(pose, ξ[:-1].ravel()))
+            turned[body, way] = reactions(system, there, own)[kind][joint, axis].imag / COMPLEX_STEP
+    return "N" if kind == 0 else "N m", turned[:-1].ravel(), 0.0, by_multiplier
+
+
+# --- The linear model -------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)

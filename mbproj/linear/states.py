@@ -9,19 +9,19 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, cross
-from mbproj.dynamics.assembly.assemble import State, coordinate_values, is_angle
-from mbproj.dynamics.derivatives.tangent import velocities
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.errors import InputError, Problem
-from mbproj.integrate.simulate import simulate
-from mbproj.linear.equilibrium.started import start_state
+from mbproj.base.arrays import Array, cross
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, coordinate_values, is_angle
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.tangent_space import velocities
+from mbproj.linear.equilibrium.start import start_state
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
+from mbproj.motion.simulate import simulate
 from mbproj.results.record import Results
-from mbproj.scene.read import Scene
+from mbproj.scene.scene import Scene
 from mbproj.scene.settings import settings_to_run
-from mbproj.thresholds import THRESHOLDS
 
 
 def state_at(scene: Scene, system: System, time: float) -> State:

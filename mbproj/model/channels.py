@@ -11,10 +11,10 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
-from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.functions.program import ProgramSet, flatten
 
 
 class ChannelKind(IntEnum):

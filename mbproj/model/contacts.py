@@ -1,23 +1,272 @@
 """The mechanism for one combination of contacts. Rigid stops that touch and frictions that stick hold rows of C;
-compliant stops that push and frictions that slide are laws."""
+compliant stops that push and frictions that slide are laws.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field, fields, replace
+from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import Place
-from mbproj.functions.program import COORDINATE, RATE, Code, Instruction, Op, Program, apply, number, variable
-from mbproj.functions.program_set import flatten, joined
-from mbproj.model.added_laws import AddedLaw, with_laws
-from mbproj.model.bearings import Bearings
-from mbproj.model.frictions import Frictions, changing
+from mbproj.base.arrays import Array, Flags, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import Place
+from mbproj.base.registry import USUAL_IMPACT_LAW
+from mbproj.functions.program import (
+    COORDINATE,
+    RATE,
+    Code,
+    Instruction,
+    Op,
+    Program,
+    ProgramSet,
+    apply,
+    flatten,
+    joined,
+    number,
+    variable,
+)
+from mbproj.model.forces import Forces, Laws
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
-from mbproj.model.stops import Stops
 from mbproj.model.system import System
+
+# --- Laws of force that are added to those of the scene while stops touch and dry frictions ---------------------------
+# Laws of force that are added to those of the scene while stops touch and dry frictions slide.
+
+
+@dataclass(frozen=True, eq=False)
+class AddedLaw:
+    """A force along a coordinate s: the value of the program `push`, times the load of the bearing number `bearing`
+    (-1: 1).
+
+    `joint_coordinate`, `loses`, `partner` and `sliding` mean the same as in `Laws`; `partner` counts from the first law
+    added. `owner` is the name of the force, for messages. `apart`: whether a separate integral counts the energy it
+    loses."""
+
+    along: Binding
+    joint_coordinate: int
+    push: Program
+    owner: str
+    bearing: int = -1
+    apart: bool = False
+    partner: int = -1
+    sliding: tuple[float, float] = (0.0, 0.0)
+    loses: bool = True
+
+
+def with_laws(before: Forces, added: Sequence[AddedLaw]) -> Forces:
+    """Return the forces with the laws `added` after the laws that they have."""
+    laws = before.laws
+    own = [replace(law.along, owner=laws.size + at, offset=0.0) for at, law in enumerate(added)]
+    none, owners = np.zeros(len(added)), tuple(law.owner for law in added)
+    return replace(
+        before,
+        laws=Laws(
+            coordinates=bind([*bindings(laws.coordinates), *own]),
+            joint_coordinate=np.append(laws.joint_coordinate, [law.joint_coordinate for law in added]).astype(np.intp),
+            stiffness=np.append(laws.stiffness, none),
+            damping=np.append(laws.damping, none),
+            free=np.append(laws.free, none),
+            program=np.append(laws.program, len(before.programs.start) - 1 + np.arange(len(added))),
+            loses=np.append(laws.loses, [law.loses for law in added]),
+            bearing=np.append(laws.bearing, [law.bearing for law in added]).astype(np.intp),
+            apart=np.append(laws.apart, [law.apart for law in added]),
+            partner=np.append(laws.partner, [_behind(laws.size, law.partner) for law in added]).astype(np.intp),
+            sliding=np.concatenate([laws.sliding, [law.sliding for law in added]]),
+        ),
+        programs=joined([before.programs, flatten([law.push for law in added])]),
+        law_owners=(*before.law_owners, *owners),
+        program_owners=(*before.program_owners, *owners),
+    )
+
+
+def _behind(count: int, number: int) -> int:
+    """Return the number of an added law among all laws, of which `count` come before; -1 stays -1."""
+    return count + number if number >= 0 else -1
+
+
+# --- Bearings as arrays -----------------------------------------------------------------------------------------------
+# The loads of joints, in proportion to which dry friction acts.
+
+
+#: Terms of a sum of multipliers: the number of the joint, the number of its row from 0, and the factor of the
+#: multiplier.
+Parts: TypeAlias = "tuple[tuple[int, int, float], ...]"
+
+
+@dataclass(frozen=True, eq=False)
+class Bearings:
+    """B loads on which dry frictions depend. A joint exerts the force F and the torque T on its body 2, at its point
+    there. With z the joint's axis, a bearing with two supports at a distance ℓ carries
+
+        load = preload + radial (|f₁| + |f₂|) + axial |F·z|,    f₁, f₂ = ½ (F - (F·z) z) ± (T × z)/ℓ.
+
+    `joint` (B,): the number of the joint. `axis` (B, 3): z in the axes of body 2. `radial` and `axial` (B,): arms in m
+    where the friction is a torque, factors (1 or 0) where it is a force. `length` ℓ (B,) in m, infinite where moments
+    do not count. `preload` (B,) in N m or N.
+
+    The push of a stop is a load of another kind: Σ part λ over its `parts` (B,), which are empty for bearings of
+    joints. With `axial` 1 the load is |Σ part λ|, as for the pull of a rope.
+    """
+
+    joint: Integers
+    axis: Array
+    radial: Array
+    axial: Array
+    length: Array
+    preload: Array
+    parts: tuple[Parts, ...]
+
+    @property
+    def size(self) -> int:
+        """B."""
+        return len(self.joint)
+
+    @property
+    def is_of_rows(self) -> Flags:
+        """Whether each load is a sum of multipliers, (B,)."""
+        return np.array([len(each) > 0 for each in self.parts], dtype=bool)
+
+    @property
+    def is_push(self) -> Flags:
+        """Whether each load is the push of a stop, (B,)."""
+        return np.asarray(self.is_of_rows & (self.axial == 0.0))
+
+
+# --- Dry friction of joints and stops as arrays -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Frictions:
+    """K dry frictions on scalar coordinates s, which stick as long as a force within their bounds holds them:
+
+        sliding:  F = -sign(s') (sliding + (static - sliding) exp(-(s'/stribeck)²)) load
+        sticking: s' = 0 with |F| <= static load
+
+    `coordinates`: the s as primitives, K rows. `joint_coordinate` (K,): the number of s among the system's coordinates,
+    -1 for none of them. `sliding` and `static` (K,): in N or N m, or coefficients of the load of `bearing` (K,), a
+    number of `System.bearings`; where that is -1 the load is 1. `stribeck` (K,) in m/s or rad/s: 0 where friction falls
+    to `sliding` as soon as it slides. `owners`: "force 'brake'", for messages; `places`: the place of each in the
+    scene.
+
+    Where a friction changes in a run, its `sliding` and `static` are NaN. `varies` has functions of time and channels
+    for both instead.
+
+    At a stop there are two frictions, along two tangents of its plane: `stop` (K,) is the number of the stop, whose
+    push is the load, and `partner` (K,) the friction along the other tangent; both are -1 for joints. Together they act
+    against the velocity in the plane.
+    """
+
+    coordinates: PrimitiveSet
+    joint_coordinate: Integers
+    sliding: Array
+    static: Array
+    stribeck: Array
+    bearing: Integers
+    stop: Integers
+    partner: Integers
+    owners: tuple[str, ...]
+    places: tuple[Place | None, ...]
+    varies: Mapping[int, tuple[Program, Program]] = field(default_factory=dict)
+
+    @cached_property
+    def programs(self) -> ProgramSet:
+        """The functions of the frictions that change: sliding and then static of each."""
+        return flatten([program for pair in self.varies.values() for program in pair])
+
+    def bound_of(self, k: int, programs: int) -> int:
+        """Return the number of the program of a friction's static bound; -1 where the bound is a constant. The bounds
+        are the last of the `programs` programs of the forces."""
+        return programs - len(self.varies) + list(self.varies).index(k) if k in self.varies else -1
+
+    @property
+    def size(self) -> int:
+        """K."""
+        return len(self.sliding)
+
+    def first(self, k: int) -> bool:
+        """Whether a friction belongs to a joint, or acts along the first of two tangents."""
+        return bool(self.partner[k] < 0 or self.partner[k] > k)
+
+
+def changing(sliding: Program, static: Program, stribeck: float, way: float | None, part: float | None) -> Code:
+    """Return the force of a friction that changes in a run: sliding with the sign `way`, or bearing the `part` at
+    rest."""
+    if way is None:
+        return apply(Op.MULTIPLY, number(part or 0.0), static.code)
+    if stribeck == 0.0 or static is sliding:
+        return apply(Op.MULTIPLY, number(-way), sliding.code)
+    falls = apply(Op.DIVIDE, variable(RATE), number(stribeck))
+    falls = apply(Op.EXP, apply(Op.NEGATE, apply(Op.MULTIPLY, falls, falls)))
+    more = apply(Op.MULTIPLY, apply(Op.SUBTRACT, static.code, sliding.code), falls)
+    return apply(Op.MULTIPLY, number(-way), apply(Op.ADD, sliding.code, more))
+
+
+# --- Stops as arrays --------------------------------------------------------------------------------------------------
+# One-sided limits of coordinates.
+
+
+@dataclass(frozen=True, eq=False)
+class Stops:
+    """S one-sided limits on scalar coordinates s: the gap g = side (s - bound) is never negative at a rigid stop. A
+    compliant stop pushes while its penetration δ = -g is positive, with k δᵖ (1 + c δ') (Hunt & Crossley 1975). With a
+    restitution it pushes with k δᵖ (1 + d δ' / √(δ'² + κ 2V/m)), where V is its energy and m the mass that it meets.
+
+    `coordinates`: the s as primitives, S rows. `joint_coordinate` (S,): the number of s among the system's coordinates,
+    so that an angle counts its turns; -1 for the distance of two points, or of a point from a plane. `side` (S,): 1 for
+    a lower bound of s, -1 for an upper one; `bound` (S,) in m or rad. `stiffness` k (S,), in N or N m per m or rad to
+    the power `exponent` p (S,): infinite for a rigid stop. `restitution` (S,): the ratio of the speeds after and before
+    a free impact, NaN where the damping is given. `damping` c (S,) in s/m or s/rad, NaN where the restitution is given.
+    `resistance` d, `softening` κ (S,) follow from the restitution.
+
+    `owners`: "joint 'hinge'" or "force 'bumper'", for messages; `places`: the place of each in the scene. `impact_law`:
+    the law of all rigid stops, by its name in `registry.IMPACT_LAWS`.
+    """
+
+    coordinates: PrimitiveSet
+    joint_coordinate: Integers
+    side: Array
+    bound: Array
+    stiffness: Array
+    exponent: Array
+    restitution: Array
+    damping: Array
+    resistance: Array
+    softening: Array
+    owners: tuple[str, ...]
+    places: tuple[Place | None, ...]
+    impact_law: str = USUAL_IMPACT_LAW
+
+    @property
+    def size(self) -> int:
+        """S."""
+        return len(self.side)
+
+    def pushes_by(self, k: int, row: Array) -> float:
+        """Return the coefficient of damping of stop k while it touches: c, or κ 2k / ((p + 1) m) for a stop with a
+        restitution. 1/m is |N|² of its `row` N (f,) in coordinates in which the kinetic energy is ½|x|²."""
+        if np.isnan(self.restitution[k]):
+            return float(self.damping[k])
+        return float(self.gives_by[k] * (row @ row))
+
+    @property
+    def gives_by(self) -> Array:
+        """κ 2k / (p + 1) of compliant stops with a restitution, (S,); divided by the mass it is the coefficient of
+        damping."""
+        return 2.0 * self.softening * self.stiffness / (self.exponent + 1.0)
+
+    @property
+    def is_rigid(self) -> npt.NDArray[np.bool_]:
+        """Whether each stop is rigid, (S,)."""
+        return np.isinf(self.stiffness)
+
+
+# --- The mechanism for one combination of contacts --------------------------------------------------------------------
+
 
 #: Added to δ² under the root of its power, so that its derivatives are finite at δ = 0.
 TINY = 1e-60

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers, numbers
-from mbproj.constraints.primitive import Primitive
-from mbproj.dataclass import dataclass
-from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
+from mbproj.base.arrays import Array, Integers, Numbers, numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.functions.program import OF_ROWS, ProgramSet, flatten
+from mbproj.joints.primitives.basic import Primitive
 from mbproj.model.primitive_set import Binding
 
 if TYPE_CHECKING:
-    from mbproj.functions.curve import Curve
+    from mbproj.functions.standard import Curve
 
 
 class Toothed(NamedTuple):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Numbers, like_of
+from mbproj.base.arrays import Numbers, like_of
 
 # L and E are linear in Λ: which component of Λ stands at each place of the 3 x 4 matrix, and with which sign (Eq. 13).
 _INDEX = np.array([[1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]])

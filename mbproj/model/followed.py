@@ -8,16 +8,13 @@ from typing import TypeAlias
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face
-from mbproj.constraints.curves.in_space import BesideCurve, BesideFirst, BesideSecond, SpaceCurveShape
-from mbproj.constraints.curves.profile import FREE, Lap, PlaneCurveShape, Profile
-from mbproj.constraints.curves.two_curves import Gap
-from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.rope import Rope
-from mbproj.functions.program import COORDINATE, Op, Program, apply, variable
-from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.base.arrays import Array, Numbers
+from mbproj.functions.program import COORDINATE, Op, Program, ProgramSet, apply, flatten, variable
+from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.coupling import Coupling
+from mbproj.joints.primitives.plane_curves import FREE, Face, Gap, Lap, PlaneCurveShape, Profile
+from mbproj.joints.primitives.rope import Rope
+from mbproj.joints.primitives.space_curves import BesideCurve, BesideFirst, BesideSecond, SpaceCurveShape
 from mbproj.model.couplings import NO_FOLLOWERS, FollowedCurve, FollowedKind, Followers
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Flags, Integers
-from mbproj.dataclass import dataclass
-from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.base.arrays import Array, Flags, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.functions.program import ProgramSet, flatten
 from mbproj.model.primitive_set import PrimitiveSet, bind
 
 #: The coordinates of a bushing, with their units.

@@ -13,8 +13,8 @@ from functools import cached_property
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, like_of
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Array, Integers, like_of
+from mbproj.base.dataclass import dataclass
 
 #: The scale of numbers whose errors have no effect on the step size.
 UNCONTROLLED = np.inf

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers, Numbers, like_of, numbers
-from mbproj.constraints import Primitive
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Array, Integers, Numbers, like_of, numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.joints.primitives.basic import Primitive
 
 #: The number of layouts in the cache, enough for a few scenes, and the most primitives of a set that is cached.
 LAYOUTS, MOST_KEPT = 64, 1000

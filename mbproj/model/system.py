@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers, numbers
-from mbproj.cases import cases_in
-from mbproj.dataclass import brief, dataclass
-from mbproj.errors import Place
-from mbproj.functions.program_set import ProgramSet, joined
+from mbproj.base.arrays import Array, Flags, Integers, cases_in, numbers
+from mbproj.base.dataclass import brief, dataclass
+from mbproj.base.errors import Place
+from mbproj.base.thresholds import THRESHOLDS, Thresholds
+from mbproj.functions.program import ProgramSet, joined
 from mbproj.model.channels import (
     NO_ACTIONS,
     NO_CHANNELS,
@@ -31,12 +31,9 @@ from mbproj.model.couplings import NO_FOLLOWERS, Couplings, FollowedCurve, Follo
 from mbproj.model.forces import NO_FORCES, NO_REFLECTED, Forces, ReflectedInertias
 from mbproj.model.layout import Block, Layout, uncontrolled
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
-from mbproj.thresholds import THRESHOLDS, Thresholds
 
 if TYPE_CHECKING:
-    from mbproj.model.bearings import Bearings
-    from mbproj.model.frictions import Frictions
-    from mbproj.model.stops import Stops
+    from mbproj.model.contacts import Bearings, Frictions, Stops
 
 Result = TypeVar("Result")
 

@@ -1,5 +1,6 @@
 """Stops and dry friction in the kernel's loop: their data for the kernel, their events, and their forces in samples.
-The kernel finds the times of contact events and decides which contacts are closed."""
+The kernel finds the times of contact events and decides which contacts are closed.
+"""
 
 from __future__ import annotations
 
@@ -7,28 +8,78 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import count, takewhile
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.contact.freedom import Freedom
-from mbproj.dynamics.contact.inside import stop_sizes
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.observe.reactions import reactions
-from mbproj.dynamics.observe.samples import Samples
-from mbproj.errors import SimulationError
-from mbproj.integrate.events.time_events import SHARED, Event
-from mbproj.integrate.formulations.choice import Choice
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.reporting.failures import no_unique_sliding
-from mbproj.integrate.stops.rubbing import friction_sizes
-from mbproj.integrate.stops.whole import speed_of, stored
+from mbproj.base.arrays import Array, Flags, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem, SimulationError
+from mbproj.base.registry import EQUILIBRIUM, IMPACT_LAWS, USUAL_IMPACT_LAW
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.bearings import load, supports
+from mbproj.equations.constraints import set_velocity
+from mbproj.equations.contacts import Freedom, gap_rates, gaps, nearest_inside, stop_sizes, stored_energy
+from mbproj.equations.friction import frictions_at
+from mbproj.equations.kinematics import Pose, body_rates, pose_of, twist_of
+from mbproj.equations.reactions import reactions
+from mbproj.equations.samples import Samples
 from mbproj.model.contacts import Contacts, at_walls, in_contact
 from mbproj.model.system import System
-from mbproj.registry import IMPACT_LAWS, USUAL_IMPACT_LAW
-from mbproj.thresholds import THRESHOLDS
+from mbproj.motion.failures import no_unique_sliding
+from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.time_events import SHARED, Event
+from mbproj.scene.records import Settings
+
+# --- The largest speed of a mechanism, and the energy stored in its stops ---------------------------------------------
+
+
+def stored(system: System, pose: Pose, turns: Integers) -> Array:
+    """Return the energy stored in compliant stops at poses (...), (...), in J."""
+    if system.stops is None:
+        return np.zeros(pose.position.shape[:-2])
+    return np.asarray(stored_energy(system.stops, gaps(system.stops, pose, turns)))
+
+
+def speed_of(system: System, state: State) -> float:
+    """Return the speed of the fastest body of a mechanism, in the mechanism's lengths and rad per s."""
+    pose = pose_of(state.q)
+    twist = twist_of(pose, state.v)
+    return float(np.abs(twist.velocity).max() / system.length + np.abs(body_rates(pose, twist)).max())
+
+
+# --- Dry frictions at one state ---------------------------------------------------------------------------------------
+# Their rates, and which of them are at rest.
+
+
+def friction_sizes(system: System) -> Array:
+    """Return the scales of the frictions' coordinates, (K,): the mechanism's length in m, or 1 rad."""
+    assert system.frictions is not None
+    return np.where(system.frictions.coordinates.is_length, system.length, 1.0)
+
+
+def friction_rates(system: System, state: State) -> Array:
+    """Return s' of the frictions, (K,)."""
+    assert system.frictions is not None
+    pose = pose_of(state.q)
+    return np.asarray(set_velocity(system.frictions.coordinates, pose, twist_of(pose, state.v)))
+
+
+def at_rest(system: System, state: State) -> Flags:
+    """Return whether each friction is at rest, (K,): no faster than round-off of the mechanism's motion. Both frictions
+    of a plane rest together."""
+    frictions = system.frictions
+    assert frictions is not None
+    rate = friction_rates(system, state)
+    across = np.where(frictions.partner >= 0, rate[frictions.partner], 0.0)
+    slow = THRESHOLDS.stop_rests * speed_of(system, state) * friction_sizes(system)
+    return np.asarray(np.hypot(rate, across) <= slow)
+
+
+# --- Stops and dry friction in the kernel's loop ----------------------------------------------------------------------
+
 
 #: The sets of `Contacts` that a saved state may contain.
 MARKED = ("idle", "straight", "starting")
@@ -271,3 +322,167 @@ def loaded_joints(
         return np.flatnonzero(bears[list(joints)]).tolist()
 
     return loaded
+
+
+# --- Dry frictions at an initial state --------------------------------------------------------------------------------
+# Which of them stick, which slide, and their forces. The kernel decides, as at the start of a run.
+
+
+@dataclass(frozen=True, eq=False)
+class Resting:
+    """The contacts of a state; the `force` of each friction along its coordinate, and its largest force at rest,
+    `most`, (K,) each, in N or N m."""
+
+    contacts: Contacts
+    force: Array
+    most: Array
+
+
+class RubsAtStart(TypedDict):
+    """A dry friction at the start. `rate`: that of its coordinate in `unit`/s, m/s or rad/s. `direction`: that of
+    sliding, 1 or -1, and 0 while it sticks or its stop is open. `force` and `static`: its force and its largest force
+    at rest, in N or N m. At a stop `rate` and `force` are magnitudes in its plane."""
+
+    rate: float
+    unit: str
+    sticks: bool
+    direction: int
+    force: float
+    static: float
+
+
+def resting(system: System, state: State) -> Resting:
+    """Return the contacts and the frictions' forces at an initial state. Raises SimulationError where neither sticking
+    nor sliding fulfils Coulomb's law, and where a stop is driven into; InputError without a kernel."""
+    frictions, short = system.frictions, THRESHOLDS.same_written  # a run so short that motions have no effect
+    settings = Settings(duration=short, step=short, output_step=short)
+    assert frictions is not None
+    choice = choose(system, state, settings)
+    inside = Inside(choice, system, state, 1.0)
+    run = inside.compiled.run(state, settings)
+    inside.begin(run)
+    block = run.advance(1, 1.0)
+    if not len(block["t"]):
+        raise inside.failure(run) or inside.compiled.failure(run, settings) or AssertionError("a run ends as it begins")
+    samples = inside.samples(inside.compiled.samples(block, {}), block)
+    pushes, force = np.split(block["pushes"][0], [len(system.names.stops)])
+    most, bearings = frictions_at(system, state).static.copy(), system.bearings
+    if bearings is not None:
+        loads = load(bearings, supports(system, bearings, pose_of(state.q), samples.multipliers[0]))
+        most *= np.where(frictions.bearing >= 0, loads[frictions.bearing], 1.0)
+    most *= np.where(frictions.stop >= 0, np.append(pushes, 1.0)[frictions.stop], 1.0)
+    return Resting(contacts_of(system, run.contacts), force, most)
+
+
+def frictions_at_start(system: System, state: State) -> dict[str, RubsAtStart]:
+    """Return the dry frictions that can stick, by name; those at a stop have the stop's name. Raises SimulationError as
+    `resting` does."""
+    return {} if system.frictions is None else rubs_of(system, state, resting(system, state))
+
+
+def rubs_of(system: System, state: State, rests: Resting) -> dict[str, RubsAtStart]:
+    """Return the result of `frictions_at_start` from the contacts `rests` at the state."""
+    frictions = system.frictions
+    if frictions is None:
+        return {}
+    rate, contacts = friction_rates(system, state), rests.contacts
+    shown: dict[str, RubsAtStart] = {}
+    for k in filter(frictions.first, range(frictions.size)):
+        stop, partner, slides = int(frictions.stop[k]), int(frictions.partner[k]), k in contacts.sliding
+        touches = stop < 0 or stop in contacts.touching or stop in contacts.pushing
+        speed, force, way = float(rate[k]), float(rests.force[k]), int(np.sign(contacts.sliding.get(k, 0.0)))
+        if partner >= 0:
+            speed, force = float(np.hypot(speed, rate[partner])), float(np.hypot(force, rests.force[partner]))
+            way = int(slides)
+        shown[system.names.frictions[k] if stop < 0 else system.names.stops[stop]] = RubsAtStart(
+            rate=speed,
+            unit=system.names.friction_units[k],
+            sticks=touches and not slides,
+            direction=way,
+            force=force,
+            static=float(rests.most[k]),
+        )
+    return shown
+
+
+# --- The start of a run with stops ------------------------------------------------------------------------------------
+# Inside all of them, or touching some with speeds that agree.
+
+
+#: Words for a coordinate beyond the bound of a stop, by the stop's side.
+BEYOND = {1.0: "below the least", -1.0: "above the most"}
+
+
+class AtStart(TypedDict):
+    """The gap of a stop in m or rad and its rate per s, the `unit` of the gap, and whether the stop touches."""
+
+    gap: float
+    rate: float
+    unit: str
+    touches: bool
+
+
+def gaps_at_start(system: System, state: State) -> dict[str, AtStart]:
+    """Return the gaps of stops at the start, by the stops' names."""
+    if system.stops is None:
+        return {}
+    pose = pose_of(state.q)
+    gap, rate = gaps(system.stops, pose, state.turns), gap_rates(system.stops, pose, twist_of(pose, state.v))
+    touches = gap <= THRESHOLDS.same_written * stop_sizes(system)
+    return {
+        name: {
+            "gap": float(gap[k]),
+            "rate": float(rate[k]),
+            "unit": system.names.stop_units[k],
+            "touches": bool(touches[k]),
+        }
+        for k, name in enumerate(system.names.stops)
+    }
+
+
+def refuse_penetration(system: System, state: State, start: str = "scene") -> None:
+    """Raises InputError where the state is beyond a stop, or touches a rigid one and moves into it. A run that is to
+    `start` from its equilibrium may compress compliant stops."""
+    if system.stops is None:
+        return
+    pose = pose_of(state.q)
+    gap, slack = gaps(system.stops, pose, state.turns), THRESHOLDS.same_written * stop_sizes(system)
+    beyond = np.flatnonzero((gap < -slack) & (system.stops.is_rigid | (start != EQUILIBRIUM)))
+    if len(beyond):
+        raise InputError(_limit_problems(system, state, gap, beyond))
+    rate = gap_rates(system.stops, pose, twist_of(pose, state.v))
+    struck = system.stops.is_rigid & (gap <= slack) & (rate < -slack)
+    if struck.any():
+        raise InputError([_into(system, int(k), float(-rate[k])) for k in np.flatnonzero(struck)])
+
+
+def _limit_problems(system: System, state: State, gap: Array, beyond: Integers) -> list[Problem]:
+    """Return the problems of stops that the start is beyond. They say how to begin inside, or that the stops exclude
+    each other."""
+    assert system.stops is not None
+    places = system.stops.places
+    _, left = nearest_inside(system, state)
+    apart = np.flatnonzero(left < -np.sqrt(THRESHOLDS.assembled) * stop_sizes(system))
+    if len(apart):
+        names = " and ".join(f"'{system.names.stops[k]}'" for k in apart)
+        whom = "exclude each other" if len(apart) > 1 else "cannot be kept"
+        missed = " and ".join(f"{-left[k]:.3g} {system.names.stop_units[k]}" for k in apart)
+        said = f"the limits {names} {whom}: no pose near the start is inside, the nearest is beyond by {missed}"
+        return [Problem(said, places[k], "widen the range, or look at the joints of the loop") for k in apart]
+    return [_outside(system, int(k), float(gap[k])) for k in beyond]
+
+
+def _outside(system: System, k: int, gap: float) -> Problem:
+    stops, unit = system.stops, system.names.stop_units[k]
+    assert stops is not None
+    side, bound = float(stops.side[k]), float(stops.bound[k])
+    at = f"at {bound + side * gap:.6g} {unit}, {BEYOND[side]}, {bound:.6g} {unit}"
+    message = f"the start is beyond the stop '{system.names.stops[k]}' by {-gap:.6g} {unit}: {at}"
+    return Problem(message, stops.places[k], "start inside, or widen the range")
+
+
+def _into(system: System, k: int, speed: float) -> Problem:
+    stops, unit = system.stops, system.names.stop_units[k]
+    assert stops is not None
+    message = f"the start touches the stop '{system.names.stops[k]}' and moves into it at {speed:.6g} {unit}/s"
+    return Problem(message, stops.places[k], "start before the stop, or with a speed that leads away from it")

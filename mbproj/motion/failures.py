@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
-from math import floor, log10
+from collections.abc import Callable
+from math import floor, log10, pi, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.errors import SimulationError
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import PROJECTIONS, explicit_integrators, implicit_integrators
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import nearest
+from mbproj.equations.assembly.gauss_newton import moved
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import Drive, drive_at
+from mbproj.equations.rank.mobility import least_inertia
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS, implicit_integrators
+from mbproj.motion.steppers.runge_kutta import reach
+from mbproj.motion.steppers.tableau import tableau_of
 from mbproj.scene.records import ProjectionSettings
 
 if TYPE_CHECKING:
-    from mbproj.dynamics.assembly.assemble import State
+    from mbproj.equations.assembly.assemble import State
+
 
 SMALLER = "try a smaller step or tolerance"
 LOOSER = "take smaller steps, or give a tolerance instead"
@@ -223,7 +235,7 @@ def drawn_into(t: float, system: System, coordinate: int, span: int) -> Simulati
 def of_a_rope(system: System, state: State, h: float, failure: SimulationError) -> SimulationError:
     """Return the error of a run that cannot go on from a state, with steps of h s: that of the rope which has caused
     it, or `failure`."""
-    from mbproj.dynamics.off_path import drawn_in
+    from mbproj.equations.curve_checks import drawn_in
 
     gone = drawn_in(system, state.q, state.v, max(h, failure.time - state.t))
     return failure if gone is None else drawn_into(failure.time, system, gone.coordinate, gone.span)
@@ -251,3 +263,222 @@ def step_vanished(t: float) -> SimulationError:
     """Return the error of error control that asks for steps shorter than the resolution of time."""
     cause = "the error cannot be kept below the tolerance: the step has shrunk to nothing"
     return SimulationError(t, cause, hint="loosen the tolerance")
+
+
+# --- Explains why a run has stopped where it cannot go on -------------------------------------------------------------
+# Lock-up: its motions drive the mechanism to where it cannot go. Examples are a rod too short for the turn of its
+# crank, or a slider pulled further than its links reach. Only a motion leads there: a free mechanism turns back
+# before.
+# Lost mass: its motion loses all inertia, as for a massless crank and rod at their dead centre, where the slider
+# stands. Its speed then grows beyond all bounds.
+
+
+#: Changes of motions in rad and parts of the mechanism's length, by which it is moved beyond the point where the run
+#: stopped.
+FURTHER = (1e-3, 1e-2, 1e-1)
+
+
+def explained(
+    error: SimulationError, system: System, start: Array, reached: Callable[[], tuple[float, Array]]
+) -> SimulationError:
+    """Return an error that names the motion which has led to the `error` of a run; the error itself where none has.
+
+    The mechanism has lost mass where a motion has inertia at the `start` (7n,), and hardly any near the last sample.
+    `reached` returns that sample's time and q (7n,)."""
+    if system.bodies > THRESHOLDS.large:
+        return error
+    error_explained = _lock_up(system, *reached(), error.time) if system.driven else None
+    massless = not np.all(np.linalg.det(system.inertia) * system.mass)
+    if error_explained is not None or not massless or isinstance(error.__cause__, SimulationError):
+        return error_explained or error
+    lost = _lost(system, start, *reached())
+    if lost is None:
+        return error
+    cause = f"near here a motion moves no mass, so that its speed grows beyond all bounds: {lost}"
+    hint = "give the bodies that move mass and inertia"
+    return SimulationError(error.time, cause, where=error.where, hint=hint)
+
+
+def _lock_up(system: System, t: float, q: Array, stop: float) -> SimulationError | None:
+    """Return the error where the poses that meet the motions end on the way from q at time t to beyond `stop`; None
+    where they do not."""
+    from mbproj.equations.rank.row_space import NO_CONDITIONS
+
+    try:
+        at, drive = drive_at(system, t), drive_at(system, stop)
+        for time in _way(system, t, stop, drive):
+            before, at = at, drive_at(system, time)
+            if np.abs((at.value - before.value) / _units(system)).max() > 4.0 * THRESHOLDS.short_way:
+                return None
+            q, residual = nearest(system, q, NO_CONDITIONS, at, THRESHOLDS.rounding)
+            if np.abs(residual).max(initial=0.0) > THRESHOLDS.same_pose:
+                return _locked(system, stop, drive, residual[system.joints.size :])
+            drive = at if time > stop else drive
+    except (SimulationError, np.linalg.LinAlgError):  # a motion may have no value there
+        pass
+    return None
+
+
+def _way(system: System, t: float, stop: float, drive: Drive) -> list[float]:
+    """Return times from t to `stop` and beyond; none where it is too far, or the motions stand still."""
+    fastest = float(np.abs(drive.rate / _units(system)).max())
+    steps = np.ceil(fastest * (stop - t) / THRESHOLDS.short_way)
+    if not fastest > 0.0 or not steps <= THRESHOLDS.most_passes:
+        return []
+    return [*np.linspace(t, stop, int(steps) + 1).tolist(), *(stop + part / fastest for part in FURTHER)]
+
+
+def _units(system: System) -> Array:
+    """Return 1 rad, or the mechanism's length, for each motion, (k,)."""
+    return system.row_scale[-system.driven :]
+
+
+def _locked(system: System, t: float, drive: Drive, missed: Array) -> SimulationError:
+    """Return the error of the motion whose own row has the largest violation in `missed` (k,)."""
+    worst = int(np.argmax(np.abs(missed)))
+    coordinate = int(system.motions.joint_coordinate[worst])
+    name, unit = system.names.coordinates[coordinate], system.names.coordinate_units[coordinate]
+    return locked(t, system.names.motions[worst], f"{name} = {drive.value[worst]:.3g} {unit}")
+
+
+def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
+    """Return in words the motion of least inertia, followed both ways from q to where it has next to none; None without
+    one."""
+    drive, own = drive_at(system, t), least_inertia(system, pose_of(start))
+    if own is None:
+        return None
+    ways = (_followed(system, drive, q, way, THRESHOLDS.rounded * own.inertia) for way in (1.0, -1.0))
+    return next((name for name in ways if name is not None), None)
+
+
+def _followed(system: System, drive: Drive, q: Array, way: float, enough: float) -> str | None:
+    """Return in words the motion followed one way, in steps of half of the rest: the root of the inertia falls linearly
+    towards a dead centre."""
+    from mbproj.equations.rank.row_space import NO_CONDITIONS
+
+    shortest, longest = THRESHOLDS.short_way / 5.0, 10.0 * THRESHOLDS.short_way
+    before, last, step = None, 0.0, shortest
+    for _ in range(THRESHOLDS.most_passes):
+        lightest = least_inertia(system, pose_of(q))
+        if lightest is None or lightest.inertia < enough:
+            return None if lightest is None else str(lightest)
+        size = sqrt(lightest.inertia)
+        if size < last:
+            step = min(max(0.5 * step * size / (last - size), shortest), longest)
+        motion = lightest.motion if before is None or lightest.motion @ before > 0.0 else -lightest.motion
+        before, last = motion, size
+        q, left = nearest(system, moved(system, q, way * step * motion), NO_CONDITIONS, drive, THRESHOLDS.rounding)
+        if np.abs(left).max(initial=0.0) > THRESHOLDS.same_pose:
+            return None
+    return None
+
+
+# --- The effect of stiffness on a run, in words, with remedies --------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Stiffness:
+    """The mode that limited the step.
+
+    `where` is its cause ("force 'coil'", "state 'current'"), `omega_h` |hλ| with the `step` h in s. `limit` is the
+    largest |hλ| at which the integrator is stable along the `direction` of λ. `growth` is that of an error in a
+    step."""
+
+    where: str
+    omega_h: float
+    limit: float
+    growth: float
+    step: float
+    direction: complex
+    integrator: str
+
+    @property
+    def what(self) -> str:
+        """|hλ|, with the symbol of its kind, and the limit, in words."""
+        name = "ω h" if abs(self.direction.imag) > 0.5 else "c h / m"
+        on = " on the masses that it moves"
+        if not self.is_of_forces:
+            name = "|λ| h" if self.is_of_states else "α h"
+            on = f" at {self.omega_h / self.step:.3g} 1/s" if self.is_of_states else ""
+        return f"{name} = {self.omega_h:.3g}{on}, and {self.integrator} is stable up to {self.limit:.3g}"
+
+    @property
+    def is_of_forces(self) -> bool:
+        """Whether forces cause the mode."""
+        return self.where.startswith("force")
+
+    @property
+    def is_of_states(self) -> bool:
+        """Whether states of elements cause the mode."""
+        return self.where.startswith("state")
+
+    def with_verb(self, one: str, several: str) -> str:
+        """Return the cause with its verb, `one` or `several`."""
+        return f"{self.where} {several if self.where.startswith(('forces', 'states')) else one}"
+
+    @property
+    def grows(self) -> str:
+        """The growth of an error in a step, in words."""
+        size = (
+            f"{self.growth:.3g}-fold"
+            if self.growth < THRESHOLDS.spoilt**2
+            else f"more than {THRESHOLDS.spoilt**2:.0e}-fold"
+        )
+        return f"errors grow {size} in each step"
+
+    @property
+    def stable_step(self) -> str:
+        """The advice of a stable step, with two digits."""
+        step = THRESHOLDS.safety * self.limit / self.omega_h * self.step
+        unit = 10.0 ** (floor(log10(step)) - 1)
+        return f"take steps of {unit * floor(step / unit):.2g} s or less"
+
+    @property
+    def remedies(self) -> str:
+        """The advice of other methods, or a softer mechanism."""
+        softer = "a softer force" if self.is_of_forces else "slower states" if self.is_of_states else "smaller gains"
+        limits = {name: reach(tableau_of(name), self.direction) for name in explicit_integrators()}
+        best = max(limits, key=lambda name: limits[name])
+        larger = f"{best}, which is stable up to {limits[best]:.3g}, or " if limits[best] > 1.2 * self.limit else ""
+        implicit = " or ".join(implicit_integrators())
+        return f"{larger}{softer}; {implicit} is not held up by it"
+
+
+def too_stiff(stopped: SimulationError, stiffness: Stiffness) -> SimulationError:
+    """Return the error of a run that stopped because a force or a state is too stiff for its step."""
+    cause = f"stiff: {stiffness.what}, so that {stiffness.grows} of {stiffness.step:.3g} s"
+    return SimulationError(
+        stopped.time, cause, where=stiffness.where, hint=f"{stiffness.stable_step}, {stiffness.remedies}"
+    )
+
+
+def grows(stiffness: Stiffness) -> str:
+    """Return the note on a run that has ended with errors that grew."""
+    return (
+        f"{stiffness.with_verb('is', 'are')} too stiff for steps of {stiffness.step:.3g} s: {stiffness.what}, so that "
+        f"{stiffness.grows} and the motion is not to be trusted; {stiffness.stable_step}, {stiffness.remedies}"
+    )
+
+
+def holds(stiffness: Stiffness) -> str:
+    """Return the note on a run with error control that made small steps for stability alone."""
+    return (
+        f"{stiffness.with_verb('is stiff and holds', 'are stiff and hold')} the step at "
+        f"{stiffness.step:.2g} s for stability alone ({stiffness.what}), "
+        f"where accuracy would allow larger ones; quicker would be {stiffness.remedies}"
+    )
+
+
+def damps(stiffness: Stiffness) -> str:
+    """Return the note on an implicit run that has damped a vibration which the mechanism itself hardly damps."""
+    frequency, lost = stiffness.omega_h / stiffness.step / (2.0 * pi), 100.0 * (1.0 - min(stiffness.growth, 1.0))
+    follows = 0.5 * THRESHOLDS.unresolved_vibration * stiffness.step / stiffness.omega_h
+    on = " on the masses that it moves" if stiffness.is_of_forces else ""
+    where = (
+        ". The energy that it loses so is in the energy drift, not in the dissipation" if stiffness.is_of_forces else ""
+    )
+    return (
+        f"{stiffness.with_verb('vibrates', 'vibrate')} with {frequency:.3g} Hz{on}; {stiffness.integrator} damps that "
+        f"by {lost:.2g} % in a step of {stiffness.step:.2g} s (ω h = {stiffness.omega_h:.3g}); "
+        f"steps of {follows:.2g} s would follow it{where}"
+    )

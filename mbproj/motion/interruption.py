@@ -12,8 +12,8 @@ from time import monotonic, perf_counter
 from types import FrameType
 from typing import Any
 
-from mbproj.dynamics.observe.samples import Samples, join
-from mbproj.errors import MbprojError
+from mbproj.base.errors import MbprojError
+from mbproj.equations.samples import Samples, join
 
 #: A block is handed on when it is full, or this old, in s.
 BLOCK_SECONDS = 0.5

@@ -13,19 +13,18 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.observe.samples import Samples, block_samples, stack
-from mbproj.errors import SimulationError
-from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.events.time_events import SHARED, Event
-from mbproj.integrate.formulations.choice import Choice
-from mbproj.integrate.formulations.compiled import PHASES, Compiled
-from mbproj.integrate.reporting.marks import START, Mark, Marks, restored_events, resuming, saved_events
-from mbproj.integrate.reporting.tally import Halved, Passed, Peak, RowsKept, Tally, with_another
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import is_explicit
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.samples import Samples, block_samples, stack
 from mbproj.model.system import System
-from mbproj.registry import is_explicit
+from mbproj.motion.formulations.choice import Choice
+from mbproj.motion.formulations.compiled import PHASES, Compiled
+from mbproj.motion.marks import START, Mark, Marks, restored_events, resuming, saved_events
+from mbproj.motion.report import Halved, Passed, Peak, RowsKept, Tally, with_another
+from mbproj.motion.time_events import SHARED, Event, Leg
 from mbproj.scene.records import Settings
 from mbproj.scene.sampling import output_interval
 
@@ -190,7 +189,7 @@ def march(
     if choice.compiled is not None:
         inside = None
         if system.has_contacts:
-            from mbproj.integrate.stops.inside import Inside
+            from mbproj.motion.contacts import Inside
 
             is_trial = pauses is not None and not pauses.sampled
             inside, steps = Inside(choice, system, state, output_interval(settings), halts=is_trial), None
@@ -198,8 +197,8 @@ def march(
         own = steps if is_smooth and choice.name != "full" else None  # stages solved to a tolerance are not smooth
         yield from march_in_kernel(choice.compiled, state, settings, tally, marks, pauses, inside, outside, own)
     else:  # a run in the kernel does not need these imports
-        from mbproj.integrate import numpy_loop
-        from mbproj.integrate.formulations.full import FullFormulation
+        from mbproj.motion import numpy_loop
+        from mbproj.motion.formulations.full import FullFormulation
 
         formulation = FullFormulation.of(system, state, settings, choice.redundant)
         for sample in numpy_loop.march(formulation, state, tally, marks):
@@ -267,7 +266,7 @@ def march_in_kernel(
         steps.finish(compiled, run, leg, settings)
     failure = compiled.failure(run, settings)
     if failure is not None:
-        from mbproj.integrate.reporting.failures import of_a_rope
+        from mbproj.motion.failures import of_a_rope
 
         at = run.standing
         raise of_a_rope(compiled.system, compiled.standing(at["t"], at["y"], at["turns"]), at["h"], failure)
@@ -277,7 +276,7 @@ def _take_events(system: System, run: Any, tally: Tally, of_stops: list[Event]) 
     """Add to the tally the state events since the last call, and switches that fixed steps have passed over."""
     switches = None
     if system.programs.size:
-        from mbproj.integrate.events.law_switches import switches_of
+        from mbproj.motion.law_switches import switches_of
 
         switches = switches_of(system)
     if switches is not None:
@@ -301,7 +300,7 @@ def _halved(system: System, run: Any) -> list[Halved]:
     """Return the forces and bodies for which fixed steps were halved."""
     halvings: list[Halved] = []
     for body, force, first, times in run.halved:
-        from mbproj.integrate.reporting.failures import unsolved_owner
+        from mbproj.motion.failures import unsolved_owner
 
         halvings = with_another(halvings, Halved(unsolved_owner(system, body, force), first, times))
     return halvings

@@ -7,19 +7,17 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.forces import law_coordinates
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.functions.program import Op
-from mbproj.functions.program_set import ProgramSet
+from mbproj.base.arrays import Array, Numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.equations.forces import law_coordinates
+from mbproj.equations.instant import Instant
+from mbproj.functions.program import FREE, JUMPING, Op, ProgramSet, all_switches, argument, natural
 from mbproj.functions.series import walk
-from mbproj.functions.switches import FREE, JUMPING, all_switches, argument, natural
-from mbproj.integrate.events.time_events import Event
 from mbproj.model.contacts import CONTACT_OF
 from mbproj.model.couplings import FollowedKind
 from mbproj.model.followed import feet, rows_on_branches
 from mbproj.model.system import System
+from mbproj.motion.time_events import Event
 
 
 @dataclass(frozen=True, eq=False)

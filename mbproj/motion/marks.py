@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
-from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.reporting.tally import Peak, Tally
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.motion.report import Peak, Tally
+from mbproj.motion.time_events import Event
 
 #: A state between two steps, with all that the next step depends on, by name: the time "t", arrays (n,) of float64, and
 #: plain data as JSON has it. Empty: a run's start.

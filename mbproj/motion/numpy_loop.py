@@ -1,7 +1,7 @@
 """The paper's time loop in NumPy: explicit steps, fixed or controlled, with the paper's projections.
 
     step  = stages of the tableau       q'' from Eq. 14, or Eqs. 80-81, at each: `formulations/full.py`
-    q     = correct_position(q)         Δq of Eqs. 39, 44, 52, 60, 65 or 73, iterated until C = 0: `projection/solve.py`
+    q     = correct_position(q)         Δq of Eqs. 39, 44, 52, 60, 65 or 73, iterated until C = 0: `motion/projection.py`
     v     = correct_velocity(q, v)      Δq' of the same formula, in one pass (Eq. 46)
     point = q'' and λ at (q, v)         after checks: joints closed, branch kept, turns counted
     h     = size of the next step       the given one, or by the error of this one; steps end at breaks
@@ -20,24 +20,20 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, may_overflow
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State, coordinates
-from mbproj.dynamics.equations.forces import action_values
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.equations.teeth import near
-from mbproj.dynamics.equations.turning import Turning, UncertainTurn, turns_of
-from mbproj.dynamics.observe.samples import Sample
-from mbproj.dynamics.off_path import off_path
-from mbproj.dynamics.overlap import overlapping
-from mbproj.dynamics.rank.row_set import in_lengths
-from mbproj.errors import SimulationError
-from mbproj.integrate.events.breaks import BreakCursor
-from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.formulations.full import Accelerations, FullFormulation
-from mbproj.integrate.interruption import look
-from mbproj.integrate.reporting.failures import (
+from mbproj.base.arrays import Array, Integers, may_overflow
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, coordinates
+from mbproj.equations.curve_checks import off_path, overlapping
+from mbproj.equations.forces import action_values
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import drive_at
+from mbproj.equations.rank.row_policy import in_lengths
+from mbproj.equations.samples import Sample
+from mbproj.equations.turning import Turning, UncertainTurn, near, turns_of
+from mbproj.model.system import System
+from mbproj.motion.failures import (
     LostStep,
     TurnsUntold,
     branches_near,
@@ -50,13 +46,14 @@ from mbproj.integrate.reporting.failures import (
     step_vanished,
     unresolved,
 )
-from mbproj.integrate.reporting.marks import Mark, Marks, restore_tally, resuming, saved_tally
-from mbproj.integrate.reporting.tally import Tally
-from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta, RightHandSide, Step
-from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.model.system import System
-from mbproj.projection import ProjectedState
-from mbproj.thresholds import THRESHOLDS
+from mbproj.motion.formulations.full import Accelerations, FullFormulation
+from mbproj.motion.interruption import look
+from mbproj.motion.marks import Mark, Marks, restore_tally, resuming, saved_tally
+from mbproj.motion.projection import ProjectedState
+from mbproj.motion.report import Tally
+from mbproj.motion.steppers.runge_kutta import ExplicitRungeKutta, RightHandSide, Step
+from mbproj.motion.steppers.tableau import load_tableau
+from mbproj.motion.time_events import BreakCursor, Leg
 
 # --- A point between two steps ----------------------------------------------------------------------------------------
 

@@ -1,32 +1,201 @@
-"""The projection of a state, Eqs. 37-74: when it is due, and the iteration to C = 0 with any method's correction.
+"""The paper's projection methods: the correction of each, in the order of its equations.
 
-Where the full correction does not reduce the violation, or turns a body too far for its linearised rows, smaller ones
-are tried in turn. A metric by masses turns bodies of small inertia by large angles to avoid motions of heavy bodies.
-The smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added to such
-bodies: min ½ΔᵀMΔ subject to C_q Δ = -C and |δθ_b| <= ϑ has the conditions (M + Σ μ_b E_b) Δ + C_qᵀλ = 0, with μ_b >= 0
-where the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes the rows to first order, with an
-error of order ϑ², so that some ϑ reduces the violation wherever C_q has full rank.
+A method keeps C = 0 and C' = 0 while an ordinary integrator runs. A new one is a class here and an entry of
+`mbproj.base.registry.PROJECTIONS`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, ClassVar, final
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
-from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.dynamics.equations.motions import NO_DRIVE, Drive
-from mbproj.dynamics.equations.round_off import position_grain
-from mbproj.dynamics.rank.row_set import RowSet
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.plugins import blamed
+from mbproj.base.registry import PROJECTIONS, ProjectionEntry
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.constraints import constraint, jacobian, position_grain, time_derivative
+from mbproj.equations.kinematics import Pose, pose_of
+from mbproj.equations.motions import NO_DRIVE, Drive
+from mbproj.equations.of_motion import mass_matrix
+from mbproj.equations.rank.row_policy import RowSet
 from mbproj.model.system import System
-from mbproj.projection.methods import Gopm, Projection
 from mbproj.scene.records import ProjectionSettings
-from mbproj.thresholds import THRESHOLDS
+
+
+class Method(ABC):
+    """A way to suppress the violation of the constraints. Its options are the fields of the final classes."""
+
+    #: Whether the accelerations need C and C', as in Baumgarte's method.
+    stabilises: ClassVar[bool] = False
+
+    @abstractmethod
+    def stabilised(self, gamma: Array, C: Array, C_dot: Array) -> Array:
+        """Return γ (m,) with this method's terms in the violations C and C' (m,): unchanged unless the method
+        `stabilises`."""
+
+
+class Projection(Method):
+    """A method that moves a violating state back to the constraints after a step: Eqs. 39-74."""
+
+    #: Whether the velocity correction removes the violation only in the limit (a penalty), so that it is iterated.
+    iterates_velocity: ClassVar[bool] = False
+
+    @final
+    def stabilised(self, gamma: Array, C: Array, C_dot: Array) -> Array:
+        return gamma
+
+    @abstractmethod
+    def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
+        """Return Δ (7n,) with C_q Δ = -violation, the smallest in this method's metric, from M (7n, 7n), C_q (m, 7n).
+
+        The same formula corrects q (violation C) and q' (violation C'). Raises LinAlgError where it does not exist.
+        """
+
+    def refusal(self, M: Array) -> str | None:
+        """Return why this method cannot be used with the mass matrix M, and which can; None where it can."""
+        return None
+
+
+def weighted_correction(A: Array, C_q: Array, violation: Array) -> Array:
+    """Return -A⁻¹C_qᵀ (C_q A⁻¹ C_qᵀ)⁻¹ violation, Eq. 28: the smallest Δ in the norm of A with C_q Δ = -violation."""
+    X = np.linalg.solve(A, C_q.T)
+    return -X @ np.linalg.solve(C_q @ X, violation)
+
+
+@final
+@dataclass(frozen=True)
+class Unprojected(Method):
+    """Direct integration of Eq. 14, in which the constraints drift. It is there to show the drift."""
+
+    def stabilised(self, gamma: Array, C: Array, C_dot: Array) -> Array:
+        return gamma
+
+
+@final
+@dataclass(frozen=True)
+class Baumgarte(Method):
+    """Baumgarte's stabilisation (ref. 9): C'' + 2αC' + β²C = 0 in place of C'' = 0. `gains` (α, β) in 1/s; the paper
+    takes 25 for both. Critically damped where α = β."""
+
+    gains: tuple[float, float]
+
+    stabilises = True
+
+    def stabilised(self, gamma: Array, C: Array, C_dot: Array) -> Array:
+        alpha, beta = self.gains
+        return gamma - 2.0 * alpha * C_dot - beta**2 * C
+
+
+@final
+@dataclass(frozen=True)
+class Gopm(Projection):
+    """GOPM, the geometrical orthogonal projection (Eqs. 37-41): the smallest correction of the coordinates, A = I.
+    Metres and Euler parameters are summed as they stand: the result depends on the unit of length."""
+
+    def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
+        """Return the correction of Eqs. 39 and 41."""
+        return -C_q.T @ np.linalg.solve(C_q @ C_q.T, violation)
+
+
+@final
+@dataclass(frozen=True)
+class Popm(Projection):
+    """POPM, the physical orthogonal projection (Eqs. 42-45): weighted by M, which must be positive definite."""
+
+    def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
+        """Return the correction of Eqs. 44 and 45."""
+        return weighted_correction(M, C_q, violation)
+
+    def refusal(self, M: Array) -> str | None:
+        eigenvalues = np.linalg.eigvalsh(M)
+        if eigenvalues[0] > len(M) * np.finfo(float).eps * eigenvalues[-1]:
+            return None
+        return (
+            "'popm' needs a positive definite mass matrix, and with Euler parameters M is singular (Eq. 12); "
+            "use 'gpopm': it is the physical correction for singular M, and equals 'popm' where M is definite (Eq. 75)"
+        )
+
+
+@final
+@dataclass(frozen=True)
+class MassOrthogonal(Projection):
+    """The mass-orthogonal projection of Bayo and Ledesma as Blajer writes it (Eqs. 48-55). Penalty factor `alpha`, 1e7
+    in ref. 28. A pass leaves of order 1/α of the violation, so both levels iterate."""
+
+    alpha: float
+
+    iterates_velocity: ClassVar[bool] = True
+
+    def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
+        """Return the correction of Eqs. 52 and 55, with A_α of Eq. 53."""
+        A_alpha = M + self.alpha * (C_q.T @ C_q)
+        return np.linalg.solve(A_alpha, -self.alpha * (C_q.T @ violation))
+
+
+@final
+@dataclass(frozen=True)
+class Mmopm(Projection):
+    """MMOPM, the modified mass-orthogonal projection (Eqs. 56-61): weighted by M + α C_qᵀC_q. Penalty factor `alpha`,
+    1e7 in the paper. By Eq. 78 the result does not depend on it; the round-off does."""
+
+    alpha: float
+
+    def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
+        """Return the correction of Eqs. 60 and 61, with A_α of Eq. 53."""
+        return weighted_correction(M + self.alpha * (C_q.T @ C_q), C_q, violation)
+
+
+@final
+@dataclass(frozen=True)
+class GpopmPinv(Projection):
+    """GPOPM by the Moore-Penrose inverse of the bordered matrix (Eqs. 62-66).
+
+    Eq. 63 as printed, (DᵀD)⁻¹Dᵀ, does not exist because D = EME is singular. Its Moore-Penrose inverse is computed here
+    from its eigenvalues; those of the admissible motions, 7n - m of them, differ from zero."""
+
+    def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
+        """Return the correction of Eqs. 65 and 66, -(C_q⁺ - P M C_q⁺) violation with P = D⁺. Raises LinAlgError where
+        the rank of D is too small."""
+        C_plus = np.linalg.solve(C_q @ C_q.T, C_q).T
+        E = np.eye(len(M)) - C_plus @ C_q
+        geometric = C_plus @ violation
+        return _pseudo_inverse(E @ M @ E, len(M) - len(C_q)) @ (M @ geometric) - geometric
+
+
+def _pseudo_inverse(D: Array, rank: int) -> Array:
+    """Return D⁺ of a symmetric semi-definite D of known `rank`, which is checked against the eigenvalues."""
+    eigenvalues, vectors = np.linalg.eigh(0.5 * (D + D.T))
+    kept, V = eigenvalues[len(D) - rank :], vectors[:, len(D) - rank :]
+    if rank and kept[0] <= len(D) * np.finfo(float).eps * kept[-1]:
+        raise np.linalg.LinAlgError("D = EME has a smaller rank than the degrees of freedom (Eq. 20 does not hold)")
+    return (V / kept) @ V.T
+
+
+@final
+@dataclass(frozen=True)
+class Gpopm(Projection):
+    """GPOPM, the generalised physical orthogonal projection (Eqs. 67-74): the smallest correction in the energy norm
+    ΔᵀMΔ, though M is singular. It exists where Eq. 20 holds and C_q has full rank."""
+
+    def correction(self, M: Array, C_q: Array, violation: Array) -> Array:
+        """Return the correction of Eqs. 73 and 74, with A1 of Eq. 72."""
+        return weighted_correction(M + C_q.T @ C_q, C_q, violation)
+
+
+# --- The projection of a state, Eqs -----------------------------------------------------------------------------------
+# 37-74: when it is due, and the iteration to C = 0 with any method's correction.
+# Where the full correction does not reduce the violation, or turns a body too far for its linearised rows, smaller
+# ones are tried in turn. A metric by masses turns bodies of small inertia by large angles to avoid motions of heavy
+# bodies. The smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added
+# to such bodies: min ½ΔᵀMΔ subject to C_q Δ = -C and |δθ_b| <= ϑ has the conditions (M + Σ μ_b E_b) Δ + C_qᵀλ = 0,
+# with μ_b >= 0 where the bound holds (a trust region: Conn, Gould & Toint 2000, sect. 7). It closes the rows to first
+# order, with an error of order ϑ², so that some ϑ reduces the violation wherever C_q has full rank.
 
 
 @dataclass(frozen=True, eq=False)
@@ -271,3 +440,90 @@ def _turns(change: Array, q: Array) -> Array:
 
 def _widest(change: Array, q: Array) -> float:
     return float(_turns(change, q).max())
+
+
+# --- `register_projection` --------------------------------------------------------------------------------------------
+# Adds a user's projection method, which runs in the full formulation and in all studies.
+
+
+#: The options that a scene may give to a method.
+OPTIONS = ("alpha", "gains")
+
+
+def register_projection(
+    name: str, method: type[Method], *, summary: str, equations: str = "", options: Sequence[str] = ()
+) -> None:
+    """Add a projection method to those that a scene may name.
+
+    `method` is a class derived from `Projection`, made with its `options` as arguments, which are among "alpha" and
+    "gains". `summary` is the line that describes it, `equations` its source. Raises InputError where the name is taken
+    or not a valid one, and TypeError where `method` is no such class.
+    """
+    if not (isinstance(method, type) and issubclass(method, Method)):
+        raise TypeError(f"a projection method is a class derived from mbproj.Projection, found {method!r}")
+    missing = sorted(getattr(method, "__abstractmethods__", ()))
+    if missing:
+        raise TypeError(f"{method.__name__} has no method '{missing[0]}'")
+    for option in options:
+        if option not in OPTIONS:
+            raise InputError(Problem(f"a method has no option '{option}'", hint=f"options are: {', '.join(OPTIONS)}"))
+    made = _blamed(name, method)
+    entry = ProjectionEntry("", equations, summary, tuple(options), not method.stabilises, factory=made)
+    PROJECTIONS.add(name, entry, method)
+
+
+def _real(symbol: str, value: object, shape: tuple[int, ...]) -> Array:
+    """Return the numbers that a formula returned as an array. Raises TypeError or ValueError where they are not real
+    numbers in this shape: a cast would drop imaginary parts."""
+    numbers = np.asarray(value)
+    if numbers.shape != shape:
+        raise ValueError(f"{symbol} has the shape {numbers.shape}, not {shape}")
+    if numbers.dtype.kind not in "fiu":
+        raise TypeError(f"{symbol} has numbers of the type {numbers.dtype}, which are not real")
+    return numbers.astype(float, copy=False)
+
+
+def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
+    """Return a factory of the method; errors of the method name it. LinAlgError means that a correction does not
+    exist."""
+
+    def guarded(formula: str) -> Callable[..., Any]:
+        def call(self: Any, *given: Array) -> Any:
+            with blamed(f"'{formula}' of projection method '{name}'", np.linalg.LinAlgError):
+                value = getattr(method, formula)(self, *given)
+                if formula == "correction":
+                    return _real("Δ", value, (given[1].shape[1],))
+                if formula == "stabilised":
+                    return _real("γ", value, given[0].shape)
+                if not (value is None or isinstance(value, str)):
+                    raise TypeError(f"it returns {value!r}, which is no text and not None")
+                return value
+
+        return call
+
+    formulas = ("correction", "refusal") if issubclass(method, Projection) else ("stabilised",)
+    own: type[Method] = type(method.__name__, (method,), {formula: guarded(formula) for formula in formulas})
+
+    def make(**options: Any) -> Method:
+        with blamed(f"projection method '{name}'"):
+            return own(**options)
+
+    return make
+
+
+# --- Projection -------------------------------------------------------------------------------------------------------
+# The methods, and the iteration to C = 0. `make_method` finds one by its name.
+
+
+#: The paper's methods by the names of their classes, which `PROJECTIONS` has.
+METHODS: Mapping[str, type[Method]] = {
+    kind.__name__: kind for kind in (Unprojected, Baumgarte, Gopm, Popm, MassOrthogonal, Mmopm, GpopmPinv, Gpopm)
+}
+
+
+def make_method(settings: ProjectionSettings) -> Method:
+    """Return the method that the settings name, made with its options from them (`ProjectionEntry.options`)."""
+    entry = PROJECTIONS[settings.method]
+    make = entry.factory or METHODS[entry.name]
+    method: Method = make(**{option: getattr(settings, option) for option in entry.options})
+    return method

@@ -10,22 +10,24 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from mbproj.arrays import Array, may_overflow
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.equations.round_off import has_light_bodies, position_grain, velocity_grain
-from mbproj.dynamics.observe.recorded import Block, Observer
-from mbproj.dynamics.observe.samples import Samples, block_samples
-from mbproj.errors import SimulationError
-from mbproj.integrate.events.splits import splits_of, unresolved
-from mbproj.integrate.events.time_events import DECIDES, SHARED, Event, crowded, events_of
-from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.interruption import in_blocks, interruption
-from mbproj.integrate.kernel_run import march
-from mbproj.integrate.reporting.marks import START, Keeping, Mark, Marks
-from mbproj.integrate.reporting.report import (
+from mbproj.base.arrays import Array, may_overflow
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import AUTOMATIC
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.constraints import has_light_bodies, position_grain, velocity_grain
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.recorded import Block, Observer
+from mbproj.equations.samples import Samples, block_samples
+from mbproj.kernel import fingerprint
+from mbproj.model.system import System
+from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.interruption import in_blocks, interruption
+from mbproj.motion.kernel_run import march
+from mbproj.motion.marks import START, Keeping, Mark, Marks
+from mbproj.motion.report import (
     EnergyWatch,
     Report,
+    Tally,
     words_on_halvings,
     words_on_passes,
     words_on_shares,
@@ -33,21 +35,18 @@ from mbproj.integrate.reporting.report import (
     worst,
     worst_joint,
 )
-from mbproj.integrate.reporting.tally import Tally
-from mbproj.kernel import fingerprint
-from mbproj.model.system import System
-from mbproj.registry import AUTOMATIC
+from mbproj.motion.time_events import DECIDES, SHARED, Event, crowded, events_of, splits_of, unresolved
 from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
-    from mbproj.integrate.automatic.march import AutomaticMarch
-    from mbproj.integrate.kernel_run import FollowedSteps
-    from mbproj.integrate.outside import Function
-    from mbproj.integrate.stiff.stiffness import StiffnessWatch
+    from mbproj.motion.automatic import AutomaticMarch
+    from mbproj.motion.kernel_run import FollowedSteps
+    from mbproj.motion.stepwise import Function
+    from mbproj.motion.stiffness import StiffnessWatch
 
 
 class Recorder(Protocol):
-    """Interface of a recorder of the blocks of a run, as `mbproj.results.ResultsWriter`."""
+    """Interface of a recorder of the blocks of a run, as `mbproj.results.writer.ResultsWriter`."""
 
     def write(self, block: Block) -> None:
         """Record T consecutive samples by dataset path."""
@@ -112,7 +111,7 @@ def simulate(
     _refuse_at_the_start(system, state, settings)
     choice, asked_for = choice or choose(system, state, settings), settings
     if choice.kinematic:
-        from mbproj.integrate.formulations.kinematic import settings_along
+        from mbproj.motion.formulations.choice import settings_along
 
         settings = settings_along(system, settings)
     events = events_of(system, state.t, settings)
@@ -134,9 +133,9 @@ def simulate(
         nullcontext() if keeping is None else keeping.to_the_end(),
     ):
         if controller is not None:
-            from mbproj.integrate import outside  # imported for the few runs with a controller
+            from mbproj.motion import stepwise
 
-            run = outside.march_with(controller, period, choice, system, state, settings, tally, marks)
+            run = stepwise.march_with(controller, period, choice, system, state, settings, tally, marks)
         else:
             run = _march(choice, system, state, settings, tally=tally, marks=marks, automatic=automatic, steps=steps)
 
@@ -202,11 +201,11 @@ def simulate(
 def _refuse_at_the_start(system: System, state: State, settings: Settings) -> None:
     """Raise InputError where a run cannot start from the state. Modules that few scenes need are imported here."""
     if system.stops is not None:
-        from mbproj.integrate.stops.start import refuse_penetration
+        from mbproj.motion.contacts import refuse_penetration
 
         refuse_penetration(system, state, settings.start)
     if system.bearings is not None:
-        from mbproj.dynamics.friction.shared_loads import refuse_shared_loads
+        from mbproj.equations.friction import refuse_shared_loads
 
         refuse_shared_loads(system, state)
 
@@ -223,7 +222,7 @@ def _swamped(system: System, state: State) -> tuple[str, ...]:
     """Return, in words, the motions of bodies with hardly any mass or inertia beside the others."""
     if not system.kept("light bodies", (), partial(has_light_bodies, system)):
         return ()
-    from mbproj.dynamics.rank.massless import swamped_motions
+    from mbproj.equations.rank.mobility import swamped_motions
 
     return tuple(str(motion) for motion in swamped_motions(system, pose_of(state.q)))
 
@@ -234,13 +233,13 @@ def _stiffness(choice: Choice, system: System, settings: Settings) -> StiffnessW
     can_be_fast = system.states.size > 0 or (system.forces.size > 0 and not choice.kinematic)
     if not can_be_fast and settings.projection.gains is None:
         return None
-    from mbproj.integrate.stiff.stiffness import StiffnessWatch
+    from mbproj.motion.stiffness import StiffnessWatch
 
     return StiffnessWatch(choice, system, settings, partial(_march, choice, system, tally=Tally()))
 
 
 def _automatic() -> AutomaticMarch:
-    from mbproj.integrate.automatic import march
+    from mbproj.motion import automatic as march
 
     return march.AutomaticMarch()
 
@@ -283,7 +282,7 @@ def _naming(
     try:
         yield
     except SimulationError as error:
-        from mbproj.integrate.reporting.dead_ends import explained
+        from mbproj.motion.failures import explained
 
         explanation = explained(error, system, start, reached)
         explanation.formulation = formulation

@@ -1,34 +1,37 @@
 """Finds whether a run was too stiff for its step. The fastest mode of its forces and states at some samples is compared
 with the stability limit of its integrator. Beyond that limit errors grow with a fixed step; error control holds the
-step there, where accuracy would allow a longer one."""
+step there, where accuracy would allow a longer one.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.observe.samples import Samples, join
-from mbproj.errors import SimulationError
-from mbproj.integrate.formulations.choice import Choice
-from mbproj.integrate.reporting.failures import LostStep, TurnsUntold
-from mbproj.integrate.reporting.stiff_words import Stiffness, damps, grows, holds, too_stiff
-from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
-from mbproj.integrate.steppers.tableau import tableau_of
+from mbproj.base.arrays import Array, Flags, Integers, may_overflow
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError, shortened
+from mbproj.base.registry import AUTOMATIC, WHERE_SMOOTH, WHERE_STIFF, explicit_integrators, is_explicit
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.derivatives import state_slopes
+from mbproj.equations.fast_modes import Mode, fast_modes, leading, moved_bodies, slopes, speeds_of_free_bodies
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.samples import Samples, join
 from mbproj.model.system import System
-from mbproj.registry import AUTOMATIC, WHERE_STIFF
+from mbproj.motion.failures import UNSOLVED, LostStep, Stiffness, TurnsUntold, damps, grows, holds, too_stiff
+from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.numpy_loop import attempted, error_norm, first_point
+from mbproj.motion.report import Tally
+from mbproj.motion.steppers.runge_kutta import ExplicitRungeKutta, amplification, reach
+from mbproj.motion.steppers.tableau import ImplicitTableau, load_tableau, tableau_of
 from mbproj.scene.records import Settings
-from mbproj.thresholds import THRESHOLDS
-
-if TYPE_CHECKING:
-    from mbproj.integrate.stiff.modes_at_a_step import FastModes
 
 #: The number of samples of a block that are kept, and of a run.
 OF_A_BLOCK, KEPT = 4, 8
@@ -60,7 +63,6 @@ class StiffnessWatch:
 
     @cached_property
     def _modes(self) -> FastModes:
-        from mbproj.integrate.stiff.modes_at_a_step import FastModes
 
         return FastModes(self._choice, self._system)
 
@@ -194,7 +196,6 @@ class StiffnessWatch:
         return self._against(kept, *fastest[0]) if fastest else None
 
     def _against(self, kept: _KeptSample, where: str, eigenvalue: complex) -> Stiffness:
-        from mbproj.integrate.stiff.modes_at_a_step import against
 
         return against(self._integrator, kept.step, where, eigenvalue)
 
@@ -215,3 +216,249 @@ def _spread(count: int, most: int) -> list[int]:
 def _mean(values: Array) -> float:
     """Return the root mean square."""
     return float(np.sqrt(np.mean(values * values)))
+
+
+# --- The modes of a mechanism's forces and its elements' states at a state of its run, compared -----------------------
+# The modes of a mechanism's forces and its elements' states at a state of its run, compared with the step.
+
+
+#: The most coordinates of forces that are considered: those that would be fastest on free bodies.
+LAWS = 100
+#: The most forces or states that a message names.
+MOST_NAMED = 3
+
+
+def modes_at(choice: Choice, system: System, state: State, step: float = np.inf) -> tuple[Integers, list[Mode]]:
+    """Return the coordinates of forces that are considered, (e,), and the modes at a state, the fastest first. There
+    are no modes where all are slow compared with the step."""
+    with may_overflow():  # the state may be the last one of a run that is lost
+        slope, of_states = slopes(system, state), _state_slopes(system, state)
+    bound = speeds_of_free_bodies(system, pose_of(state.q), slope)
+    fastest = max(bound.max(initial=0.0), np.abs(np.linalg.eigvals(of_states)).max(initial=0.0))
+    laws = np.sort(np.argsort(-bound)[:LAWS])
+    laws = laws[bound[laws] > 0.0]
+    if fastest == 0.0 or step * fastest < THRESHOLDS.stiff_for_step:
+        return laws, []
+    W = choice.responses(system, state, laws) if len(laws) else np.zeros((0, 0))
+    if W is None:
+        laws, W = laws[:0], np.zeros((0, 0))
+    return laws, fast_modes(W, laws, slope, of_states)
+
+
+def _state_slopes(system: System, state: State) -> Array:
+    return state_slopes(state.instant(system))
+
+
+def can_be_fast(system: System) -> bool:
+    """Return whether there are forces along coordinates, or states of elements."""
+    return system.states.size > 0 or system.forces.size > 0
+
+
+@dataclass(frozen=True, eq=False)
+class Owners:
+    """The causes of a mode, the one with the largest part first: `forces`, or `states` of elements."""
+
+    forces: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, system: System, mode: Mode) -> Owners:
+        """Return the causes of a mode of a system."""
+        count = len(system.names.states)
+        along = len(mode.shares) - count
+        if mode.shares[along:].any():
+            return cls(states=leading(system.names.states, mode.shares[along:]))
+        return cls(forces=leading(system.forces.owners, mode.shares[:along]))
+
+    @property
+    def words(self) -> str:
+        """The causes in words: "forces 'a', 'b'"."""
+        kind, names = ("state", self.states) if self.states else ("force", self.forces)
+        return f"{kind}{'s' * (len(names) > 1)} " + shortened([f"'{name}'" for name in names], MOST_NAMED)
+
+
+@dataclass(frozen=True, eq=False)
+class FastModes:
+    """The fast modes of the forces and states of a system, in the chosen formulation."""
+
+    choice: Choice
+    system: System
+
+    def at(self, state: State, step: float) -> list[Mode]:
+        """Return the modes at a state, the fastest first; none where all are slow compared with the step."""
+        return modes_at(self.choice, self.system, state, step)[1]
+
+    def fastest(self, state: State, step: float) -> tuple[str, complex] | None:
+        """Return the cause of the fastest mode, and its eigenvalue; None where all are slow compared with the step."""
+        mode = next(iter(self.at(state, step)), None)
+        return None if mode is None else (self.causes(mode), mode.eigenvalue)
+
+    def causes(self, mode: Mode) -> str:
+        """Return the causes of a mode in words, the one with the largest part first."""
+        return Owners.of(self.system, mode).words
+
+
+def against(integrator: str, step: float, where: str, eigenvalue: complex) -> Stiffness:
+    """Return a mode's |hλ| and growth in a step of an integrator, with the integrator's limit of stability."""
+    size, tableau = abs(eigenvalue), tableau_of(integrator)
+    direction = complex(round(min(eigenvalue.real, 0.0) / size, 3), round(abs(eigenvalue.imag) / size, 3))
+    z = step * eigenvalue
+    return Stiffness(
+        where=where,
+        omega_h=step * size,
+        limit=reach(tableau, direction),
+        growth=amplification(tableau, z) / np.exp(max(z.real, 0.0)),
+        step=step,
+        direction=direction,
+        integrator=integrator,
+    )
+
+
+# --- The fastest modes of a mechanism's forces and states at its start ------------------------------------------------
+# Their causes, the bodies that they move, and the step that explicit integrators need for them.
+
+
+#: The number of modes that are reported.
+TOLD = 3
+
+
+@dataclass(frozen=True)
+class FastMode:
+    """An eigenvalue λ in 1/s, the forces or states with most of its energy, and the bodies that move most; the largest
+    part comes first."""
+
+    eigenvalue: complex
+    forces: tuple[str, ...]
+    states: tuple[str, ...]
+    bodies: tuple[str, ...]
+
+    @property
+    def time_constant(self) -> float:
+        """1 / |λ| in s."""
+        return 1.0 / abs(self.eigenvalue)
+
+    @property
+    def direction(self) -> complex:
+        """λ / |λ|, without slight growth."""
+        size = abs(self.eigenvalue)
+        return complex(round(min(self.eigenvalue.real, 0.0) / size, 3), round(abs(self.eigenvalue.imag) / size, 3))
+
+
+def fastest_at(choice: Choice, system: System, state: State) -> list[FastMode]:
+    """Return the fastest modes at a state, the fastest first; none without forces along coordinates or states."""
+    chosen, modes = modes_at(choice, system, state)
+    fastest = modes[:TOLD]
+    real = [mode for mode in fastest if abs(mode.eigenvalue) > THRESHOLDS.no_motion * abs(fastest[0].eigenvalue)]
+    return [_described(system, state, chosen, mode) for mode in real]
+
+
+def stable_steps(modes: Sequence[FastMode]) -> dict[str, float]:
+    """Return the largest step in s, by name, with which each explicit integrator is stable for all these modes."""
+    if not modes:
+        return {}
+    return {
+        name: min(reach(tableau_of(name), mode.direction) * mode.time_constant for mode in modes)
+        for name in explicit_integrators()
+    }
+
+
+def steps_for_stability(system: System, state: State, settings: Settings) -> float:
+    """Return the least number of steps that DOP853 makes for stability alone in a run with these settings. It assumes
+    the forces at the start; 0 without forces along coordinates and states."""
+    if not can_be_fast(system):
+        return 0.0
+    stable = stable_steps(fastest_at(choose(system, state, settings), system, state))
+    return (settings.duration or 0.0) / stable[WHERE_SMOOTH] if stable else 0.0
+
+
+def _described(system: System, state: State, chosen: Integers, mode: Mode) -> FastMode:
+    motion: Array | None = None
+    if system.bodies <= THRESHOLDS.large and mode.moves_bodies:
+        motion = moved_bodies(system, pose_of(state.q), chosen, mode)
+    bodies = () if motion is None else leading(system.names.carriers, motion)
+    owners = Owners.of(system, mode)
+    return FastMode(mode.eigenvalue, owners.forces, owners.states, bodies)
+
+
+# --- The limits of a step in a run with error control -----------------------------------------------------------------
+# The error of the step by bodies and states, or the force or state that limits it for stability alone.
+
+
+@dataclass(frozen=True)
+class StepLimit:
+    """A step of size `step` (s) from `time` on (s), and its error in tolerances, NaN where it cannot be made. `shares`:
+    the part of each body and state in the square of the error, the largest first. `reason`: the limit other than
+    accuracy, "" for none."""
+
+    time: float
+    step: float
+    error: float
+    shares: tuple[tuple[str, float], ...]
+    reason: str
+
+
+def step_limit(system: System, state: State, settings: Settings, step: float) -> StepLimit:
+    """Return the limits of a step of this size from a state, by the integrator and the tolerance of `settings`. The
+    full formulation is used for all runs."""
+    full = replace(settings, formulation="full", duration=step, output_step=step)
+    choice = choose(system, state, full)
+    held = _stiff_cause(FastModes(choice, system), state, settings.integrator, step)
+    try:
+        with may_overflow():
+            tried = (_explicit if is_explicit(settings.integrator) else _implicit)(choice, system, state, full)
+    except SimulationError as error:
+        return StepLimit(state.t, step, np.nan, (), ": ".join(filter(None, [error.where, error.cause])))
+    square = np.concatenate([tried.of_bodies, tried.of_states]) ** 2
+    part = square / max(float(square.sum()), np.finfo(float).tiny)
+    order = np.argsort(-part, kind="stable")
+    names = (*system.names.carriers, *(f"state {name}" for name in system.names.states))
+    shares = tuple((names[each], float(part[each])) for each in order)
+    return StepLimit(state.t, step, tried.norm, shares, held)
+
+
+class _TriedStep(NamedTuple):
+    """The `norm` of the error of a step, in tolerances; and the sizes of its parts, of bodies (n,) and states (K,)."""
+
+    norm: float
+    of_bodies: Array
+    of_states: Array
+
+
+def _explicit(choice: Choice, system: System, state: State, settings: Settings) -> _TriedStep:
+    """Return the error of an explicit step. Raises SimulationError where it cannot be made."""
+    formulation = FullFormulation.of(system, state, settings, choice.redundant)
+    stepper, step = ExplicitRungeKutta(load_tableau(settings.integrator)), settings.duration or 0.0
+    point = first_point(formulation, state, Tally())
+    tried = attempted(stepper, formulation.derivative, point, step)
+    tried, estimates = stepper.error(formulation.derivative, state.t + step, tried)
+    layout, tolerance = formulation.layout, settings.tolerance or 0.0
+    part = estimates[0] / (layout.scale + np.maximum(np.abs(tried.y), np.abs(tried.y_new)))
+    of_bodies = np.array(formulation.split(part)[:2]).reshape(2, -1, 7)
+    norm = error_norm(estimates, tried.y, tried.y_new, tolerance, layout.scale)
+    return _TriedStep(norm, np.linalg.norm(of_bodies, axis=(0, 2)), part[layout["states"]])
+
+
+def _implicit(choice: Choice, system: System, state: State, settings: Settings) -> _TriedStep:
+    """Return the error of an implicit step, which the kernel makes. Raises SimulationError where it cannot be made."""
+    compiled, step = choice.compiled, settings.duration or 0.0
+    assert compiled is not None
+    run = compiled.run(state, settings)
+    tried = run.try_step(step)
+    if tried is None:
+        raise compiled.failure(run, settings) or SimulationError(state.t, UNSOLVED)
+    (y_new, error), layout, tolerance = tried, compiled.layout, settings.tolerance or 0.0
+    y, own = compiled.beginning(state), layout.controlled
+    part = error / (layout.scale + np.maximum(np.abs(y), np.abs(y_new)))
+    norm = error_norm(error[None, own], y[own], y_new[own], tolerance, layout.scale[own])
+    return _TriedStep(norm, np.linalg.norm(compiled.bodies_of(part), axis=-1), part[layout["states"]])
+
+
+def _stiff_cause(modes: FastModes, state: State, integrator: str, step: float) -> str:
+    """Return the force or state that holds an explicit step at its limit of stability; "" for none."""
+    fastest = modes.fastest(state, step) if is_explicit(integrator) else None
+    if fastest is None:
+        return ""
+    stiffness = against(integrator, step, *fastest)
+    return (
+        f"{stiffness.where}: {stiffness.what}" if stiffness.omega_h >= THRESHOLDS.near_limit * stiffness.limit else ""
+    )

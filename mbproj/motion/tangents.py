@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.events.leg import kernel_breaks, kernel_tableau
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.kernel_run import Trace
-from mbproj.integrate.steppers.tableau import tableau_of
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.kernel_run import Trace
+from mbproj.motion.steppers.tableau import tableau_of
+from mbproj.motion.time_events import kernel_breaks, kernel_tableau
 
 
 @dataclass(frozen=True)

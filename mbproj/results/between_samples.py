@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
+from mbproj.base.arrays import Array, Integers
 
 #: Samples of the polynomial that finds a peak. One of a sample less gives its uncertainty: with two less the difference
 #: would vanish at a symmetric peak, whose odd derivatives are zero. Beside or beyond its samples either may vanish by

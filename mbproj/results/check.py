@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import prod
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError
+from mbproj.base.sandbox import try_in_sandbox
 from mbproj.results.file.contents import UNCHECKED
 from mbproj.results.layout import CONSTANTS, NAMES, Dataset
 from mbproj.results.reader import BESIDE_SAMPLES
 from mbproj.results.record import Results
-from mbproj.sandbox import try_in_sandbox
 
 SCENE = ("scene/text", "scene/path", "scene/title", "scene/settings", "scene/overrides", "scene/gravity")
 

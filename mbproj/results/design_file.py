@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem
 
 FILE = "design.json"
 FORMAT = "mbproj design 1"

@@ -8,9 +8,9 @@ from typing import NamedTuple, Protocol
 import h5py
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
+from mbproj.results.file.checksums import TEXT, create_records, room_for_records, write_records
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.whole import TEXT, create_records, room_for_records, write_records
 
 GROUP = "events"
 #: The HDF5 type of an entry, its unit and its description, by dataset.

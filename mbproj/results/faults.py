@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from mbproj.errors import ExitCode, InputError, MbprojError, Problem, choose_from, did_you_mean
+from mbproj.base.errors import ExitCode, InputError, MbprojError, Problem, choose_from, did_you_mean
 
 ELSEWHERE = "choose another file with -o"
 #: The hint for a damaged file.

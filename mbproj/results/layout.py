@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mbproj.dataclass import dataclass
-from mbproj.report_schema.run import COUNTS
+from mbproj.base.dataclass import dataclass
+from mbproj.results.report_schema.runs import COUNTS
 
 FORMAT = "mbproj results"
 SCHEMA_VERSION = 3

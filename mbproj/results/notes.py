@@ -8,8 +8,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import Problem
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import Problem
 from mbproj.results.faults import damaged
 
 #: The attribute of the file with the notes (JSON); a run without notes has none.

@@ -17,17 +17,16 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
-from mbproj.errors import InputError, Place, Problem
-from mbproj.results.file.checksums import crc32, describe, stamp
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.base.version import __version__
+from mbproj.results.file.checksums import crc32, create_text, describe, stamp
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.whole import create_text
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
-from mbproj.scene.blocks.simulation import SIMULATION
 from mbproj.scene.fields.reading import Reading
-from mbproj.scene.read import Scene, read_scene_text
+from mbproj.scene.grammar import SIMULATION
 from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
-from mbproj.version import __version__
 
 if TYPE_CHECKING:
     from mbproj.scene.meshes import TriangleMesh

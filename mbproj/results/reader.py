@@ -7,16 +7,14 @@ from contextlib import suppress
 from pathlib import Path
 from types import MappingProxyType
 
-from mbproj.errors import InputError, Problem
-from mbproj.registry import load
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.registry import load
+from mbproj.results.crash_safety import part_path
 from mbproj.results.faults import damaged, just_begun, not_ours
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.lock import is_locked
-from mbproj.results.file.opening import open_file
-from mbproj.results.files import part_path
+from mbproj.results.file.opening import is_locked, open_file
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, FORMAT, NAMES, SCHEMA_VERSION, UNITS, datasets_for, trailing
-from mbproj.results.members import ShownPart
-from mbproj.results.record import Results, Same
+from mbproj.results.record import Results, Same, ShownPart
 from mbproj.results.trust import better_samples
 
 #: A run that begins or ends changes its file within milliseconds: so often it is opened again, after a pause in s.

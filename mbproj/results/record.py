@@ -12,30 +12,160 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array, Integers
-from mbproj.errors import choose_from
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import brief, dataclass
+from mbproj.base.errors import choose_from
+from mbproj.results import crash_safety as restarting
 from mbproj.results import events as happening
-from mbproj.results import members, provenance
+from mbproj.results import largest_loads, provenance
 from mbproj.results import notes as noting
 from mbproj.results import trust as trusting
-from mbproj.results.crash_safety import checkpoint as restarting
-from mbproj.results.crash_safety.checkpoint import Checkpoint
+from mbproj.results.crash_safety import Checkpoint
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import no_such_name
 from mbproj.results.file.contents import Contents, KeptArrays
+from mbproj.results.largest_loads import Load
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, MARKS, Dataset, datasets_for, trailing
-from mbproj.results.loads import stored
-from mbproj.results.loads.largest import Load
-from mbproj.results.members import Over
 from mbproj.results.notes import Note
 from mbproj.results.provenance import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
-from mbproj.scene.read import Scene
 from mbproj.scene.records import Settings, Vector
+from mbproj.scene.scene import Scene
 
 if TYPE_CHECKING:
     from mbproj.results.verification import Verification
     from mbproj.scene.meshes import TriangleMesh
+
+
+# --- The results of one body, marker, joint or other item -------------------------------------------------------------
+# The columns of the layout, in its order, by name.
+
+
+#: The kinds of items that act along a coordinate.
+ACTING = ("forces", "motions", "stops", "frictions")
+
+
+@dataclass(frozen=True)
+class ShownPart:
+    """The part of a file that a `Results` shows: its samples, and its columns by symbol of the layout."""
+
+    samples: slice
+    columns: Mapping[str, Integers]
+
+
+@dataclass(frozen=True)
+class BodyResults:
+    """The motion of a body: arrays (T, 3), orientation (T, 4); units and frames as in the layout."""
+
+    position: Array
+    orientation: Array
+    velocity: Array
+    angular_velocity: Array
+    acceleration: Array
+    angular_acceleration: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class MarkerResults:
+    """The motion of a marker: arrays (T, 3) in global axes, in m, m/s, m/s²."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class JointResults:
+    """A joint: its violations (T), of all rows in m or rad, of rows in m, of rows in rad. Its reactions act on body 2,
+    (T, 3) in N and N m, in global axes."""
+
+    violation: Array
+    violation_length: Array
+    violation_angle: Array
+    reaction_force: Array
+    reaction_torque: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class ForceResults:
+    """A force: the coordinate (T) in m or rad along which it acts, its rate, and the force in N or torque in N m."""
+
+    coordinate: Array
+    rate: Array
+    force: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class MotionResults:
+    """A motion: the joint coordinate as prescribed (T) in m or rad, its rate, and the driving force in N or torque in
+    N m."""
+
+    value: Array
+    rate: Array
+    force: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A stop: the distance (T) of the mechanism from it in m or rad, its rate, and the push of the stop in N or N m."""
+
+    gap: Array
+    rate: Array
+    force: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class Friction:
+    """A dry friction: the rate (T) of the coordinate that it resists in m/s or rad/s, and its force in N or torque in
+    N m. Its state is 1 or -1 where it slides up or down, 0 where it sticks. Last comes its lost energy in J."""
+
+    rate: Array
+    force: Array
+    state: Array
+    dissipation: Array
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A joint coordinate: its value (T) in the `unit` rad or m, and its rate."""
+
+    value: Array
+    speed: Array
+    unit: str
+
+    __repr__ = brief
+
+
+@dataclass(frozen=True)
+class Over:
+    """The abscissa of pictures in place of time: a joint coordinate with its unit, rad or m. `values` (T) are those of
+    the axis: angles in degrees, `modulo` a turn if asked for; `rate` (T) is in rad/s or m/s."""
+
+    name: str
+    unit: str
+    values: Array
+    rate: Array
+    modulo: bool
+
+    __repr__ = brief
+
+
+# --- `Results` --------------------------------------------------------------------------------------------------------
+
 
 NAMES_BY_PATH = MappingProxyType({entry.path: kind for kind, entry in ALL_NAMES.items()})
 BY_PATH: Mapping[str, Dataset] = MappingProxyType({each.path: each for each in (*DATASETS, *LATER)})
@@ -64,7 +194,7 @@ class Results:
         contents: Contents,
         attributes: Mapping[str, Any],
         names: Mapping[str, tuple[str, ...]],
-        view: members.ShownPart,
+        view: ShownPart,
     ) -> None:
         self.contents, self._view, self._all_names = contents, view, names
         self._arrays = KeptArrays()
@@ -145,39 +275,39 @@ class Results:
         names = self._all_names[kind]
         return names if columns is None else tuple(names[column] for column in columns)
 
-    def body(self, name: str) -> members.BodyResults:
+    def body(self, name: str) -> BodyResults:
         """The motion of a body. Raises InputError with the nearest name where there is none, as the next methods do."""
-        return members.BodyResults(*self._columns("n", self._find("bodies", name)))
+        return BodyResults(*self._columns("n", self._find("bodies", name)))
 
-    def marker(self, name: str) -> members.MarkerResults:
+    def marker(self, name: str) -> MarkerResults:
         """The path of a marker."""
-        return members.MarkerResults(*self._columns("k", self._find("markers", name)))
+        return MarkerResults(*self._columns("k", self._find("markers", name)))
 
-    def joint(self, name: str) -> members.JointResults:
+    def joint(self, name: str) -> JointResults:
         """A joint's violations and reactions."""
-        return members.JointResults(*self._columns("nj", self._find("joints", name)))
+        return JointResults(*self._columns("nj", self._find("joints", name)))
 
-    def force(self, name: str) -> members.ForceResults:
+    def force(self, name: str) -> ForceResults:
         """The coordinate along which a force acts, and its size."""
-        return members.ForceResults(*self._columns("nf", self._find("forces", name)))
+        return ForceResults(*self._columns("nf", self._find("forces", name)))
 
-    def motion(self, name: str) -> members.MotionResults:
+    def motion(self, name: str) -> MotionResults:
         """The coordinate that a motion prescribes, and its driving force."""
-        return members.MotionResults(*self._columns("nm", self._find("motions", name)))
+        return MotionResults(*self._columns("nm", self._find("motions", name)))
 
-    def stop(self, name: str) -> members.Stop:
+    def stop(self, name: str) -> Stop:
         """The distance of the mechanism from a stop, and the push of the stop."""
-        return members.Stop(*self._columns("ns", self._find("stops", name)))
+        return Stop(*self._columns("ns", self._find("stops", name)))
 
-    def friction(self, name: str) -> members.Friction:
+    def friction(self, name: str) -> Friction:
         """The sliding, the force and the losses of a dry friction, by the name of its force, or force.coordinate."""
-        return members.Friction(*self._columns("nr", self._find("frictions", name)))
+        return Friction(*self._columns("nr", self._find("frictions", name)))
 
-    def coordinate(self, name: str) -> members.Coordinate:
+    def coordinate(self, name: str) -> Coordinate:
         """A joint coordinate by its whole name, e.g. "A.angle"."""
         column = self._find("coordinates", name)
         value, speed = self._columns("nc", column)
-        return members.Coordinate(value, speed, self.names("coordinate_units")[column])
+        return Coordinate(value, speed, self.names("coordinate_units")[column])
 
     def meshes(self) -> dict[str, TriangleMesh]:
         """The meshes by which bodies are drawn, by body."""
@@ -211,7 +341,7 @@ class Results:
         columns = dict(self._view.columns)
         if markers is not None:
             columns["k"] = self._positions("k", [self._find("markers", name) for name in markers])
-        for kind in members.ACTING if acting is not None else ():
+        for kind in ACTING if acting is not None else ():
             at = [i for i, name in enumerate(self.names(kind)) if {name, name.partition(".")[0]} & {*(acting or ())}]
             columns[ALL_NAMES[kind].symbol] = self._positions(ALL_NAMES[kind].symbol, at)
         if joints is not None:
@@ -221,7 +351,7 @@ class Results:
         first, time = self._view.samples.start, self.time
         slack = SAME_TIME * float(np.max(np.abs(time), initial=0.0))
         low, high = np.searchsorted(time, start - slack, "left"), np.searchsorted(time, stop + slack, "right")
-        view = members.ShownPart(slice(first + int(low), first + max(int(low), int(high))), columns)
+        view = ShownPart(slice(first + int(low), first + max(int(low), int(high))), columns)
         return type(self)(self.contents, self.attributes, self._all_names, view)
 
     def __contains__(self, path: object) -> bool:
@@ -250,7 +380,7 @@ class Results:
     def __repr__(self) -> str:
         if not self.contents.is_open:
             return f"Results of '{self.contents.path}', closed"
-        from mbproj.results.views.summary_text import as_text, rows
+        from mbproj.results.views import as_text, rows
 
         return as_text(self.title, rows(self.status, self.time, self.names, self.attributes))
 
@@ -258,21 +388,21 @@ class Results:
         """The HTML that a notebook shows; None for closed results, whose text it shows instead."""
         if not self.contents.is_open:
             return None
-        from mbproj.results.views.summary_text import as_html, rows
+        from mbproj.results.views import as_html, rows
 
         return as_html(self.title, rows(self.status, self.time, self.names, self.attributes))
 
     def to_pandas(self) -> Any:
         """A DataFrame: the index is time in s, columns are (kind, name, quantity): `["markers"]["tip"]["position_x"]`.
         `attrs["units"]` has the unit of each column. Raises ImportError where pandas is not installed."""
-        from mbproj.results.views.frames import to_pandas
+        from mbproj.results.views import to_pandas
 
         return to_pandas(self.datasets, self.names, self.__getitem__)
 
     def to_xarray(self) -> Any:
         """A Dataset with the dimensions time, body, joint, marker, ..., all with their names as coordinates. Raises
         ImportError where xarray is not installed."""
-        from mbproj.results.views.frames import to_xarray
+        from mbproj.results.views import to_xarray
 
         about = {"title": self.title, "status": self.status}
         return to_xarray(self.datasets, self.names, self.__getitem__, about)
@@ -360,7 +490,7 @@ class Results:
     @property
     def stored_loads(self) -> tuple[Load, ...]:
         """The largest loads of the whole run, as its file has them; () in files of older programs."""
-        return stored.read(self.contents)
+        return largest_loads.read(self.contents)
 
     @property
     def checkpoint(self) -> Checkpoint | None:

@@ -2,21 +2,52 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from math import prod
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
 from mbproj.results.faults import REPEAT
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_file
-from mbproj.results.sweep.layout import CASE, DONE, FORMAT, NAME, NOT_RUN, SCHEMA_VERSION, WITHOUT_CHECKSUMS
+
+# --- The layout of summary.h5 -----------------------------------------------------------------------------------------
+# Arrays over the quantities that vary, and the ending of each case.
+
+
+#: The file in the folder of a sweep.
+NAME = "summary.h5"
+FORMAT, SCHEMA_VERSION = "mbproj sweep", 2
+#: The version of files without checksums.
+WITHOUT_CHECKSUMS = 1
+#: The designs of a sweep whose values are samples of distributions.
+SAMPLED = frozenset({"montecarlo", "lhs", "sobol", "saltelli"})
+#: The dimension of designs that are not grids.
+CASE = "case"
+#: The endings of cases that were measured, and of those that have not run yet.
+DONE, NOT_RUN = "done", "not run"
+#: The texts on each case beside its measures, by name, with their descriptions.
+ENDINGS: Mapping[str, str] = MappingProxyType(
+    {
+        "status": "how the case ended: done, failed, timeout, crashed, not run",
+        "message": "why it failed",
+        "time": "when it failed, in simulated time",
+        "joint": "where it failed",
+        "seconds": "how long it took, by the clock",
+    }
+)
+
+
+# --- `read_table` -----------------------------------------------------------------------------------------------------
+
 
 WANTED = "give the folder that 'mbproj sweep SPEC' has written"
 AGAIN = "write it again with: mbproj sweep SPEC"

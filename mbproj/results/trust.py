@@ -9,11 +9,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import brief, dataclass
-from mbproj.results.file.checksums import NOT_YET, crc32, describe, stamp, stamp_attributes
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import brief, dataclass
+from mbproj.results.file.checksums import NOT_YET, crc32, create_text, describe, stamp, stamp_attributes
 from mbproj.results.file.contents import Contents
-from mbproj.results.file.whole import create_text
 
 GROUP = "trust"
 #: The status of the group where the run ended before the better solution was computed.

@@ -11,21 +11,19 @@ from typing import Any
 
 import h5py
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
-from mbproj.output_files import check_replaceable, hdf5
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.sandbox import try_in_sandbox
+from mbproj.base.version import __version__
+from mbproj.results.crash_safety import part_path
 from mbproj.results.faults import ELSEWHERE, cannot_write, damaged, not_ours
-from mbproj.results.file.checksums import stamp_attributes
-from mbproj.results.file.contents import Contents
-from mbproj.results.file.dataset import DAMAGE
+from mbproj.results.file.checksums import create_text, stamp_attributes
+from mbproj.results.file.contents import DAMAGE, Contents
 from mbproj.results.file.opening import open_file
-from mbproj.results.file.whole import create_text
-from mbproj.results.files import part_path
 from mbproj.results.layout import FORMAT
-from mbproj.results.views.table import Table, Tabled
-from mbproj.sandbox import try_in_sandbox
-from mbproj.scene.read import Scene
-from mbproj.version import __version__
+from mbproj.results.output_files import check_replaceable, hdf5
+from mbproj.results.views import Table, Tabled
+from mbproj.scene.scene import Scene
 
 GROUP = "verification"
 PASSED, FAILED, DOES_NOT_APPLY = "passed", "failed", "does not apply"
@@ -108,7 +106,7 @@ def store(path: Path, scene: Scene, verification: Verification) -> None:
     such file, or it is of another scene."""
     import shutil
 
-    from mbproj.output_files import replacing
+    from mbproj.results.output_files import replacing
 
     check_store(path, scene)
     with replacing(path, hdf5(FORMAT), force=True, hint=ELSEWHERE) as copy:

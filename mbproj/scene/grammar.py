@@ -7,24 +7,30 @@ from dataclasses import replace
 from functools import cache
 from typing import Any, final
 
-from mbproj.joints import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
-from mbproj.registry import calling, load
-from mbproj.scene.blocks.body import BODY
+from mbproj.base.registry import calling, load
+from mbproj.base.settings import SETTINGS, SIZE, SettingEntry
+from mbproj.joints.table import COORDINATE_UNITS, INERTIA_UNITS, JOINTS, JointType, Parameter
+from mbproj.scene.blocks.bodies import BODY
 from mbproj.scene.blocks.coordinates import COORDINATES, act_on_coordinates, drive_coordinates, on_bodies
-from mbproj.scene.blocks.expectation_checks import CHECKS
-from mbproj.scene.blocks.expectations import EXPECTATION
+from mbproj.scene.blocks.expectations import CHECKS, EXPECTATION
 from mbproj.scene.blocks.parameters import Parameters
-from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.fields.checks import (
-    Placed,
-    not_along,
-    of_these_bodies,
-    pair_of,
-    same_kind,
+from mbproj.scene.fields.fields import (
+    Alternatives,
+    Complaint,
+    Converted,
+    Deferred,
+    Field,
+    Flag,
+    List,
+    NameChoice,
+    Named,
+    NameReference,
+    OneOf,
+    Record,
+    Rule,
+    Text,
+    Variants,
 )
-from mbproj.scene.fields.choices import NameChoice, NameReference, Variants
-from mbproj.scene.fields.containers import Complaint, Named, Record, Rule
-from mbproj.scene.fields.fields import Converted, Deferred, Field, Flag, Text
 from mbproj.scene.fields.placing import (
     AXES,
     AXIS,
@@ -41,8 +47,60 @@ from mbproj.scene.fields.placing import (
     on_plane,
     with_face,
 )
-from mbproj.scene.fields.quantities import Number, position_in, vector
+from mbproj.scene.fields.quantities import (
+    Integer,
+    Number,
+    Placed,
+    not_along,
+    of_these_bodies,
+    pair_of,
+    position_in,
+    same_kind,
+    vector,
+)
 from mbproj.scene.records import GROUND, Joint, Marker, Orientations, Pair
+
+# --- The `simulation` block -------------------------------------------------------------------------------------------
+# The field that reads each setting.
+
+
+def _field(entry: SettingEntry) -> Field[Any]:
+    """The field that reads a setting."""
+    if entry.kind == "str":
+        what = "projection method" if entry.name == "projection" else entry.key.replace("_", " ")
+        return NameChoice(what, lambda: entry.words)
+    if entry.kind == "bool":
+        return Flag()
+    if entry.kind == "int":
+        return Integer(minimum=1)
+    number = Number("" if entry.takes in ("1", SIZE) else entry.takes, above=entry.above, maximum=entry.maximum)
+    if entry.kind == "float":
+        return number
+    if entry.kind == "tuple[float, ...]":
+        return List(number, None, "times")
+    return Alternatives((Converted(number, lambda value: (value, value)), List(number, 2)))
+
+
+def _fields(length: int) -> dict[str, Field[Any]]:
+    """The fields of the settings whose paths have this length, by their keys."""
+    return {entry.key: _field(entry) for entry in SETTINGS.values() if len(entry.path) == length}
+
+
+#: The fields of the options of a projection.
+OF_PROJECTION: Mapping[str, Field[Any]] = _fields(2)
+PROJECTION: Field[dict[str, Any]] = Alternatives(
+    (
+        Converted(OF_PROJECTION["method"], lambda method: {"method": method}),
+        Record("a projection", OF_PROJECTION, dict),
+    )
+)
+SIMULATION: Record[dict[str, Any]] = Record(
+    "a simulation", {**_fields(1), "projection": PROJECTION}, dict, choices=(OneOf(("step", "tolerance")),)
+)
+
+
+# --- The scene format -------------------------------------------------------------------------------------------------
+
 
 #: The keys that give the axes of a joint, by the frame of its type.
 FRAME_KEYS: Mapping[str, Mapping[str, Field[Placed]]] = {
@@ -70,7 +128,7 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
 
         return coupling_record(type_name, JOINT_TYPE)
     if kind.frame == "path":
-        from mbproj.scene.blocks.ropes.block import rope_record
+        from mbproj.scene.blocks.ropes import rope_record
 
         return rope_record(type_name, {"type": JOINT_TYPE, **_of_coordinates(type_name, units)})
     if kind.is_on_plane:
@@ -120,9 +178,7 @@ def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field
     if not units:
         return {}
     inertias = {name: Number(INERTIA_UNITS[unit], minimum=0.0) for name, unit in units.items()}
-    limits = {
-        name: Deferred[Any]("mbproj.scene.blocks.forces.stops:limit_field", (unit,)) for name, unit in units.items()
-    }
+    limits = {name: Deferred[Any]("mbproj.scene.blocks.stops:limit_field", (unit,)) for name, unit in units.items()}
     return {
         "speed": _each("a speed", {name: Number(f"{unit}/s") for name, unit in units.items()}),
         "reflected_inertia": _each("a reflected inertia", inertias),
@@ -227,7 +283,7 @@ def _couplings_fit(joints: Mapping[str, Joint]) -> Iterable[Complaint]:
 def _ropes_fit(joints: Mapping[str, Joint], *others: Any) -> Iterable[Complaint]:
     complaints: Iterable[Complaint] = ()
     if any("path" in joint.parameters for joint in joints.values()):
-        complaints = load("mbproj.scene.blocks.ropes.fit:run_over_places")(joints, *others)
+        complaints = load("mbproj.scene.blocks.ropes:run_over_places")(joints, *others)
     return complaints
 
 
@@ -241,13 +297,13 @@ SCENE: Record[dict[str, Any]] = Record(
         "gravity": vector("m/s^2"),
         "simulation": SIMULATION,
         "bodies": Named("body", BODY, needed=True, reserved=frozenset({GROUND})),
-        "curves": Named("curve", Deferred("mbproj.scene.blocks.curves.block:CURVE")),
+        "curves": Named("curve", Deferred("mbproj.scene.blocks.curves:CURVE")),
         "joints": Named("joint", JOINT),
-        "forces": Named("force", Deferred("mbproj.scene.blocks.forces.force_types:FORCE")),
+        "forces": Named("force", Deferred("mbproj.scene.blocks.forces:FORCE")),
         "motions": Named("motion", Deferred("mbproj.scene.blocks.motions:MOTION")),
-        "signals": Deferred("mbproj.scene.blocks.control.signals:SIGNALS"),
-        "states": Deferred("mbproj.scene.blocks.control.signals:STATES"),
-        "controllers": Named("controller", Deferred("mbproj.scene.blocks.control.controllers:CONTROLLER")),
+        "signals": Deferred("mbproj.scene.blocks.signals:SIGNALS"),
+        "states": Deferred("mbproj.scene.blocks.signals:STATES"),
+        "controllers": Named("controller", Deferred("mbproj.scene.blocks.signals:CONTROLLER")),
         "markers": Named("marker", MARKER),
         "expect": Named("expectation", EXPECTATION),
     },
@@ -255,11 +311,13 @@ SCENE: Record[dict[str, Any]] = Record(
     required=("mbproj", "gravity", "bodies"),
     checks=(
         Rule(("joints",), _couplings_fit),
-        Rule(("curves", "joints"), calling("mbproj.scene.blocks.curves.fit:fit_curves"), besides=("forces", "motions")),
+        Rule(
+            ("curves", "joints"), calling("mbproj.scene.blocks.curve_rules:fit_curves"), besides=("forces", "motions")
+        ),
         Rule(("joints", "bodies"), _ropes_fit, besides=("motions",)),
         Rule(("bodies", "forces"), on_bodies),
         Rule(("joints", "forces"), act_on_coordinates),
-        Rule(("joints", "forces"), calling("mbproj.scene.blocks.forces.dry_joints:slides_in_joints")),
+        Rule(("joints", "forces"), calling("mbproj.scene.blocks.friction:slides_in_joints")),
         Rule(("joints", "motions"), drive_coordinates),
         *CHECKS,
     ),

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem, warn_once
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem, warn_once
 from mbproj.scene.fields.rotations import to_matrix
 
 if TYPE_CHECKING:
-    from mbproj.scene.appearance import MeshFile
-    from mbproj.scene.read import Scene
+    from mbproj.scene.records import MeshFile
+    from mbproj.scene.scene import Scene
 
 #: The most triangles of all meshes of a scene, and the most bytes of one file.
 MOST_TRIANGLES, MOST_BYTES = 200_000, 32_000_000

@@ -1,5 +1,6 @@
 """The classes of a scene's parts, made from the tables that read a scene: their names, and their arguments with
-types."""
+types.
+"""
 
 from __future__ import annotations
 
@@ -8,18 +9,15 @@ from inspect import Parameter, Signature
 from types import MappingProxyType
 from typing import Any, ClassVar
 
-from mbproj.errors import choose_from
-from mbproj.scene.blocks.body import BODY
-from mbproj.scene.blocks.curves.block import CURVE
+from mbproj.base.errors import choose_from
+from mbproj.scene.blocks.bodies import BODY
+from mbproj.scene.blocks.curves import CURVE
 from mbproj.scene.blocks.elements import ELEMENTS
 from mbproj.scene.blocks.expectations import EXPECTATION
-from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS, OWN_RECORDS
+from mbproj.scene.blocks.forces import FORCE_RECORDS, OWN_RECORDS
 from mbproj.scene.blocks.motions import MOTION
-from mbproj.scene.blocks.simulation import SIMULATION
-from mbproj.scene.fields.choices import Alternatives, NameChoice
-from mbproj.scene.fields.containers import Record
-from mbproj.scene.fields.fields import Converted, Deferred, Field, Flag, List, Text
-from mbproj.scene.grammar import JOINT, MARKER
+from mbproj.scene.fields.fields import Alternatives, Converted, Deferred, Field, Flag, List, NameChoice, Record, Text
+from mbproj.scene.grammar import JOINT, MARKER, SIMULATION
 
 
 class ScenePart(Mapping[str, Any]):
@@ -131,7 +129,7 @@ def _class_of(name: str, record: Record[Any], type_name: str = "") -> type[Scene
     keys = {key: annotation_of(field) for key, field in fields.items()}
     body = {
         "__doc__": text,
-        "__module__": "mbproj.parts",
+        "__module__": "mbproj.scene.parts",
         "__slots__": (),
         "__signature__": signature_of(keys, required),
         "type": type_name,
@@ -175,3 +173,22 @@ def _classes() -> dict[str, type[ScenePart]]:
 
 
 CLASSES: Mapping[str, type[ScenePart]] = MappingProxyType(_classes())
+
+
+# --- The parts of a scene as classes with the words of YAML, `Body`, `Revolute` and others, ---------------------------
+# The parts of a scene as classes with the words of YAML, `Body`, `Revolute` and others, made from its tables.
+# Their arguments are the keys of the scene. Types of force of plug-ins have classes, too. `python
+# scripts/write_parts.py` writes `__init__.pyi`, which says the same of mbproj's own to editors and type checkers.
+
+
+def __getattr__(name: str) -> Any:
+    if name in CLASSES:
+        return CLASSES[name]
+    made = None if name.startswith("_") else class_of_plugin(name)
+    if made is None:
+        raise AttributeError(f"module 'mbproj.scene.parts' has no attribute '{name}'")
+    return made
+
+
+def __dir__() -> list[str]:
+    return sorted(CLASSES)

@@ -1,28 +1,138 @@
-"""Reads ranges, which are written as
-
-0.8:1.2:41                 41 values from 0.8 to 1.2; with units: 0.8 m:120 cm:41
-1:1000:4:log               4 values, evenly spaced by their logarithms
-[1, 2, 4]                  values one by one; 1,2,4 on the command line
-{linspace: [0.8, 1.2, 41]}, {log: [1, 1000, 4]}       the first two as mappings
-{uniform: [0.8, 1.2]}, {normal: {mean: 1, deviation: 0.1}}       distributions
-"""
+"""Ranges of a quantity: values one by one, evenly spaced ones, a distribution; read from files and the command line."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import Any, NoReturn
+from dataclasses import field, replace
+from math import exp, log
+from pathlib import Path
+from statistics import NormalDist
+from typing import Any, NoReturn, TypeAlias
 
-from mbproj.errors import InputError, Place, Problem, choose_from
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.scene.expressions.dimensions import describe as in_words
+from mbproj.scene.expressions.dimensions import symbol_of
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
-from mbproj.scene.expressions.units import Dimension
-from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.expressions.units import BARE, Dimension
+from mbproj.scene.fields.fields import Field, Record, Schema
 from mbproj.scene.fields.quantities import Integer
-from mbproj.scene.fields.reading import Reading, label
-from mbproj.scene.ranges.values import Item, Listed, Normal, Range, Spaced, Uniform
+from mbproj.scene.fields.reading import Reading, in_text_order, label
 from mbproj.scene.records import KeyPath
+from mbproj.scene.scene import Scene, SceneText
+from mbproj.scene.text.document import compose, read_text
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode, describe, flow
+
+# --- Ranges as records ------------------------------------------------------------------------------------------------
+# Those with a finite number of values, and distributions, which are sampled.
+
+
+#: A value: a number in SI, or a word, or a list or mapping in YAML's flow style.
+Item: TypeAlias = "float | str"
+
+
+@dataclass(frozen=True)
+class Range(ABC):
+    """A range of a quantity. `nodes` are its values as written, which the reader of the quantity checks; `dimension` is
+    that of its numbers, None where it is not known."""
+
+    nodes: tuple[Node, ...] = field(repr=False, compare=False)
+    dimension: Dimension | None
+
+    @abstractmethod
+    def quantile(self, share: float) -> Item:
+        """The value below which this share of samples lies, 0 < share < 1; `Points` are sampled evenly."""
+
+
+@dataclass(frozen=True)
+class Points(Range):
+    """A range with a finite number of values."""
+
+    @property
+    @abstractmethod
+    def count(self) -> int:
+        """The number of values."""
+
+    @abstractmethod
+    def item(self, number: int) -> Item:
+        """The value with this number, from 0."""
+
+    @property
+    def items(self) -> tuple[Item, ...]:
+        """All values, in order."""
+        return tuple(map(self.item, range(self.count)))
+
+
+@dataclass(frozen=True)
+class Listed(Points):
+    """A range of values that are listed one by one."""
+
+    given: tuple[Item, ...]
+
+    @property
+    def count(self) -> int:
+        return len(self.given)
+
+    def item(self, number: int) -> Item:
+        return self.given[number]
+
+    def quantile(self, share: float) -> Item:
+        return self.given[min(int(share * len(self.given)), len(self.given) - 1)]
+
+
+@dataclass(frozen=True)
+class Spaced(Points):
+    """`count` values from `first` to `last`, evenly spaced, or evenly by their logarithms."""
+
+    first: float
+    last: float
+    steps: int
+    logarithmic: bool = False
+
+    @property
+    def count(self) -> int:
+        return self.steps
+
+    def item(self, number: int) -> float:
+        if number == self.steps - 1:
+            return self.last
+        return self.quantile(number / (self.steps - 1)) if number else self.first
+
+    def quantile(self, share: float) -> float:
+        if self.logarithmic:
+            return exp(log(self.first) + share * (log(self.last) - log(self.first)))
+        return self.first + share * (self.last - self.first)
+
+
+@dataclass(frozen=True)
+class Uniform(Range):
+    """The uniform distribution between `low` and `high`."""
+
+    low: float
+    high: float
+
+    def quantile(self, share: float) -> float:
+        return self.low + share * (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Normal(Range):
+    """The normal distribution of this mean and standard deviation."""
+
+    mean: float
+    deviation: float
+
+    def quantile(self, share: float) -> float:
+        return NormalDist(self.mean, self.deviation).inv_cdf(share)
+
+
+# --- Reads ranges, which are written as -------------------------------------------------------------------------------
+# 0.8:1.2:41 41 values from 0.8 to 1.2; with units: 0.8 m:120 cm:41 1:1000:4:log 4 values, evenly spaced by their
+# logarithms [1, 2, 4] values one by one; 1,2,4 on the command line {linspace: [0.8, 1.2, 41]}, {log: [1, 1000, 4]}
+# the first two as mappings {uniform: [0.8, 1.2]}, {normal: {mean: 1, deviation: 0.1}} distributions
+
 
 #: The ranges that are mappings of one key: an example of the value, by the key.
 FORMS: Mapping[str, str] = {
@@ -228,3 +338,61 @@ _FORM: Mapping[str, Any] = {
     "uniform": _uniform,
     "normal": _normal,
 }
+
+
+# --- Reads the file of a study of many variants of a scene ------------------------------------------------------------
+# The scene that it names, and the units of the varied values.
+
+
+def read_mapping(path: Path, what: str, begins: str) -> tuple[str, MappingNode, Reading]:
+    """The text of the file, its mapping, and a new reading for it. Raises InputError where it is no mapping: `what` is
+    the kind of file, as "a sweep", and `begins` its usual first line."""
+    text = read_text(path)
+    root, problems = compose(text, str(path))
+    if not isinstance(root, MappingNode):
+        raise InputError(Problem(f"{what} is a mapping of keys, found {describe(root)}", root.place, begins))
+    return text, root, Reading(places={(): root.place}, problems=list(problems))
+
+
+def scene_named(path: Path, root: MappingNode, reading: Reading, record: Record[Any]) -> tuple[SceneText, Scene]:
+    """The scene that the file's key `scene` names: its text, taken apart, and the scene without changes. Raises
+    InputError where there is no such scene, with the other faults that `record` finds, or where the scene is wrong."""
+    node = root.values.get("scene")
+    if not isinstance(node, ScalarNode) or not node.text:
+        record.read(root, (), reading)
+        raise InputError(in_text_order(reading.problems))
+    where = path.parent / node.text
+    try:
+        text = SceneText(read_text(where), str(where), where)
+    except InputError as error:
+        problems = [_at(problem, str(where), node) for problem in error.problems]
+        raise InputError(problems) from error
+    return text, text.scene()
+
+
+def _at(problem: Problem, scene: str, node: ScalarNode) -> Problem:
+    """The problem; one of the scene as a whole is placed at the key that names the scene."""
+    if problem.place is None or problem.place.line is not None:
+        return problem
+    return replace(problem, message=f"scene '{scene}': {problem.message}", place=node.place)
+
+
+def column_of(path: str) -> str:
+    """The name in tables of a quantity that varies: a parameter's name, or the path of another value."""
+    return path.removeprefix("parameters.")
+
+
+def with_unit(name: str, unit: str) -> str:
+    """The heading of a column: the name, with its unit in brackets."""
+    return f"{name} ({unit})" if unit else name
+
+
+def units_of(given: Mapping[str, Dimension | None], scene: SceneText) -> dict[str, str]:
+    """The SI units of the quantities that vary, by path: as the scene has them, or from the dimensions of the values
+    `given`. "" is none."""
+    known = {".".join(map(str, path)): unit for path, unit in scene.units().items()}
+    units = {}
+    for path, dimension in given.items():
+        own = symbol_of(dimension) if dimension is not None and dimension != BARE else ""
+        units[path] = known.get(path) or known.get(f"parameters.{path}") or own
+    return units

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
-from mbproj.dataclass import dataclass
-from mbproj.settings import ProjectionSettings as ProjectionSettings
-from mbproj.settings import Settings as Settings
+from mbproj.base.dataclass import dataclass
+from mbproj.functions.program import Program
 
 if TYPE_CHECKING:
-    from mbproj.elements import Kind
+    from mbproj.functions.elements import Kind
     from mbproj.functions.program import Program
-    from mbproj.scene.appearance import Appearance, PlacedShape
-    from mbproj.scene.coupled import Coupled
-    from mbproj.scene.friction import DryFriction
-    from mbproj.scene.stops import DistanceStop, Limit, PlaneStop
+
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -72,7 +70,7 @@ class Orientations:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint of type `type` (a name in `mbproj.joints.JOINTS`) from bodies[0] to bodies[1].
+    """A joint of type `type` (a name in `mbproj.joints.table.JOINTS`) from bodies[0] to bodies[1].
 
     `axes` is None where the type has none. `start` are hard conditions on its coordinates at t = 0 (rad, m), `speed` on
     their rates (rad/s, m/s), by coordinate name. `parameters`: a pitch, a length (m), numbers of teeth, a curve.
@@ -242,3 +240,240 @@ class Expectation:
     above: float | None = None
     over: str = ""
     between: tuple[str, ...] = ()
+
+
+# --- Stops, which limit joint coordinates, distances and points, as frozen records in SI units ------------------------
+# Stops, which limit joint coordinates, distances and points, as frozen records in SI units and radians.
+
+
+@dataclass(frozen=True)
+class StopLaw:
+    """The law of a stop: rigid where `stiffness` is infinite, else a push of stiffness δ^exponent (1 + c δ').
+
+    Either `restitution` is given, the ratio of the speed after a free impact to the speed of approach, or `damping`,
+    c in s/m or s/rad; the other is None.
+    """
+
+    stiffness: float = math.inf
+    exponent: float = 1.0
+    restitution: float | None = None
+    damping: float | None = None
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The lower and the upper bound of a scalar coordinate, in m or rad; None for no bound."""
+
+    low: float | None
+    high: float | None
+    law: StopLaw
+
+    def sides(self) -> Iterator[tuple[int, float]]:
+        """The sides that have a bound, as (side, bound): 0 is the lower side, 1 the upper one."""
+        return ((at, bound) for at, bound in enumerate((self.low, self.high)) if bound is not None)
+
+    def names(self, joint: str, coordinate: str) -> list[str]:
+        """The names in results of the sides of a joint's limit."""
+        return [f"{joint}.{coordinate}.{('low', 'high')[at]}" for at, _ in self.sides()]
+
+
+@dataclass(frozen=True)
+class OfBody:
+    """A point or a direction of a body: global at the scene's pose, or in the body's own axes (a point from its centre
+    of mass) where `local`."""
+
+    body: str
+    vector: Vector
+    local: bool = False
+
+
+@dataclass(frozen=True)
+class DistanceStop:
+    """A stop that keeps the distance of a point of one body from a point of another within `limit`."""
+
+    name: str
+    first: OfBody
+    second: OfBody
+    limit: Limit
+
+    @property
+    def stops(self) -> list[str]:
+        """The names in results of the stop's sides: its own name where it has one side."""
+        words = [("shortest", "longest")[at] for at, _ in self.limit.sides()]
+        return [self.name] if len(words) == 1 else [f"{self.name}.{word}" for word in words]
+
+
+@dataclass(frozen=True)
+class PlaneFriction:
+    """Dry friction of a point, ball or wheel on a plane: coefficients of the push while it slides and while it sticks.
+    `stribeck_speed` in m/s is the speed over which the static one falls to the sliding one; None: it falls at once."""
+
+    sliding: float
+    static: float
+    stribeck_speed: float | None = None
+
+
+@dataclass(frozen=True)
+class PlaneStop:
+    """A stop that keeps a ball of `radius` in m (0: a point) around `point` on the side of a plane to which `normal`
+    points.
+
+    With an `axis`, a direction of the point's body, it is a wheel: a thin disk about that axis."""
+
+    name: str
+    location: OfBody
+    normal: OfBody
+    point: OfBody
+    radius: float
+    law: StopLaw
+    friction: PlaneFriction | None = None
+    axis: OfBody | None = None
+
+    @property
+    def stops(self) -> list[str]:
+        """The name in results of the stop, as a list of one."""
+        return [self.name]
+
+    @property
+    def frictions(self) -> list[str]:
+        """The names in results of its friction along each of the two tangents of the plane."""
+        return [] if self.friction is None else [f"{self.name}.{tangent}" for tangent in (1, 2)]
+
+
+# --- Dry friction on coordinates of joints, as frozen records in SI units and radians ---------------------------------
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """The bearing of a joint: how the joint's reaction presses the surfaces that slide.
+
+    On an angle `radius` and `axial_radius` are the arms, in m, of the friction by the radial and by the axial force
+    (None: that force causes none); on a screw without `axial_radius` the `radius` is that of its thread. `length` in m:
+    the distance of two supports that moments load; infinite where moments do not count. `preload` in N: a radial force
+    that is always there.
+    """
+
+    radius: float | None = None
+    axial_radius: float | None = None
+    length: float = math.inf
+    preload: float = 0.0
+
+    @property
+    def has_arm(self) -> bool:
+        """Whether the bearing has an arm, by which a force causes a torque of friction."""
+        return self.radius is not None or self.axial_radius is not None
+
+
+@dataclass(frozen=True)
+class DryFriction:
+    """Friction that resists sliding along a coordinate s in `unit`, "rad" or "m", with
+
+        sliding + (static - sliding) exp(-(s'/stribeck_speed)²)
+
+    or with `sliding` alone where there is no `stribeck_speed`. It sticks while a force of at most `static` keeps s at
+    rest. Both are in N m or N, or coefficients of the load of the `bearing`; functions where they change in a run. With
+    `regularised`, in rad/s or m/s, this force is multiplied by tanh(s'/regularised) and never sticks.
+    """
+
+    unit: str
+    sliding: float | Program
+    static: float | Program
+    stribeck_speed: float | None = None
+    regularised: float | None = None
+    bearing: Bearing | None = None
+
+    @property
+    def varies(self) -> bool:
+        """Whether a function makes the friction change during a run."""
+        return isinstance(self.sliding, Program) or isinstance(self.static, Program)
+
+
+# --- The row that couples coordinates of joints -----------------------------------------------------------------------
+# Of gears, racks, belts, differentials, and weighted sums.
+
+
+#: The key of the function's unit in `units`, beside those of the coordinates.
+FUNCTION = "f(s)"
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """The row Σ kᵢ sᵢ - function(s₀) = constant. `of` has the weights kᵢ by the names of the coordinates sᵢ, as
+    "A.angle"; s₀ is the first.
+
+    SI units and radians; the row is in m where a coordinate is a length, else in rad. Without a constant the sum keeps
+    its value at the scene's pose, or is 0 where there is a function. Whole turns of the angles may change the sum by
+    multiples of `period`; None: it follows from the weights and the function. `units` are those in which the scene
+    gives the weights, by coordinate, the constant, by "", and the function, by `FUNCTION`; "" for none."""
+
+    of: Mapping[str, float]
+    function: Program | None = None
+    constant: float | None = None
+    period: float | None = None
+    units: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joint of each coordinate."""
+        return tuple(name.partition(".")[0] for name in self.of)
+
+
+# --- The appearance of bodies, as frozen records ----------------------------------------------------------------------
+# It has no effect on the motion.
+
+
+#: Colours by name: those of the figures (Okabe & Ito, 2008: told apart by colour-blind readers too), and metals.
+COLOURS: Mapping[str, str] = MappingProxyType(
+    {
+        "blue": "#0072b2",
+        "orange": "#e69f00",
+        "green": "#009e73",
+        "vermilion": "#d55e00",
+        "sky": "#56b4e9",
+        "purple": "#cc79a7",
+        "yellow": "#f0e442",
+        "black": "#222222",
+        "grey": "#8a8f98",
+        "steel": "#9aa5b1",
+        "brass": "#b8963e",
+        "red": "#c23b22",
+        "white": "#f4f4f4",
+    }
+)
+#: Meshes that can be read, by the ending of the file.
+MESH_FORMATS = ("stl", "obj")
+
+
+@dataclass(frozen=True)
+class PlacedShape:
+    """A shape of `mbproj.scene.blocks.solids`, with its dimensions by name in m. A shape with a length has it along its
+    own `axis`. `position` in m is that of its middle from the body's centre of mass. It is turned against the body axes
+    by `orientation` (Euler parameters)."""
+
+    kind: str
+    sizes: Mapping[str, float]
+    axis: str = "z"
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A mesh in a file, by its path from the scene's folder. Its numbers times `scale` are metres. `position` and
+    `orientation` are those of a `PlacedShape`."""
+
+    file: str
+    scale: float = 1.0
+    position: Vector = (0.0, 0.0, 0.0)
+    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """How a body is drawn: `colour` #rrggbb (None: the figure chooses one), `opacity` up to 1. `shapes` or a `mesh` are
+    drawn in place of the shapes that give its mass."""
+
+    colour: str | None = None
+    opacity: float = 1.0
+    shapes: tuple[PlacedShape, ...] = ()
+    mesh: MeshFile | None = None

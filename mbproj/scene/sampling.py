@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import overload
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
 from mbproj.scene.records import Settings
 
 #: The number of intervals between samples of an error-controlled run whose scene gives no output step.

@@ -8,38 +8,30 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
 from functools import cached_property, partial
+from html import escape
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from mbproj.cases import cases_in
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
-from mbproj.registry import calling, load
+from mbproj.base.arrays import cases_in
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.base.registry import calling, load
 from mbproj.scene.blocks.coordinates import with_coordinates
-from mbproj.scene.blocks.expectation_checks import expectations_of, unsampled
-from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.scene.blocks.expectations import expectations_of, unsampled
+from mbproj.scene.changes import changed
 from mbproj.scene.fields.reading import Reading, declares_units, in_text_order, items_of, number_at
-from mbproj.scene.grammar import SCENE
+from mbproj.scene.grammar import SCENE, SIMULATION
 from mbproj.scene.records import Body, Expectation, Force, Joint, JointForce, KeyPath, Marker, Motion, Settings, Vector
-from mbproj.scene.settings import Merged, by_name, check_settings, merge, place_of, read_options, settings_of
-from mbproj.scene.text.document import compose
-from mbproj.scene.text.nodes import (
-    MappingNode,
-    ScalarNode,
-    describe,
-    document,
-    flow,
-    from_value,
-    mapping,
-)
-from mbproj.scene.text.source import MAX_BYTES, read_text
+from mbproj.scene.settings import Merged, by_name, check_settings, merge, place_of, read_options, settings_of, values_of
+from mbproj.scene.text.document import MAX_BYTES, compose, read_text
+from mbproj.scene.text.nodes import MappingNode, ScalarNode, describe, document, flow, from_value, mapping
 
 if TYPE_CHECKING:
-    from mbproj.elements import Element
-    from mbproj.elements.controlled import Controller, ScalarState, Signal
-    from mbproj.functions.curves.track import SpaceTrack, Track
+    from mbproj.functions.elements import Controller, Element, ScalarState, Signal
+    from mbproj.functions.space_curve import SpaceTrack, Track
     from mbproj.scene.text.reading_cache import ReadingCache
+
 
 #: The blocks whose expressions may name signals, states and coordinates.
 WITH_EXPRESSIONS = ("forces", "signals", "states", "controllers")
@@ -85,7 +77,6 @@ class Scene:
     @cached_property
     def given_settings(self) -> Mapping[str, object]:
         """The settings that Python gave beside those of the text, by name."""
-        from mbproj.scene.changed import given_settings
 
         return given_settings(self)
 
@@ -110,31 +101,26 @@ class Scene:
         """The scene of these blocks, each of items by name: `mbproj.Body(...)` and others, or mappings. Numbers may be
         of NumPy, text with a unit, expressions. Raises InputError, whose problems name the arguments."""
         blocks = locals()
-        from mbproj.parts.build import build
 
         return build(blocks)
 
     def with_(self, changes: Mapping[str, object] = MappingProxyType({}), /, **named: object) -> Scene:
         """The scene with other parameters, or values by their paths: `scene.with_(**{"bodies.bar3.mass": 2})`. Settings
         that were given in Python stay. Raises InputError as `read_scene`."""
-        from mbproj.scene.changed import with_changes
 
         return with_changes(self, {**changes, **named})
 
     def __repr__(self) -> str:
-        from mbproj.scene.changed import as_text
 
         return as_text(self)
 
     def _repr_html_(self) -> str:
-        from mbproj.scene.changed import as_html
 
         return as_html(self)
 
     def to_yaml(self) -> str:
         """A text from which the same scene is read: its own text, or one with its changes. Raises ValueError where the
         scene has elements from Python."""
-        from mbproj.scene.changed import to_yaml
 
         return to_yaml(self)
 
@@ -145,7 +131,7 @@ def read_scene(
     """The scene in the file at `path`.
 
     `parameters` replaces parameters of the scene, or any value by its path, as "bodies.bar1.mass" (text of an
-    expression, a number, or an array of NumPy). `simulation` replaces settings, by their names in `mbproj.settings`;
+    expression, a number, or an array of NumPy). `simulation` replaces settings, by their names in `mbproj.base.settings`;
     None is as if not given. Raises InputError with every problem, in text order.
     """
     return _taken_apart(read_text(Path(path)), str(path), Path(path)).scene(parameters, simulation)
@@ -222,7 +208,7 @@ class SceneText:
             blocks: Mapping[str, Any] | None = SCENE.read(root, (), reading)
         settings = _settings(root, blocks, simulation, reading)
         if blocks is not None and not blocks.keys().isdisjoint(WITH_EXPRESSIONS):
-            blocks = load("mbproj.scene.blocks.control.known_names:with_known_names")(blocks, settings, reading)
+            blocks = load("mbproj.scene.blocks.signals:with_known_names")(blocks, settings, reading)
         if blocks is not None and not any(path.split(".")[0] == "simulation" for path in parameters):
             _check_times(blocks, reading)
         if reading.problems or blocks is None or settings is None:
@@ -274,7 +260,7 @@ def _changed(root: MappingNode, parameters: Mapping[str, object]) -> tuple[Mappi
     """The document with these changes, and the problems of the changes."""
     changed: tuple[MappingNode, list[Problem]] = (root, [])
     if parameters:
-        changed = load("mbproj.scene.text.changes:changed")(root, parameters)
+        changed = load("mbproj.scene.changes:changed")(root, parameters)
     return changed
 
 
@@ -282,7 +268,7 @@ def _with_matrices(root: MappingNode, scene: Path | None) -> tuple[MappingNode, 
     """The document with the numbers of files that its signals name, these numbers as changes, and the problems."""
     filled: tuple[MappingNode, Mapping[str, str], list[Problem]] = (root, {}, [])
     if "signals" in root.values:
-        filled = load("mbproj.scene.blocks.control.matrix_files:with_matrices")(root, scene)
+        filled = load("mbproj.scene.blocks.control_blocks:with_matrices")(root, scene)
     return filled
 
 
@@ -313,7 +299,7 @@ def _connected(blocks: Mapping[str, Any]) -> Iterator[Joint]:
     curves: Mapping[str, Track] = blocks.get("curves", {})
     for joint in joints.values():
         if "path" in joint.parameters:
-            yield load("mbproj.scene.blocks.ropes.block:connected")(joint, blocks["bodies"], blocks.get("motions", {}))
+            yield load("mbproj.scene.blocks.ropes:connected")(joint, blocks["bodies"], blocks.get("motions", {}))
         elif "curve" in joint.parameters:
             yield replace(joint, parameters={**joint.parameters, "curve": curves[joint.parameters["curve"]]})
         elif "curves" in joint.parameters:
@@ -337,7 +323,7 @@ def _check_times(blocks: Mapping[str, Any], reading: Reading) -> None:
 
 def _reading(root: MappingNode) -> Reading:
     """A new reading of a document."""
-    channel = partial(calling("mbproj.scene.blocks.control.channel_units:dimension_in"), root, {})
+    channel = partial(calling("mbproj.scene.blocks.expression_names:dimension_in"), root, {})
     return Reading(items=items_of(root), places={(): root.place}, dimension_of=channel)
 
 
@@ -366,6 +352,113 @@ def _as_text(value: object) -> str:
     """A change as a text from which the same value is read."""
     if isinstance(value, str):
         return value
-    from mbproj.scene.text.changes import Change
+    from mbproj.scene.changes import Change
 
     return flow(value.node if isinstance(value, Change) else from_value(value, Place("")))
+
+
+# --- Implements `Scene.with_` and `Scene.to_yaml` ---------------------------------------------------------------------
+# A scene read again with changes, or written with them; and its display in a prompt and a notebook.
+
+
+#: The most items of a kind that a prompt shows.
+SHOWN = 6
+
+
+def with_changes(scene: Scene, changes: Mapping[str, object]) -> Scene:
+    """The scene with these values. Settings that were given in Python stay, unless the changes name them."""
+    again = _read(scene, {**scene.overrides, **changes})
+    given = {name: value for name, value in scene.given_settings.items() if ".".join(place_of(name)) not in changes}
+    settings = settings_of(merge(values_of(again), given)) if given else again.settings
+    return replace(again, path=scene.path, settings=settings, elements=scene.elements)
+
+
+def to_yaml(scene: Scene) -> str:
+    """A text from which the same scene is read. Comments are lost where something was changed. Raises InputError where
+    there is no such text, as for expectations after the end of a run that was made shorter in Python."""
+    if scene.elements:
+        raise ValueError(f"elements from Python cannot be written: {', '.join(each.name for each in scene.elements)}")
+    given = {".".join(place_of(name)): value for name, value in scene.given_settings.items()}
+    changes = {**scene.overrides, **{path: flow(from_value(value, Place(""))) for path, value in given.items()}}
+    if not changes:
+        return scene.text
+    root, _ = compose(scene.text, "scene")
+    assert isinstance(root, MappingNode)
+    text = document(changed(root, changes)[0])
+    read_scene_text(text, str(scene.path or "scene"))
+    return text
+
+
+def given_settings(scene: Scene) -> dict[str, object]:
+    """The settings of the scene that differ from those of its text, which is read again: they were given in Python."""
+    of_text = values_of(_read(scene, scene.overrides))
+    return {name: value for name, value in values_of(scene).items() if of_text.get(name) != value}
+
+
+def _read(scene: Scene, changes: Mapping[str, object]) -> Scene:
+    return read_scene_text(scene.text, str(scene.path or "scene"), changes)
+
+
+def as_text(scene: Scene) -> str:
+    """The text that a prompt shows of a scene."""
+    lines = _lines(scene)
+    width = max(len(word) for word, _ in lines)
+    return "\n".join([f"Scene: {scene.title or 'untitled'}", *(f"  {word:{width}}  {what}" for word, what in lines)])
+
+
+def as_html(scene: Scene) -> str:
+    """The table that a notebook shows of a scene."""
+    cells = (f"<tr><th>{escape(word)}</th><td>{escape(what)}</td></tr>" for word, what in _lines(scene))
+    return f"<table><caption>{escape(scene.title or 'untitled')}</caption>{''.join(cells)}</table>"
+
+
+def _lines(scene: Scene) -> list[tuple[str, str]]:
+    """The lines that are shown of a scene, as (word, items)."""
+    settings = scene.settings
+    step = f"step {settings.step:g} s" if settings.step is not None else ""
+    step = f"tolerance {settings.tolerance:g}" if settings.tolerance is not None else step
+    duration = f"{settings.duration:g} s" if settings.duration is not None else ""
+    groups = [
+        ("bodies", [f"{body.name} {body.mass:.4g} kg" for body in scene.bodies]),
+        ("joints", [f"{joint.name} {joint.type}" for joint in scene.joints]),
+        ("forces", [force.name for force in scene.forces]),
+        ("elements", [element.name for element in scene.elements]),
+        ("motions", [motion.name for motion in scene.motions]),
+        ("markers", [marker.name for marker in scene.markers]),
+        ("expectations", [expected.name for expected in scene.expectations]),
+        ("parameters", [f"{name} = {value:.6g}" for name, value in scene.parameters.items()]),
+        ("simulation", [part for part in (duration, settings.integrator, step, settings.projection.method) if part]),
+    ]
+    return [(word, _some(parts)) for word, parts in groups if parts]
+
+
+def _some(parts: list[str]) -> str:
+    more = f", ... ({len(parts)} in all)" if len(parts) > SHOWN else ""
+    return ", ".join(parts[:SHOWN]) + more
+
+
+# --- `Scene.build` ----------------------------------------------------------------------------------------------------
+# A scene of parts, without a file.
+
+
+#: The name in messages of a scene that was built.
+NAME = "Scene.build"
+
+
+def build(blocks: Mapping[str, Any]) -> Scene:
+    """The scene that has these blocks; `None` is left out. Raises InputError, whose problems name the
+    arguments by their paths, as 'bodies.rod.mass'."""
+    given = {name: blocks[name] for name in SCENE.keys if blocks.get(name) is not None}
+    try:
+        return read_scene_text({"mbproj": 1, **given}, NAME)
+    except InputError as error:
+        raise InputError([_at_argument(problem) for problem in error.problems]) from None
+
+
+def _at_argument(problem: Problem) -> Problem:
+    """The problem with the item as its place: lines of a generated text mean nothing to the user."""
+    place = problem.place
+    if place is None or place.file != NAME or place.line is None:
+        return problem
+    item = (place.text or "").strip().partition(":")[0]
+    return replace(problem, place=Place(f"{NAME}: {item}" if item else NAME))

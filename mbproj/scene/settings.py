@@ -10,18 +10,18 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
-from mbproj.scene.blocks.simulation import SIMULATION
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.base.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
+from mbproj.base.settings import SETTINGS, option_name
 from mbproj.scene.fields.reading import Reading
+from mbproj.scene.grammar import SIMULATION
 from mbproj.scene.records import KeyPath, ProjectionSettings, Settings
 from mbproj.scene.sampling import too_many
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
-from mbproj.settings import SETTINGS, option_name
 
 if TYPE_CHECKING:
-    from mbproj.scene.read import Scene
+    from mbproj.scene.scene import Scene
 
 #: Values of settings by their names in `SETTINGS`.
 Values = Mapping[str, Any]

@@ -12,17 +12,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter
 
-from mbproj.analysis import Outcome, outcomes
-from mbproj.dataclass import dataclass
-from mbproj.errors import ExitCode, InputError, MbprojError, Problem, SimulationError, message_and_code
-from mbproj.output_files import make_folder
-from mbproj.results import check_results, open_results
-from mbproj.results.files import part_path
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import ExitCode, InputError, MbprojError, Problem, SimulationError, message_and_code
+from mbproj.results.analysis.expectations import Outcome, outcomes
+from mbproj.results.check import check_results
+from mbproj.results.crash_safety import part_path
 from mbproj.results.notes import Note
-from mbproj.runs.record import record_run
-from mbproj.scene.read import SceneText
-from mbproj.scene.text.source import read_text
+from mbproj.results.output_files import make_folder
+from mbproj.results.reader import open_results
+from mbproj.scene.scene import SceneText
+from mbproj.scene.text.document import read_text
 from mbproj.studies.parallel.hand_out import Where, in_parallel
+from mbproj.studies.record import record_run
 from mbproj.studies.store import key_of
 
 #: The attribute of a kept file that identifies everything on which its numbers depend.

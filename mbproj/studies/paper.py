@@ -9,16 +9,17 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics import assemble
-from mbproj.dynamics.assembly.adjust import compile_system
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.errors import SimulationError
-from mbproj.integrate.simulate import simulate
-from mbproj.mechanisms_folder import mechanism
-from mbproj.model import initial_guess
-from mbproj.scene import read_scene, settings_to_run
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.recorded import Block
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene
+from mbproj.scene.settings import settings_to_run
 
 #: The methods of Figs. 4-5 and 9-10, by their names in the paper's legends.
 METHODS: Mapping[str, str] = {

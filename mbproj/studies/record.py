@@ -10,35 +10,32 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from mbproj.dataclass import brief, dataclass
-from mbproj.dynamics.assembly.adjust import compile_system
-from mbproj.dynamics.assembly.assemble import State, assemble
-from mbproj.dynamics.equations.round_off import EPSILON, HARDLY_ANY
-from mbproj.dynamics.rank.uniqueness import unique_components
-from mbproj.errors import SimulationError
-from mbproj.integrate.interruption import interruption
-from mbproj.integrate.reporting.report import Report, summary
-from mbproj.integrate.simulate import Keep, Progress, simulate
-from mbproj.model.compile.guess import initial_guess
+from mbproj.base.dataclass import brief, dataclass
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import EQUILIBRIUM, is_explicit
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import EPSILON, HARDLY_ANY
+from mbproj.equations.rank.uniqueness import unique_components
+from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.system import System
-from mbproj.registry import EQUILIBRIUM, is_explicit
+from mbproj.motion.interruption import interruption
+from mbproj.motion.report import Report, summary
+from mbproj.motion.simulate import Keep, Progress, simulate
 from mbproj.results.notes import KEY, Note, as_attribute
 from mbproj.results.writer import ResultsWriter
 from mbproj.scene.blocks.oversights import notes_on as notes_on_scene
-from mbproj.scene.read import Scene
-from mbproj.scene.records import JointForce, Settings
+from mbproj.scene.records import JointForce, PlaneStop, Settings
+from mbproj.scene.scene import Scene
 from mbproj.scene.settings import placed_in, settings_to_run
-from mbproj.scene.stops import PlaneStop
-from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
-    from mbproj.analysis.contacts.creep import CreepHistory
-    from mbproj.analysis.contacts.friction import FrictionHistory
-    from mbproj.analysis.contacts.ropes import Pushed
-    from mbproj.analysis.expectations import Outcome
-    from mbproj.integrate.outside import Function
     from mbproj.linear.equilibrium.find import Equilibrium
-    from mbproj.results.crash_safety.checkpoint import Checkpoint
+    from mbproj.motion.stepwise import Function
+    from mbproj.results.analysis.contacts import CreepHistory, FrictionHistory, Pushed
+    from mbproj.results.analysis.expectations import Outcome
+    from mbproj.results.crash_safety import Checkpoint
     from mbproj.results.record import Results
     from mbproj.results.trust import Trust
 
@@ -57,7 +54,7 @@ class Earlier(NamedTuple):
 
 
 class Certificate(Protocol):
-    """How far a run can be trusted, see `mbproj.studies.certify.certified.Certified`."""
+    """How far a run can be trusted, see `mbproj.studies.certify.Certified`."""
 
     @property
     def limits(self) -> Sequence[float]:
@@ -136,7 +133,7 @@ def record_run(
     writer = ResultsWriter(output, scene, system.names.as_mapping(), certified=limits, marks=marks)
     notes = [Note.on(problem) for problem in notes_on_scene(scene)]
     if system.adjustments:
-        from mbproj.dynamics.assembly.adjust import adjustment_notes
+        from mbproj.equations.assembly.compiled import adjustment_notes
 
         notes += map(Note.on, adjustment_notes(scene, system))
     with placed_in(scene):
@@ -178,14 +175,14 @@ def start_of(scene: Scene, system: System) -> State:
     equilibrium alone."""
     if scene.settings.start != EQUILIBRIUM:
         return assemble(system, initial_guess(scene, system))
-    from mbproj.linear.equilibrium.started import start_state
+    from mbproj.linear.equilibrium.start import start_state
 
     return start_state(scene, system)
 
 
 def record_equilibrium(scene: Scene, output: Path | str, rest: Equilibrium, attributes: Mapping[str, Any]) -> None:
     """Write an equilibrium as a results file of one sample. Raises InputError where it cannot be written."""
-    from mbproj.linear.equilibrium.observed import observed
+    from mbproj.linear.equilibrium.start import observed
 
     system = rest.whole
     constants = unique_components(system, rest.state)
@@ -236,16 +233,15 @@ def _looked_at(scene: Scene, recorder: ResultsWriter, *, judged: bool) -> dict[s
     found: dict[str, Any] = {}
     samples = recorder.results()
     if judged and scene.expectations:
-        from mbproj.analysis.expectations import outcomes
+        from mbproj.results.analysis.expectations import outcomes
 
         found["outcomes"] = tuple(outcomes(scene.expectations, samples))
     if rubs:
-        from mbproj.analysis.contacts.creep import creep_by_friction
-        from mbproj.analysis.contacts.friction import friction_records
+        from mbproj.results.analysis.contacts import creep_by_friction, friction_records
 
         found |= {"frictions": friction_records(samples), "creep": creep_by_friction(samples, scene)}
     if has_ropes:
-        from mbproj.analysis.contacts.ropes import pushed_by_ropes
+        from mbproj.results.analysis.contacts import pushed_by_ropes
 
         found["ropes"] = pushed_by_ropes(samples, scene)
     return found
@@ -256,9 +252,9 @@ def _is_dry(force: object) -> bool:
 
 
 def _on_push(name: str, push: Pushed) -> Note:
-    from mbproj.analysis.contacts.ropes import in_words
+    from mbproj.results.analysis.contacts import rope_in_words
 
-    return Note(in_words(name, push), doubts_motion=True)
+    return Note(rope_in_words(name, push), doubts_motion=True)
 
 
 # --- The notes on a run that has ended --------------------------------------------------------------------------------
@@ -334,7 +330,7 @@ def notes_on(report: Report) -> Iterator[Note]:
             "mechanism's length: smaller steps make nothing more accurate"
         )
     if report.swamped:
-        from mbproj.dynamics.rank.massless import SHOWN
+        from mbproj.equations.rank.mobility import SHOWN
 
         yield _doubt(
             f"round-off of the other bodies' forces decides motions with less than {HARDLY_ANY:.0e} of the "

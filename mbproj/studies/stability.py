@@ -1,34 +1,65 @@
-"""The subject of a stability map, a scene with a setting, and the verdict on it: whether it holds, degrades or fails,
-from which time on, and at which joint. A run is judged, or the small motions about the equilibrium are: by the modes,
-or from one round of a sampled controller's instants to the next."""
+"""stability(): a map of where each method holds, degrades and fails while one quantity varies. Bisection finds the
+limits.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from bisect import insort
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
-from math import ceil
+from functools import partial
+from itertools import pairwise
+from math import ceil, exp, log
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.errors import InputError, MbprojError, Problem, SimulationError
-from mbproj.integrate import Report, simulate
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, MbprojError, Problem, SimulationError, choose_from
+from mbproj.base.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fixed_steps
+from mbproj.base.settings import SETTINGS
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.constraints import constraint_at
+from mbproj.equations.recorded import Block
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.instants import round_of
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.state_space.instants import round_of
-from mbproj.model import System
-from mbproj.scene.read import Scene
+from mbproj.model.euler_parameters import product, rotation_matrix
+from mbproj.model.system import System
+from mbproj.motion import simulate
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.reduced import InPlane
+from mbproj.motion.report import Report
+from mbproj.motion.steppers.runge_kutta import real_axis_limit
+from mbproj.motion.steppers.tableau import tableau_of
+from mbproj.results.views import Table, Tabled
 from mbproj.scene.records import Settings
-from mbproj.studies.cases.array import OneCaseOnly, case_of
-from mbproj.studies.cases.block import CaseBlock, as_one
-from mbproj.studies.cases.groups import by_arrays
-from mbproj.studies.measure.mechanism import Mechanism, of_scene
+from mbproj.scene.scene import Scene, SceneText
+from mbproj.studies.case_arrays import OneCaseOnly, case_of
+from mbproj.studies.case_blocks import CaseBlock, as_one, by_arrays
+from mbproj.studies.measure.reference import span as until_of
 from mbproj.studies.measure.setting import Setting
-from mbproj.thresholds import THRESHOLDS
+from mbproj.studies.measure.solve import Mechanism, of_scene, sample_times, solve
+from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.progress import Tell, silent
+from mbproj.studies.store import ValueCache
+from mbproj.studies.variants import (
+    rescaled,
+    with_damping,
+    with_inertia_ratio,
+    with_mass_ratio,
+    with_speed,
+    with_stiffness,
+)
+
+# --- The subject of a stability map, a scene with a setting, and the verdict on it ------------------------------------
+# Whether it holds, degrades or fails, from which time on, and at which joint. A run is judged, or the small motions
+# about the equilibrium are: by the modes, or from one round of a sampled controller's instants to the next.
+
 
 #: The three states of a point, from best to worst.
 HOLDS, DEGRADES, FAILS = "holds", "degrades", "fails"
@@ -39,7 +70,7 @@ STILL = 1e-9
 #: The most values that are judged in one block.
 BLOCK = 50
 #: The name of the track, and the relative precision of its limits: each point costs little.
-NAME, PRECISION = "small motions", 1e-8
+NAME, VERDICT_PRECISION = "small motions", 1e-8
 #: Motions that grow by a smaller part in a round count as neutral: rounding splits a double eigenvalue 1 by √ε.
 GROWS = 2e-8
 
@@ -248,3 +279,472 @@ def _fault(mechanism: Mechanism) -> str:
     fastest = float(values.real.max(initial=0.0))
     grows = fastest > THRESHOLDS.no_motion * float(np.abs(values).max(initial=0.0))
     return f"a small motion grows with {fastest:.6g} 1/s" if grows else ""
+
+
+# --- The quantities that can be varied --------------------------------------------------------------------------------
+# How a value changes the scene or its setting, their range, and the methods concerned.
+# Baumgarte's gains have a limit: those from which an offset of C grows over 300 steps, and the limit from the
+# tableau.
+# With α = β the violation obeys C'' + 2αC' + α²C = 0, whose double eigenvalue is -α. A Runge-Kutta method has the
+# stability function R(z) = 1 + z bᵀ(I - zA)⁻¹1. It keeps the violation bounded while |R(-αh)| <= 1 (Hairer & Wanner
+# 1996, sect. IV.2).
+
+
+#: The number of steps over which |C| is watched, and the initial offset in units of the mechanism's length.
+STEPS, OFFSET = 300, 1e-8
+
+
+def growth(subject: Subject, value: float) -> StabilityPoint:
+    """Test whether an offset of C grows with these gains.
+
+    The difference to a run without the offset is watched, because the integrator's error adds to C in both. `closure`
+    is this difference after the last step, in lengths or rad."""
+    try:
+        mechanism = Mechanism.of(subject.scene)
+        own, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
+    except MbprojError as error:
+        where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
+        return StabilityPoint(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
+    first, last = (float(part) for part in np.abs(opened - own).max(axis=1))
+    if last <= first:
+        return StabilityPoint(value, HOLDS, last, np.nan)
+    said = f"an offset has grown from {first:.1e} to {last:.1e}"
+    return StabilityPoint(
+        value, FAILS, last, np.nan, STEPS * subject.step, _worst(mechanism.system, opened - own), said
+    )
+
+
+def _shifted(subject: Subject, mechanism: Mechanism) -> Mechanism:
+    """Return the mechanism with its bodies shifted by random offsets. The offsets stay in the plane where the run is
+    planar."""
+    state, random = mechanism.state, np.random.default_rng(0)
+    shift = np.zeros((mechanism.system.bodies, 7))
+    shift[:, :3] = OFFSET * mechanism.system.length * random.choice([-1.0, 1.0], (mechanism.system.bodies, 3))
+    run = choose(mechanism.system, state, subject.setting.settings(STEPS * subject.step, subject.step)).compiled
+    if isinstance(run, InPlane):
+        normal = run.plane.axes[:, 2]
+        shift[:, :3] -= np.outer(shift[:, :3] @ normal, normal)
+    return replace(mechanism, state=state.changed(positions=state.q + shift.ravel()))
+
+
+def _violations(subject: Subject, mechanism: Mechanism) -> Array:
+    """The violation C of joints and motions at the start and after the last step, (2, m), in the mechanism's length or
+    rad."""
+    span, kept, system = STEPS * subject.step, list[Block](), mechanism.system
+
+    class Kept:
+        def write(self, block: Block) -> None:
+            kept.append(block)
+
+    with np.errstate(all="ignore"):
+        simulate(system, mechanism.state, mechanism.settings(subject.setting, span, span), Kept())
+    times = np.concatenate([block["time"] for block in kept])
+    q = np.concatenate([_coordinates(system, block) for block in kept])
+    return np.asarray((constraint_at(system, q, times) / system.row_scale)[:, system.bodies :])
+
+
+def _coordinates(system: System, block: Block) -> Array:
+    """The coordinates q (T, 7n) of the carriers, each computed from the first body that is fixed to it."""
+    first = [int(np.argmax(system.body_carrier == carrier)) for carrier in range(system.bodies)]
+    back = system.body_turn[first] * np.array([1.0, -1.0, -1.0, -1.0])
+    orientation = product(block["bodies/orientation"][:, first], back)
+    arm = (rotation_matrix(orientation) @ system.body_offset[first][..., None])[..., 0]
+    q = np.concatenate([block["bodies/position"][:, first] - arm, orientation], axis=-1)
+    return np.asarray(q.reshape(len(q), -1))
+
+
+def _worst(system: System, offset: Array) -> str:
+    """The owner of the row that has grown most."""
+    return system.row_owner(system.bodies + int(np.argmax(np.abs(offset[-1]))))
+
+
+@dataclass(frozen=True)
+class ValueSpan:
+    """The range in which a quantity is varied, and its value in the scene itself."""
+
+    low: float
+    own: float
+    high: float
+
+
+@dataclass(frozen=True)
+class VariedQuantity:
+    """A quantity that can be varied. `option` is the option that a projection method must have for it ("gains",
+    "alpha"), or "". `run` judges a subject at a value.
+
+    `of_forces`: the quantity makes forces stiff, so an implicit method is tried too. `of_motion`: the quantity changes
+    the mechanism itself, so small motions are judged too."""
+
+    unit: str
+    summary: str
+    span: Callable[[Subject], ValueSpan]
+    changed: Callable[[Subject, float], Subject]
+    option: str = ""
+    run: Callable[[Subject, float], StabilityPoint] = judged
+    of_forces: bool = False
+    of_motion: bool = False
+
+
+def _factor(
+    low: float,
+    high: float,
+    change: Callable[[Scene, float], Scene],
+    summary: str,
+    *,
+    applies_to_all: bool = False,
+    of_forces: bool = False,
+) -> VariedQuantity:
+    """A factor that is 1 in the scene itself. `change` raises InputError for scenes to which it does not apply."""
+
+    def span(subject: Subject) -> ValueSpan:
+        if not applies_to_all:
+            change(subject.scene, 1.0)
+        return ValueSpan(low, 1.0, high)
+
+    def changed(subject: Subject, value: float) -> Subject:
+        return replace(subject, scene=change(subject.scene, value))
+
+    return VariedQuantity("", summary, span, changed, of_forces=of_forces)
+
+
+def _steps(subject: Subject) -> ValueSpan:
+    return ValueSpan(subject.step / 8.0, subject.step, min(64.0 * subject.step, subject.until))
+
+
+def _of_setting(changes: Callable[[float], dict[str, Any]]) -> Callable[[Subject, float], Subject]:
+    return lambda subject, value: replace(subject, setting=replace(subject.setting, **changes(value)))
+
+
+def _gains(subject: Subject) -> ValueSpan:
+    if not (subject.scene.joints or subject.scene.motions):
+        said = "the scene has no joints for Baumgarte's terms to close"
+        raise InputError(Problem(said, hint="vary something else, 'step' for example"))
+    own = subject.setting.gains or SETTINGS["gains"].where_taken
+    return ValueSpan(0.05 / subject.step, own[0], 20.0 / subject.step)
+
+
+#: Every quantity by name. A new one is an entry here, and the function in `mbproj.studies.variants` that applies it.
+QUANTITIES: Mapping[str, VariedQuantity] = MappingProxyType(
+    {
+        "step": VariedQuantity("s", "the integrator's fixed step", _steps, _of_setting(lambda h: {"step": h})),
+        "mass-ratio": _factor(
+            1e-12,
+            1e12,
+            with_mass_ratio,
+            "every second body, counted from the ground along the joints, √r times as heavy, the others 1/√r times",
+        ),
+        "inertia-ratio": _factor(1e-12, 1e12, with_inertia_ratio, "as `mass-ratio`, of the moments of inertia alone"),
+        "speed": _factor(1e-3, 1e3, with_speed, "a factor on the velocities of the start and the speed of all motions"),
+        "length-scale": _factor(
+            1e-6,
+            1e6,
+            rescaled,
+            "a factor on lengths, velocities and gravity: the same motion in another unit of length",
+            applies_to_all=True,
+        ),
+        "stiffness": _factor(1e-6, 1e6, with_stiffness, "a factor on the stiffness of all springs", of_forces=True),
+        "damping": _factor(1e-6, 1e6, with_damping, "a factor on the damping of all dampers", of_forces=True),
+        "baumgarte-gain": VariedQuantity(
+            "1/s",
+            "Baumgarte's gains α = β: whether |C| grows over 300 steps from an offset of 1e-8",
+            _gains,
+            _of_setting(lambda gain: {"gains": (gain, gain)}),
+            "gains",
+            growth,
+        ),
+        "penalty": VariedQuantity(
+            "",
+            "the penalty α of mass-orthogonal and mmopm",
+            lambda subject: ValueSpan(1.0, subject.setting.alpha or SETTINGS["alpha"].where_taken, 1e16),
+            _of_setting(lambda alpha: {"alpha": alpha}),
+            "alpha",
+        ),
+        "duration": VariedQuantity(
+            "s",
+            "how long the run is",
+            lambda subject: ValueSpan(subject.until / 10.0, subject.until, 100.0 * subject.until),
+            lambda subject, until: replace(subject, until=until),
+        ),
+    }
+)
+
+
+#: The prefix that names a parameter of the scene.
+PARAMETER = "parameters."
+
+
+def _of_parameter(name: str) -> VariedQuantity:
+    """A parameter of the scene, varied from a tenth of its value to ten times its value."""
+
+    def span(subject: Subject) -> ValueSpan:
+        known = subject.scene.parameters
+        if name not in known:
+            hint = choose_from(name, known, "parameters are") if known else "name a number: `parameters: {T: 20 ms}`"
+            raise InputError(Problem(f"the scene has no parameter '{name}'", hint=hint))
+        own = known[name]
+        if not own > 0.0:
+            said = f"parameter '{name}' is {own:.6g}, and values are varied by their logarithms"
+            raise InputError(Problem(said, hint="let a positive parameter be a factor of it"))
+        return ValueSpan(0.1 * own, own, 10.0 * own)
+
+    def changed(subject: Subject, value: float) -> Subject:
+        return replace(subject, scene=subject.scene.with_({name: value}))
+
+    return VariedQuantity("", f"the scene's parameter {name}", span, changed, of_motion=True)
+
+
+def quantity_named(name: str) -> VariedQuantity:
+    """The quantity with this name in `QUANTITIES`, or the parameter of the scene: `parameters.T`. Raises InputError for
+    an unknown name."""
+    if name.startswith(PARAMETER):
+        return _of_parameter(name.removeprefix(PARAMETER))
+    if name not in QUANTITIES:
+        raise InputError(
+            Problem(f"unknown quantity '{name}'", hint=choose_from(name, [*QUANTITIES, f"{PARAMETER}NAME"]))
+        )
+    return QUANTITIES[name]
+
+
+# --- stability() ------------------------------------------------------------------------------------------------------
+
+
+#: The methods that are tried by default, and the number of grid values.
+METHODS, POINTS = ("none", "baumgarte", "gopm", "gpopm"), 25
+#: The relative precision of a limit, and the most changes of state that are bisected for a method.
+PRECISION, CHANGES = 0.005, 6
+#: The number of steps for a scene that gives neither a step nor a tolerance.
+DEFAULT_STEPS = 1000
+
+
+@dataclass(frozen=True)
+class StateChange:
+    """A change of state between two points, `below` and `above`, with nearly the same value."""
+
+    below: StabilityPoint
+    above: StabilityPoint
+
+    @property
+    def value(self) -> float:
+        """The limit: the geometric mean of the two values."""
+        return float(np.sqrt(self.below.value * self.above.value))
+
+
+@dataclass(frozen=True)
+class MethodTrack:
+    """The result of one method: its points by increasing value, from the grid and from bisection."""
+
+    method: str
+    points: tuple[StabilityPoint, ...]
+
+    @property
+    def changes(self) -> tuple[StateChange, ...]:
+        """The changes of state between neighbours."""
+        return tuple(StateChange(*pair) for pair in _changes(self.points))
+
+    @property
+    def digits(self) -> int:
+        """The number of digits to which a change is known: more for small motions, which are bisected further."""
+        return 8 if self.method == NAME else 4
+
+
+@dataclass(frozen=True)
+class StabilityMap(Tabled):
+    """The tracks of all methods over the quantity `vary`. `span` has the range of values and the scene's own value.
+    `analytic` is the limit from theory, where there is one; `setting` is the common setting of all runs."""
+
+    title: str
+    vary: str
+    unit: str
+    span: ValueSpan
+    tracks: tuple[MethodTrack, ...]
+    setting: Setting
+    until: float
+    limits: Limits
+    analytic: float | None
+    length: float
+
+    @property
+    def table(self) -> Table:
+        """A table with a row for each method and value. Its column of values is named after the quantity."""
+        names = {"value": self.vary, "closure": "open_by", "energy": "energy_off_by", "time": "first_bad_time"}
+        return Table.of(
+            {"projection": track.method} | {names.get(name, name): value for name, value in vars(point).items()}
+            for track in self.tracks
+            for point in track.points
+        )
+
+    @property
+    def line(self) -> str:
+        """A line with the quantity and the limits of each method."""
+        parts = [
+            f"{track.method} {', '.join(f'{change.value:.{track.digits}g}' for change in track.changes) or 'none'}"
+            for track in self.tracks
+        ]
+        return f"{self.title}: {self.vary}{f' ({self.unit})' if self.unit else ''}; limits: {'; '.join(parts)}"
+
+    __repr__ = Tabled.__repr__
+
+
+def stability(
+    scene: Scene,
+    vary: str,
+    *,
+    projections: Sequence[str] | None = None,
+    low: float | None = None,
+    high: float | None = None,
+    points: int = POINTS,
+    until: float | None = None,
+    limits: Limits | None = None,
+    processes: Where = None,
+    fresh: bool = False,
+    tell: Tell = silent,
+) -> StabilityMap:
+    """Vary `vary` (a name of `QUANTITIES`, or `parameters.NAME`) from `low` to `high` for each projection method. For a
+    parameter, the first track is that of small motions.
+
+    Raises InputError where the scene does not have this quantity, or a projection method does not depend on it."""
+    quantity, mechanism = quantity_named(vary), Mechanism.to_choose_for(scene)
+    names = _methods(quantity, projections)
+    subject = Subject(
+        scene, _with_fixed_step(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits()
+    )
+    own_span = quantity.span(subject)
+    whole = ValueSpan(low or own_span.low, own_span.own, high or own_span.high)
+    if not 0.0 < whole.low < whole.high:
+        message = f"there is nothing between {whole.low:g} and {whole.high:g}"
+        raise InputError(Problem(message, hint="let --from be below --to"))
+    _refuse_endless(quantity.changed(subject, whole.low), quantity.changed(subject, whole.high))
+    what = {
+        "study": "stability",
+        **mechanism.identity,
+        "vary": vary,
+        "setting": subject.setting.command_line(),
+        "until": subject.until,
+        "limits": vars(subject.limits),
+        "span": vars(whole),
+        "points": points,
+    }
+    kept = ValueCache(what, fresh, (StabilityPoint,))
+    grid = values(whole, points)
+    subjects = {name: _with_method(subject, name) for name in names}
+    if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:
+        subjects |= _implicit(subjects)
+    if quantity.of_motion:
+        subjects = {NAME: replace(subject, is_linear=True), **subjects}
+    walked = resumable(_points_of, (vary, grid), subjects, kept, processes, "methods", tell)
+    analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
+    step = subject.setting.step or 1.0
+    return StabilityMap(
+        title=scene.title,
+        vary=vary,
+        unit=quantity.unit or _unit_of(scene, vary),
+        span=whole,
+        tracks=tuple(MethodTrack(*each) for each in walked.items()),
+        setting=subject.setting,
+        until=subject.until,
+        limits=subject.limits,
+        analytic=analytic / step if np.isfinite(analytic) else None,
+        length=mechanism.system.length,
+    )
+
+
+def _unit_of(scene: Scene, vary: str) -> str:
+    """The SI unit of a parameter; "" where the scene does not tell it."""
+    if not vary.startswith(PARAMETER):
+        return ""
+    return SceneText(scene.text, "scene", scene.path).units().get(tuple(vary.split(".", 1)), "")
+
+
+def values(span: ValueSpan, points: int) -> list[float]:
+    """The values of a span, evenly spaced in their logarithms, with the scene's own value among them."""
+    grid = np.geomspace(span.low, span.high, points)
+    nearest = int(np.argmin(np.abs(np.log(grid / span.own))))
+    if span.low <= span.own <= span.high:
+        grid[nearest] = span.own
+    return [float(value) for value in grid]
+
+
+def _methods(quantity: VariedQuantity, projections: Sequence[str] | None) -> tuple[str, ...]:
+    """The methods to try. Raises InputError for an unknown method, or one without the option that is varied."""
+    option = quantity.option
+    able = [name for name, entry in PROJECTIONS.items() if not option or option in entry.options]
+    for name in projections or ():
+        if name not in PROJECTIONS:
+            raise InputError(Problem(f"unknown projection method '{name}'", hint=choose_from(name, PROJECTIONS)))
+        if name not in able:
+            raise InputError(Problem(f"'{name}' has no '{option}' to vary", hint=f"these have: {', '.join(able)}"))
+    return tuple(dict.fromkeys(projections or (able if option else METHODS)))
+
+
+def _refuse_endless(*ends: Subject) -> None:
+    """Raises InputError where a run at an end of the span would take too many steps."""
+    for subject in ends:
+        step, most = subject.setting.step, THRESHOLDS.most_steps
+        if step is not None and subject.until / step > most:
+            message = f"a run of {subject.until:.6g} s in steps of {step:.6g} s would take {subject.until / step:.3g}"
+            raise InputError(Problem(f"{message} steps, and at most {most:g} are made", hint="vary it less"))
+
+
+def _with_fixed_step(mechanism: Mechanism, until: float) -> Setting:
+    """The scene's setting with a fixed step: its own, or the mean step that its tolerance leads to."""
+    own = Setting.of(mechanism.scene.settings)
+    if own.step is not None:
+        return own
+    steps = DEFAULT_STEPS
+    if own.tolerance is not None:
+        report = solve(mechanism, own, sample_times(until, 1)).report
+        steps = report.counters["steps"] if report is not None else steps
+    return replace(own, integrator=with_fixed_steps(own.integrator), step=until / steps, tolerance=None)
+
+
+def _with_method(subject: Subject, name: str) -> Subject:
+    """Return the subject with another projection method, without the options that this method does not take."""
+    own = subject.setting
+    taken = {option: getattr(own, option) for option in PROJECTIONS[name].options}
+    return replace(subject, setting=replace(own, **{"alpha": None, "gains": None, **taken}, projection=name))
+
+
+def _implicit(subjects: Mapping[str, Subject]) -> dict[str, Subject]:
+    """The subjects with an implicit integrator, for each projection that corrects and that the kernel has."""
+    return {
+        f"{name}, {WHERE_STIFF}": replace(each, setting=replace(each.setting, integrator=WHERE_STIFF))
+        for name, each in subjects.items()
+        if PROJECTIONS[name].corrects and PROJECTIONS[name].compiled
+    }
+
+
+def _points_of(shared: tuple[str, list[float]], subject: Subject) -> tuple[StabilityPoint, ...]:
+    """The points of a method: the grid, and then bisections between neighbours with different states."""
+    vary, grid = shared
+    quantity, precision = quantity_named(vary), VERDICT_PRECISION if subject.is_linear else PRECISION
+    judge = small_motions if subject.is_linear else quantity.run
+
+    def at(value: float) -> StabilityPoint:
+        try:
+            changed = quantity.changed(subject, value)
+        except InputError as error:
+            return StabilityPoint(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
+        return judge(changed, value)
+
+    known = judged_in_blocks(partial(quantity.changed, subject), grid) if judge is judged else {}
+    points = [known.get(number) or at(value) for number, value in enumerate(grid)]
+    for _ in range(CHANGES):
+        wide = [pair for pair in _changes(points) if _gap(*pair) > precision]
+        if not wide:
+            break
+        below, above = wide[0]
+        while _gap(below, above) > precision:
+            middle = at(exp(0.5 * (log(below.value) + log(above.value))))
+            insort(points, middle, key=lambda point: point.value)
+            below, above = (middle, above) if middle.state == below.state else (below, middle)
+    return tuple(points)
+
+
+def _gap(below: StabilityPoint, above: StabilityPoint) -> float:
+    """The distance of two values in their logarithms."""
+    return log(above.value / below.value)
+
+
+def _changes(points: Sequence[StabilityPoint]) -> list[tuple[StabilityPoint, StabilityPoint]]:
+    """The pairs of neighbours with different states."""
+    return [(one, two) for one, two in pairwise(points) if one.state != two.state]

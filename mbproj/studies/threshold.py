@@ -12,19 +12,23 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
-from mbproj.registry import PROJECTIONS
-from mbproj.results.views.table import Table, Tabled
-from mbproj.scene.read import Scene
-from mbproj.studies.measure.accuracy import attempt
-from mbproj.studies.measure.certain import certain_reference
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import Reference
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.registry import PROJECTIONS
+from mbproj.results.views import Table, Tabled
+from mbproj.scene.scene import Scene
+from mbproj.studies.measure.measurement import (
+    MEASUREMENT_RECORDS,
+    REPETITIONS,
+    Measurement,
+    Timing,
+    attempt,
+    kept_timings,
+    timing_columns,
+)
+from mbproj.studies.measure.reference import Reference, certain_reference, span
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.spans import span
-from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings, timing_columns
+from mbproj.studies.measure.solve import Mechanism
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import ValueCache

@@ -10,30 +10,300 @@ setting brings nothing more.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import cached_property
 from itertools import product
-from math import ceil, inf
+from math import ceil, inf, nan
+from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
 
-from mbproj import registry
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.scene.read import Scene
-from mbproj.studies.measure.accuracy import Yardstick, attempt
-from mbproj.studies.measure.certain import certain_reference
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.base import registry
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.version import __version__
+from mbproj.results.output_files import hdf5, replacing
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.studies import COUNTED, OF_POINT, TRIALS, VARIED
+from mbproj.results.views import Table, Tabled
+from mbproj.scene.scene import Scene
+from mbproj.studies.measure.measurement import (
+    MEASUREMENT_RECORDS,
+    REPETITIONS,
+    Measurement,
+    Timing,
+    Yardstick,
+    attempt,
+    kept_timings,
+    timing_columns,
+)
+from mbproj.studies.measure.reference import Reference, certain_reference, divisors, span
 from mbproj.studies.measure.setting import Setting, only_full
-from mbproj.studies.measure.spans import divisors, span
-from mbproj.studies.measure.timing import REPETITIONS, Timing, kept_timings
-from mbproj.studies.parallel.hand_out import Where
+from mbproj.studies.measure.solve import Mechanism
+from mbproj.studies.parallel.hand_out import Where, resumable
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.parallel.resumable import resumable
 from mbproj.studies.store import ValueCache
-from mbproj.studies.tradeoff.fronts import CLOSED, NONE, projections_at_one_size, to_time
-from mbproj.studies.tradeoff.result import Tradeoff
+
+# --- Pareto fronts of a grid of settings, the settings near them that are timed, and the ------------------------------
+# Pareto fronts of a grid of settings, the settings near them that are timed, and the families of settings that are
+# lines in diagrams.
+
+
+#: A setting is timed where its first time is within this factor of the cheapest setting that is as good. At most
+#: `MOST_TIMED` settings are timed.
+NEAR_IN_TIME, MOST_TIMED = 1.5, 40
+#: Errors below this count as zero, before a logarithm is taken. They occur where nothing moves, or the span is zero.
+NONE = 1e-300
+#: Joints count as closed where |C| is at most this part of the mechanism's size, or of 1 m.
+CLOSED = 1e-11
+
+
+def front(cost: Sequence[float] | Array, error: Sequence[float] | Array) -> Integers:
+    """Indices of the Pareto front, by increasing cost. A setting is on it where no other has at most its cost and its
+    error, and less of one. Of equal settings the first counts; infinite values never do."""
+    costs, errors = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
+    order = np.lexsort((np.arange(len(costs)), errors, costs))
+    indices, best = [], np.inf
+    for index in order:
+        if np.isfinite(costs[index]) and errors[index] < best:
+            indices.append(index)
+            best = errors[index]
+    return np.array(indices, dtype=np.intp)
+
+
+def excess(cost: Sequence[float] | Array, error: Sequence[float] | Array) -> Array:
+    """The cost of each setting over the least cost with at most its error, (N,) >= 1. It is infinite where the cost or
+    the error is not finite."""
+    costs, errors = np.asarray(cost, dtype=float), np.asarray(error, dtype=float)
+    ratios = np.full(len(costs), np.inf)
+    for index in np.flatnonzero(np.isfinite(costs) & np.isfinite(errors)):
+        ratios[index] = costs[index] / costs[errors <= errors[index]].min()
+    return ratios
+
+
+def cheapest(cost: Sequence[float] | Array, error: Sequence[float] | Array, limit: float) -> int | None:
+    """The index of the cheapest setting with an error of at most `limit`; None where there is none."""
+    costs = np.where(np.asarray(error, dtype=float) <= limit, np.asarray(cost, dtype=float), np.inf)
+    index = int(np.argmin(costs)) if len(costs) else 0
+    return index if len(costs) and np.isfinite(costs[index]) else None
+
+
+def projections_at_one_size(trials: Sequence[Measurement], errors: Array, own: Setting | None) -> list[int]:
+    """Indices of settings with one integrator and one fixed step that differ only in their projection. The largest such
+    group is taken. Of equally large groups, take the one with the scene's own setting, or else the one with the middle
+    error."""
+    groups: dict[Any, list[int]] = {}
+    for index, trial in enumerate(trials):
+        if trial.setting.step is not None and trial.failure is None:
+            groups.setdefault((trial.setting.integrator, trial.setting.step), []).append(index)
+    most = max((len(group) for group in groups.values()), default=0)
+    full = [group for group in groups.values() if len(group) == most and most > 1]
+    if not full:
+        return []
+    for group in full:
+        if own is not None and any(trials[index].setting == own for index in group):
+            return group
+    best = np.log(np.array([errors[group].min() for group in full]).clip(NONE))
+    middle = 0.5 * (best.min() + best.max())
+    return full[int(np.argmin(np.abs(best - middle)))]
+
+
+def to_time(trials: Sequence[Measurement], errors: Array, closed: float, always: Sequence[int]) -> list[int]:
+    """Indices of the settings to time: those near one of three fronts, and `always`. The fronts are of all settings, of
+    the settings with |C| of at most `closed`, and with |C| in place of the error."""
+    seconds = np.array([trial.seconds for trial in trials])
+    violations = np.array([trial.position_violation for trial in trials])
+    fronts = (errors, np.where(violations <= closed, errors, inf), violations)
+    nearness = np.min([excess(seconds, values) for values in fronts], axis=0)
+    near = [index for index in np.argsort(nearness, kind="stable") if nearness[index] <= NEAR_IN_TIME][:MOST_TIMED]
+    alive = [index for index in always if trials[index].failure is None]
+    return sorted({int(index) for index in (*near, *alive)})
+
+
+def kind(setting: Setting) -> str:
+    """The integrator of a setting and how its step is chosen: fixed steps or a tolerance."""
+    return f"{setting.integrator}, {'fixed steps' if setting.tolerance is None else 'tolerance'}"
+
+
+def by_integrator(trials: Sequence[Measurement]) -> dict[str, list[int]]:
+    """Indices of the trials that have the projection and schedule of the first trial, by integrator and kind of
+    step."""
+    plain = trials[0].setting.schedule
+    return grouped(trials, lambda setting: kind(setting) if setting.schedule == plain else None)
+
+
+def studied(trials: Sequence[Measurement], front: Sequence[int]) -> str:
+    """The integrator and kind of step with most settings on the front, among those that were tried with several
+    projections."""
+    tried = {
+        name: len({trials[index].setting.schedule for index in indices})
+        for name, indices in grouped(trials, kind).items()
+    }
+    wins = {name: sum(kind(trials[index].setting) == name for index in front) for name in tried}
+    return max(tried, key=lambda name: (tried[name] > 1, wins[name]))
+
+
+def by_projection(trials: Sequence[Measurement], name: str) -> dict[str, list[int]]:
+    """Indices of the trials of one integrator and kind of step, by projection and schedule."""
+    return grouped(trials, lambda setting: setting.schedule if kind(setting) == name else None)
+
+
+def grouped(trials: Sequence[Measurement], key: Callable[[Setting], str | None]) -> dict[str, list[int]]:
+    """Indices of the trials, grouped by `key` of their settings; trials whose key is None are left out."""
+    groups: dict[str, list[int]] = {}
+    for index, trial in enumerate(trials):
+        name = key(trial.setting)
+        if name is not None:
+            groups.setdefault(name, []).append(index)
+    return groups
+
+
+# --- `Tradeoff` -------------------------------------------------------------------------------------------------------
+# The trials of a grid of settings, with their Pareto fronts, as a table and as an HDF5 file.
+
+
+#: Columns of the table: options of a setting, and counters of its run.
+
+
+@dataclass(frozen=True, eq=False)
+class Tradeoff(Tabled):
+    """The trials of a grid of settings on a mechanism of `size` (m). The largest error of `points` counts.
+
+    `timings` are those of the trials that were timed, by their index. `own` is the index of the scene's own setting, or
+    None. `compared` are the indices of settings that differ only in their projection. `notes` are for the reader."""
+
+    title: str
+    size: float
+    points: tuple[str, ...]
+    trials: tuple[Measurement, ...]
+    timings: Mapping[int, Timing]
+    own: int | None
+    compared: tuple[int, ...]
+    reference: Reference
+    notes: tuple[str, ...]
+
+    @cached_property
+    def error(self) -> Array:
+        """The largest error of the points, (N,) in m."""
+        return np.array([trial.at(self.points) for trial in self.trials])
+
+    @cached_property
+    def violation(self) -> Array:
+        """The largest |C|, (N,) in m or rad."""
+        return np.array([trial.position_violation for trial in self.trials])
+
+    @cached_property
+    def seconds(self) -> Array:
+        """The processor time of settings that were timed alone, (N,) in s; infinite for the others."""
+        timed = np.full(len(self.trials), inf)
+        for index, timing in self.timings.items():
+            timed[index] = timing.median
+        return timed
+
+    @cached_property
+    def front(self) -> tuple[int, ...]:
+        """Indices of the Pareto front, the cheapest setting first: no other setting is both cheaper and more
+        accurate."""
+        return tuple(front(self.seconds, np.maximum(self.error, self.floor)).tolist())
+
+    @cached_property
+    def violation_front(self) -> tuple[int, ...]:
+        """Indices of the Pareto front with |C| in place of the error, the cheapest setting first."""
+        return tuple(front(self.seconds, self.violation).tolist())
+
+    def cheapest(self, limit: float, closed: float = inf) -> int | None:
+        """The index of the cheapest setting with an error (m) of at most `limit` and |C| (m or rad) of at most
+        `closed`."""
+        return cheapest(self.seconds, np.where(self.violation <= closed, self.error, inf), limit)
+
+    def most_accurate(self, seconds: float) -> int | None:
+        """The index of the most accurate setting that takes at most `seconds`."""
+        return cheapest(self.error, self.seconds, seconds)
+
+    @property
+    def floor(self) -> float:
+        """The uncertainty of the reference over the whole span, m."""
+        columns = [self.reference.points.index(name) for name in self.points]
+        return float(self.reference.uncertainty[-1, columns].max())
+
+    @property
+    def table(self) -> Table:
+        """A table with a row for each setting. `TRIALS` describes its columns."""
+        return Table.of(map(self._row, range(len(self.trials))))
+
+    @property
+    def line(self) -> str:
+        """A line with the number of settings, the duration, and the number of failures."""
+        failed = sum(trial.failure is not None for trial in self.trials)
+        until = self.reference.times[-1]
+        return (
+            f"{self.title or 'The mechanism'}: {len(self.trials)} settings up to {until:g} s, of which {failed} failed"
+        )
+
+    __repr__ = Tabled.__repr__
+
+    def _row(self, index: int) -> dict[str, Any]:
+        trial = self.trials[index]
+        return {
+            "setting": trial.setting.command_line(),
+            **report_of(VARIED, trial.setting),
+            "formulation": trial.formulation,
+            "error": float(self.error[index]),
+            **{f"error_{name}": trial.error[name] for name in self.reference.points},
+            "position_violation": trial.position_violation,
+            "velocity_violation": trial.velocity_violation,
+            "energy_drift": trial.energy_drift,
+            "warned": trial.doubt > 1.0,
+            **{fact.key: trial.counters.get(fact.key, 0) for fact in COUNTED},
+            **timing_columns(self.timings.get(index)),
+            "first_cpu_seconds": trial.seconds,
+            "on_front": index in self.front,
+            "on_violation_front": index in self.violation_front,
+            "failure": trial.failure or "",
+        }
+
+
+FORMAT = "mbproj tradeoff"
+KIND = hdf5(FORMAT)
+
+
+def write_hdf5(path: Path, result: Tradeoff, *, force: bool = False) -> Path:
+    """Write a trade-off: /trials has an array for each column of its table, /reference has times, positions and
+    uncertainty."""
+    with replacing(path, KIND, force=force) as draft, h5py.File(draft, "w") as file:
+        file.attrs.update(
+            {
+                "format": FORMAT,
+                "mbproj_version": __version__,
+                "title": result.title,
+                "points": list(result.points),
+                "notes": list(result.notes),
+            }
+        )
+        table, trials = result.table, {fact.key: fact for fact in TRIALS}
+        for name, column in zip(table.headings, zip(*table.rows, strict=True), strict=True):
+            values = [nan if value is None else value for value in column]
+            text = isinstance(values[0], str)
+            data = np.array(values, dtype=h5py.string_dtype() if text else None)
+            dataset = file.create_dataset(f"trials/{name}", data=data)
+            fact = trials.get(name, trials[OF_POINT])
+            dataset.attrs.update({"description": fact.words.partition("; null")[0], "units": fact.unit})
+        truth = result.reference
+        for name, array, unit in (
+            ("time", truth.times, "s"),
+            ("position", truth.position, "m"),
+            ("uncertainty", truth.uncertainty, "m"),
+        ):
+            file.create_dataset(f"reference/{name}", data=array).attrs["units"] = unit
+        file["reference"].attrs.update({"points": list(truth.points), "method": truth.method, "check": truth.check})
+    return path
+
+
+# --- tradeoff() -------------------------------------------------------------------------------------------------------
+
 
 #: Projections of the grid by default: one of each kind that every formulation has.
 PROJECTIONS_TRIED = ("gpopm", "gopm", "none", "baumgarte")

@@ -6,39 +6,97 @@ length: k = 1000 for millimetres.
 
 from __future__ import annotations
 
+import math
+from collections import deque
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
-from mbproj.dataclass import dataclass
-from mbproj.elements import Kind
-from mbproj.errors import InputError, Problem
-from mbproj.functions.curves.track import SpaceTrack, Track
-from mbproj.functions.program import COORDINATE, RATE, Program
-from mbproj.joints import COORDINATE_UNITS, JOINTS
-from mbproj.scene.blocks.control.known_names import names_channels
-from mbproj.scene.blocks.elements import element_type
-from mbproj.scene.blocks.ropes.path import Path
-from mbproj.scene.coupled import Coupled
+import numpy as np
+
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.functions.elements import Kind
+from mbproj.functions.program import (
+    CHANNELS,
+    COORDINATE,
+    RATE,
+    TIME,
+    Code,
+    Op,
+    Program,
+    apply,
+    number,
+    replaced,
+    variable,
+)
+from mbproj.functions.space_curve import SpaceTrack, Track
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS
+from mbproj.scene.blocks import elements as element_type
+from mbproj.scene.blocks.ropes import Path
+from mbproj.scene.blocks.signals import names_channels
+from mbproj.scene.expressions.units import DAMPING, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS
 from mbproj.scene.fields.quantities import dimension_of
-from mbproj.scene.friction import Bearing, DryFriction
-from mbproj.scene.read import Scene
+from mbproj.scene.fields.rotations import from_matrix, multiply
 from mbproj.scene.records import (
+    GROUND,
+    Bearing,
     Body,
     BodyForce,
     Bushing,
+    Coupled,
+    DistanceStop,
+    DryFriction,
     Force,
     Joint,
     JointForce,
     Law,
+    Limit,
     Marker,
     Matrix,
     Motion,
+    OfBody,
+    Orientations,
     Pair,
+    PlaneFriction,
+    PlaneStop,
     PointForce,
+    StopLaw,
     Vector,
 )
-from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneFriction, PlaneStop, StopLaw
-from mbproj.studies.variants.programs import times, with_argument
+from mbproj.scene.scene import Scene
+
+# --- Functions of a scene combined into others ------------------------------------------------------------------------
+# Multiplied, summed, or with a scaled argument.
+
+
+def times(factor: float, program: Program) -> Program:
+    """The program factor · f."""
+    return replace(program, code=apply(Op.MULTIPLY, number(factor), program.code))
+
+
+def combined(factors: Sequence[float], programs: Sequence[Program]) -> Program:
+    """The program Σ factor · f."""
+    reads = tuple(dict.fromkeys(name for program in programs for name in program.reads))
+    parts = []
+    for factor, program in zip(factors, programs, strict=True):
+        by = {CHANNELS + at: variable(CHANNELS + reads.index(name)) for at, name in enumerate(program.reads)}
+        parts.append(replaced(times(factor, program).code, by))
+    return Program(apply(Op.ADD, *parts), ", ".join(program.text for program in programs if program.text), reads)
+
+
+def with_argument(program: Program, variable: int, factor: float) -> Program:
+    """The program f with its argument x replaced by factor · x. `variable` is the number of x (`TIME`, `COORDINATE`,
+    `RATE`)."""
+    code: Code = ()
+    for step in program.code:
+        is_it = step.op is Op.VARIABLE and int(step.operand) == variable
+        code += apply(Op.MULTIPLY, number(factor), (step,)) if is_it else (step,)
+    return replace(program, code=code)
+
+
+# --- A scene k times as large that moves alike ------------------------------------------------------------------------
 
 
 def rescaled(scene: Scene, k: float) -> Scene:
@@ -247,3 +305,303 @@ def scaled_matrix(factor: float, matrix: Matrix) -> Matrix:
     """The product of a number and a matrix of a record."""
     first, second, third = ((factor * x, factor * y, factor * z) for x, y, z in matrix)
     return first, second, third
+
+
+# --- A scene turned and shifted as a whole, with gravity and forces ---------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """The rigid motion x -> R x + s with a rotation R (3, 3) and a shift s (3,) in m."""
+
+    rotation: Array
+    shift: Array
+
+    @property
+    def parameters(self) -> Array:
+        """The Euler parameters of R, (4,)."""
+        return np.array(from_matrix(_rows(self.rotation)))
+
+    def scene(self, scene: Scene) -> Scene:
+        """Return the scene, moved."""
+        return replace(
+            scene,
+            gravity=self._direction(scene.gravity),
+            bodies=tuple(map(self._body, scene.bodies)),
+            joints=tuple(map(self._joint, scene.joints)),
+            markers=tuple(map(self._marker, scene.markers)),
+            forces=tuple(map(self._force, scene.forces)),
+        )
+
+    def _direction(self, given: Vector) -> Vector:
+        return _vector(self.rotation @ np.array(given))
+
+    def _point(self, given: Vector) -> Vector:
+        return _vector(self.rotation @ np.array(given) + self.shift)
+
+    def _body(self, body: Body) -> Body:
+        return replace(
+            body,
+            position=self._point(body.position),
+            orientation=multiply(from_matrix(_rows(self.rotation)), body.orientation),
+            velocity=self._direction(body.velocity),
+        )
+
+    def _joint(self, joint: Joint) -> Joint:
+        """Return a joint, moved. Vectors in a body's axes stay; those in the ground's axes, which are global, are
+        turned."""
+        points = [self._point(joint.points.first), self._point(joint.points.second)]
+        parameters, path = joint.parameters, joint.parameters.get("path")
+        if path is not None:
+            parameters = {**parameters, "path": path.changed(self._of_body, self._direction)}
+        return replace(
+            joint,
+            parameters=parameters,
+            points=_of_ground(joint, joint.points, points),
+            axes=joint.axes and self._directions(joint, joint.axes),
+            x_axis=joint.x_axis and self._directions(joint, joint.x_axis),
+        )
+
+    def _directions(self, joint: Joint, pair: Pair) -> Pair:
+        return _of_ground(joint, pair, [self._direction(pair.first), self._direction(pair.second)])
+
+    def _marker(self, marker: Marker) -> Marker:
+        stays = marker.local and marker.body != "ground"
+        return marker if stays else replace(marker, location=self._point(marker.location))
+
+    def _orientations(self, bodies: tuple[str, str], axes: Orientations) -> Orientations:
+        """Return two frames, moved: both where they are global, otherwise only the one given in the ground's axes."""
+        first, second = (
+            old if axes.local and name != "ground" else multiply(from_matrix(_rows(self.rotation)), old)
+            for name, old in zip(bodies, (axes.first, axes.second), strict=True)
+        )
+        return replace(axes, first=first, second=second)
+
+    def _force(self, force: Force) -> Force:
+        if isinstance(force, PointForce | Bushing):
+            moved = [self._point(force.points.first), self._point(force.points.second)]
+            points = _of_ground(force, force.points, moved)
+            if isinstance(force, PointForce):
+                return replace(force, points=points)
+            return replace(force, points=points, axes=self._orientations(force.bodies, force.axes))
+        if isinstance(force, BodyForce):
+            components = force.components
+            if not force.body_axes:
+                first, second, third = (combined(row.tolist(), components) for row in self.rotation)
+                components = (first, second, third)
+            given = force.location
+            location = given if given is None or force.local else self._point(given)
+            return replace(force, components=components, location=location)
+        if isinstance(force, DistanceStop):
+            return replace(force, first=self._of_body(force.first), second=self._of_body(force.second))
+        if isinstance(force, PlaneStop):
+            normal = force.normal
+            if not _stays(normal):
+                normal = replace(normal, vector=self._direction(normal.vector))
+            return replace(
+                force, location=self._of_body(force.location), normal=normal, point=self._of_body(force.point)
+            )
+        return force
+
+    def _of_body(self, point: OfBody) -> OfBody:
+        return point if _stays(point) else replace(point, vector=self._point(point.vector))
+
+
+def _stays(placed: OfBody) -> bool:
+    """Whether a point or direction is given in the axes of a moving body, so that it does not change."""
+    return placed.local and placed.body != "ground"
+
+
+def _of_ground(holder: Joint | PointForce | Bushing, pair: Pair, moved: list[Vector]) -> Pair:
+    """Return a pair of vectors, moved: both where it is global, otherwise only the one given in the ground's axes."""
+    if not pair.local:
+        return Pair(moved[0], moved[1])
+    kept = (pair.first, pair.second)
+    ends = [new if name == "ground" else old for name, old, new in zip(holder.bodies, kept, moved, strict=True)]
+    return Pair(ends[0], ends[1], local=True)
+
+
+def _vector(values: Array) -> Vector:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _rows(matrix: Array) -> tuple[Vector, Vector, Vector]:
+    first, second, third = (_vector(row) for row in matrix)
+    return first, second, third
+
+
+# --- Variants of a scene that move faster, or have stiffer springs or dampers -----------------------------------------
+
+
+def with_speed(scene: Scene, factor: float) -> Scene:
+    """Multiply the start's velocities and the speed of all motions by a factor. Gravity and forces stay."""
+    moving = any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies)
+    if not (moving or scene.motions or any(any(joint.speed.values()) for joint in scene.joints)):
+        what = "the scene starts at rest and has no motions: there is no speed to vary"
+        raise InputError(Problem(what, hint="give a joint a 'speed', or a body a 'velocity'"))
+
+    def faster(vector: Vector) -> Vector:
+        x, y, z = vector
+        return factor * x, factor * y, factor * z
+
+    def driven(motion: Motion) -> Motion:
+        return replace(motion, function=with_argument(motion.function, TIME, factor))
+
+    return replace(
+        scene,
+        bodies=tuple(
+            replace(body, velocity=faster(body.velocity), angular_velocity=faster(body.angular_velocity))
+            for body in scene.bodies
+        ),
+        joints=tuple(
+            replace(joint, speed={name: factor * value for name, value in joint.speed.items()})
+            for joint in scene.joints
+        ),
+        motions=tuple(map(driven, scene.motions)),
+    )
+
+
+def with_stiffness(scene: Scene, factor: float) -> Scene:
+    """Multiply every stiffness by a factor, also those of stops. Dampers, tables and functions stay."""
+    return _with_laws(scene, "stiffness", factor)
+
+
+def with_damping(scene: Scene, factor: float) -> Scene:
+    """Multiply every damping by a factor. Springs, tables and functions stay."""
+    return _with_laws(scene, "damping", factor)
+
+
+def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
+    """Multiply the `stiffness` or the `damping` of every law, bushing and compliant stop by a factor. `of` names
+    which."""
+    limits = [limit.law for joint in scene.joints for limit in joint.limits.values()]
+    if not any(_has(force, of) for force in scene.forces) and not any(_gives(law, of) for law in limits):
+        what = f"no force of the scene has a '{of}' to vary"
+        raise InputError(Problem(what, hint="add a spring_damper, or vary something else"))
+
+    k, c = (factor, 1.0) if of == "stiffness" else (1.0, factor)
+
+    def scaled(law: Law) -> Law:
+        return replace(law, stiffness=k * law.stiffness, damping=c * law.damping)
+
+    def stopping(law: StopLaw) -> StopLaw:
+        damping = None if law.damping is None else c * law.damping
+        return replace(law, stiffness=k * law.stiffness, damping=damping)
+
+    def element(kind: Kind | None) -> Kind | None:
+        if kind is None:
+            return None
+        own = _in_units(kind, of)
+        return replace(kind, values={**kind.values, **{name: factor * kind.values[name] for name in own}})
+
+    def limit(old: Limit) -> Limit:
+        return replace(old, law=stopping(old.law))
+
+    def changed(force: Force) -> Force:
+        if isinstance(force, BodyForce):
+            return force
+        if isinstance(force, DistanceStop):
+            return replace(force, limit=limit(force.limit))
+        if isinstance(force, PlaneStop):
+            return replace(force, law=stopping(force.law))
+        if isinstance(force, JointForce):
+            laws = {name: scaled(law) for name, law in force.laws.items()}
+            return replace(force, laws=laws, element=element(force.element))
+        if isinstance(force, Bushing):
+            (k_t, k_r), (c_t, c_r) = force.stiffness, force.damping
+            stiffness = scaled_matrix(k, k_t), scaled_matrix(k, k_r)
+            return replace(force, stiffness=stiffness, damping=(scaled_matrix(c, c_t), scaled_matrix(c, c_r)))
+        return replace(force, law=scaled(force.law), element=element(force.element))
+
+    return replace(
+        scene,
+        forces=tuple(map(changed, scene.forces)),
+        joints=tuple(
+            replace(joint, limits={name: limit(old) for name, old in joint.limits.items()}) for joint in scene.joints
+        ),
+    )
+
+
+def _gives(law: StopLaw, of: str) -> bool:
+    """Whether a stop has a finite, positive stiffness, or damping."""
+    value = getattr(law, of)
+    return value is not None and 0.0 < value < math.inf
+
+
+def _in_units(kind: Kind, of: str) -> list[str]:
+    """The names of an element's numbers that are a stiffness, or a damping, by their units; torsional ones included."""
+    able = (STIFFNESS, TORSION_STIFFNESS) if of == "stiffness" else (DAMPING, TORSION_DAMPING)
+    units = element_type(kind.type).units
+    return [
+        name
+        for name, value in kind.values.items()
+        if isinstance(value, float) and dimension_of(units[name]) in able and value
+    ]
+
+
+def _has(force: Force, of: str) -> bool:
+    """Whether a force has any stiffness, or damping."""
+    if isinstance(force, BodyForce):
+        return False
+    if isinstance(force, Bushing):
+        return any(any(row) for matrix in getattr(force, of) for row in matrix)
+    if isinstance(force, DistanceStop | PlaneStop):
+        return _gives(force.limit.law if isinstance(force, DistanceStop) else force.law, of)
+    if force.element is not None:
+        return bool(_in_units(force.element, of))
+    laws = force.laws.values() if isinstance(force, JointForce) else [force.law]
+    return any(getattr(law, of) > 0.0 for law in laws)
+
+
+# --- Variants with uneven masses or moments of inertia ----------------------------------------------------------------
+# Every second body, counted from the ground, is heavier.
+
+
+def with_mass_ratio(scene: Scene, r: float) -> Scene:
+    """Multiply mass and inertia by √r for bodies at an odd number of joints from the ground, and by 1/√r for the
+    others."""
+    return _alternating(
+        scene,
+        r,
+        "mass",
+        lambda body, factor: replace(body, mass=factor * body.mass, inertia=scaled_matrix(factor, body.inertia)),
+    )
+
+
+def with_inertia_ratio(scene: Scene, r: float) -> Scene:
+    """Multiply only the inertia by √r for bodies at an odd number of joints from the ground, and by 1/√r for the
+    others."""
+    return _alternating(
+        scene, r, "inertia", lambda body, factor: replace(body, inertia=scaled_matrix(factor, body.inertia))
+    )
+
+
+def _alternating(scene: Scene, r: float, what: str, changed: Callable[[Body, float], Body]) -> Scene:
+    distance = joints_from_ground(scene)
+    if len({number % 2 for number in distance.values()}) < 2:
+        said = f"no two bodies are joined to each other: there is no {what} ratio between neighbours"
+        raise InputError(Problem(said, hint="vary something else, 'step' for example"))
+    factors = {name: r**0.5 if number % 2 else r**-0.5 for name, number in distance.items()}
+    return replace(scene, bodies=tuple(changed(body, factors[body.name]) for body in scene.bodies))
+
+
+def joints_from_ground(scene: Scene) -> dict[str, int]:
+    """The number of joints on the shortest path from the ground to each body. In a group of bodies that is not joined
+    to the ground, the first body counts as one joint away."""
+    ways: dict[str, list[str]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
+    for joint in scene.joints:
+        first, second = joint.bodies
+        ways[first].append(second)
+        ways[second].append(first)
+    distance = {GROUND: 0}
+    for start in (GROUND, *ways):
+        waiting = deque([start])
+        distance.setdefault(start, 1)
+        while waiting:
+            name = waiting.popleft()
+            for other in ways[name]:
+                if other not in distance:
+                    distance[other] = distance[name] + 1
+                    waiting.append(other)
+    return {name: number for name, number in distance.items() if name != GROUND}

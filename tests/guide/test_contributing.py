@@ -20,9 +20,9 @@ from tests.support import ROOT
 #: Behind which line of a table its new lines stand.
 TABLES = {
     "mbproj/joints/table.py": "JOINTS: Mapping[str, JointType] = MappingProxyType(\n    {\n",
-    "mbproj/registry.py": 'Registry(\n    "projection method",\n    {\n',
-    "mbproj/projection/methods.py": "    return -X @ np.linalg.solve(C_q @ X, violation)\n",
-    "mbproj/constraints/__init__.py": "HOMES: Mapping[str, str] = {\n",
+    "mbproj/base/registry.py": 'Registry(\n    "projection method",\n    {\n',
+    "mbproj/motion/projection.py": "    return -X @ np.linalg.solve(C_q @ X, violation)\n",
+    "mbproj/joints/primitives/table.py": "HOMES: Mapping[str, str] = {\n",
 }
 SCENE = """
 mbproj: 1

@@ -10,13 +10,13 @@ import pytest
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
-from mbproj.dynamics.assembly.adjust import compile_system
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
 from mbproj.linear.equilibrium.solve import NoEquilibrium
-from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.scene import read_scene_text
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import full
 from tests.linear.closed_forms import HEAD, chain, g
 

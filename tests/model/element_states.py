@@ -6,16 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.dynamics import assemble
-from mbproj.dynamics.assembly.adjust import compile_system
-from mbproj.functions import CHANNELS, Program, flatten
-from mbproj.integrate import simulate
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.functions.program import CHANNELS, Program, flatten
 from mbproj.kernel import core
-from mbproj.model import initial_guess
 from mbproj.model.channels import ChannelKind, Channels, ElementStates
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion import simulate
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.support import Recorder
 
 FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]

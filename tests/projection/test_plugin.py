@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj import plugins
+from mbproj.base import plugins
+from mbproj.base.registry import PROJECTIONS
 from mbproj.guide.pages import pages
-from mbproj.projection.methods import Method
-from mbproj.registry import PROJECTIONS
+from mbproj.motion.projection import Method
 from tests.guide.fences import fences
 from tests.support import ROOT
 
@@ -62,7 +62,7 @@ def environment(tmp_path) -> dict[str, str]:
     about = site / "mbproj_lumped-1.0.dist-info"
     about.mkdir(parents=True)
     found = [fence.text for fence in fences(pages()["write_a_plugin"]) if fence.language == "python"]
-    points = "[mbproj.plugins]\n"
+    points = "[mbproj.base.plugins]\n"
     for module, code in zip(MODULES, found, strict=True):
         assert len([line for line in code.splitlines() if line]) <= 40
         (site / f"{module}.py").write_text(code, encoding="utf-8")

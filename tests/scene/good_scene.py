@@ -6,9 +6,8 @@ from typing import Any
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.scene import read_scene_text
-from mbproj.scene.read import Scene
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import Scene, read_scene_text
 
 GOOD = """\
 mbproj: 1                                # format version, required

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from mbproj.errors import InputError, Place
+from mbproj.base.errors import InputError, Place
 from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Settings
 from tests.scene.good_scene import GOOD, changed, read, read_with
 
@@ -154,7 +154,7 @@ def test_places_of_values_and_of_blocks() -> None:
 
 def test_importing_the_reader_imports_no_arrays() -> None:
     code = (
-        "import sys, mbproj.scene.read as r; r.read_scene_text; "
+        "import sys, mbproj.scene.scene as r; r.read_scene_text; "
         "print([m for m in ('numpy', 'h5py', 'scipy', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -9,12 +10,23 @@ from dataclasses import replace
 from functools import wraps
 from operator import index
 from pathlib import Path
-from typing import Any, ParamSpec, SupportsFloat, TypeAlias, TypeVar
+from typing import Any, ParamSpec, SupportsFloat, TypeAlias, TypedDict, TypeVar
 
-from mbproj.errors import InputError, Place, Problem
-from mbproj.scene.fields.option_numbers import given_number
-from mbproj.scene.fields.quantities import Number
-from mbproj.scene.read import Scene, read_scene, read_scene_text
+from mbproj.base.errors import InputError, Place, Problem, choose_from, placed_at
+from mbproj.base.registry import LINEARISED_AT, SCENE_START, STEADY
+from mbproj.base.settings import settings_taken
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.rank.row_space import NO_CONDITIONS
+from mbproj.linear.equilibrium.balance import SteadyTurn
+from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.start import assembled_start, start_state
+from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
+from mbproj.linear.reference import LinearReference, reference_at
+from mbproj.linear.states import state_at, stored_state
+from mbproj.model.system import Conditions, System
+from mbproj.results.reader import open_results
+from mbproj.scene.fields.quantities import Number, given_number
+from mbproj.scene.scene import Scene, read_scene, read_scene_text
 from mbproj.scene.settings import with_options
 
 Given: TypeAlias = "Scene | str | Path | Mapping[str, object]"
@@ -111,3 +123,126 @@ def refuse_earlier_names(function: Callable[Arguments, Result]) -> Callable[Argu
         return function(*values, **named)
 
     return called
+
+
+# --- The settings that functions take, named as the options of `mbproj run` -------------------------------------------
+# One typed list for all functions.
+
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class RunSettings(TypedDict, total=False):
+    """Settings of a run: numbers in SI units, or text with a unit. The scene's own settings complete them."""
+
+    duration: Quantity | None
+    step: Quantity | None
+    tolerance: Quantity | None
+    integrator: str | None
+    projection: str | None
+    formulation: str | None
+    kinematic: bool | None
+    acceleration: str | None
+    impact_law: str | None
+    output_step: Quantity | None
+    break_times: Sequence[Quantity] | None
+    start: str | None
+    adjust_joints: Quantity | None
+    projection_tolerance: Quantity | None
+    projection_test: str | None
+    project_position: bool | None
+    project_velocity: bool | None
+    projection_fallback: str | None
+    energy_row: bool | None
+    momentum_row: bool | None
+    every: int | None
+    threshold: Quantity | None
+    max_iterations: int | None
+    alpha: Quantity | None
+    gains: Sequence[Quantity] | None
+
+
+def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict[str, object]:
+    """The settings that are not None. Raises TypeError for one that the function does not take, with the most similar
+    name; `others` are the function's own arguments."""
+    known = [*settings_taken(function), *others]
+    for name in settings:
+        if name not in known:
+            raise TypeError(f"{function}() has no argument '{name}'; {choose_from(name, known)}")
+    return {name: value for name, value in settings.items() if value is not None}
+
+
+def with_settings(function: Function) -> Function:
+    """Give a function a signature that lists each setting, so that prompts complete them and `help` shows them."""
+    signature = inspect.signature(function)
+    own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+    each = (
+        inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=None,
+            annotation=RunSettings.__annotations__[name].__forward_arg__,
+        )
+        for name in settings_taken(function.__name__)
+    )
+    function.__signature__ = signature.replace(parameters=[*own, *each])  # type: ignore[attr-defined]
+    return function
+
+
+# --- The state at which a mechanism is linearised, as --at, --from and --steady name it -------------------------------
+
+
+def reference_of(
+    scene: Scene, system: System, where: SupportsFloat | str, results: str | Path | None, steady: str | None
+) -> LinearReference:
+    """The motion that the options name. Raises InputError, at the option, where there is none."""
+    if (steady is not None) != (where == STEADY):
+        hint = "give both: --at steady --steady A.angle=60rpm"
+        raise InputError(Problem("one of --at steady and --steady lacks the other", Place("--steady"), hint))
+    if where in LINEARISED_AT and results is not None:
+        raise InputError(Problem("it needs a time", Place("--from"), "give one of its samples: --at TIME"))
+    if where == SCENE_START:
+        return reference_at(system, start_state(scene, system), SCENE_START)
+    if where in LINEARISED_AT:
+        return _balanced(scene, system, steady)
+    time = _time(where)
+    at = where if isinstance(where, str) else f"{time:g} s"
+    if results is None:
+        return reference_at(system, state_at(scene, system, time), at)
+    with placed_at(Place("--from")), open_results(results) as opened:
+        return reference_at(system, stored_state(system, opened, time), at)
+
+
+def _balanced(scene: Scene, system: System, steady: str | None) -> LinearReference:
+    """The motion at the equilibrium, or in the steady turn."""
+    start = assembled_start(scene, system)
+    turning, held = steady_of(system, start, steady)
+    rest = equilibrium(system, start, 0.0, turning, held)
+    if turning is not None:
+        refuse_unsteady(rest, turning, held)
+    return rest.reference
+
+
+def steady_of(system: System, start: State, text: str | None) -> tuple[SteadyTurn | None, Conditions]:
+    """The steady turn that NAME=RATE names, and the coordinates held in it; None without a text. Raises InputError at
+    the option."""
+    if text is None:
+        return None, NO_CONDITIONS
+    name, equals, rate = text.partition("=")
+    if not equals or not name.strip() or not rate.strip():
+        raise InputError(Problem(f"'{text}' is not NAME=RATE", Place("--steady"), "e.g. --steady A.angle=60rpm"))
+    number = given_number(rate.strip(), f"--steady {name.strip()}", Number("rad/s"))
+    if number == 0.0:
+        raise InputError(Problem("a rate of 0 is no turn", Place("--steady"), "leave it out for an equilibrium"))
+    with placed_at(Place("--steady")):
+        return steady_turn(system, start, name.strip(), number)
+
+
+def _time(where: SupportsFloat | str) -> float:
+    try:
+        return given_number(where, "--at", Number("s", minimum=0.0))
+    except InputError as error:
+        if any(letter.isdigit() for letter in str(where)):
+            raise
+        hint = f"give {', '.join(LINEARISED_AT)} or a time, 0.5 s say"
+        raise InputError(Problem(f"unknown place '{where}'", Place("--at"), hint)) from error

@@ -5,42 +5,145 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
-from mbproj.analysis.reactions import REACTIONS, in_words, open_components
-from mbproj.api.arguments import Given, by_arguments, scene_of
-from mbproj.api.check import fast_forces
-from mbproj.api.check.ropes import ropes_at_start
-from mbproj.api.settings import RunSettings, options_of, with_settings
-from mbproj.dataclass import dataclass
-from mbproj.dynamics import Mobility, State, mobility
-from mbproj.dynamics.assembly.adjust import adjustment_notes, compile_system
-from mbproj.dynamics.assembly.assemble import coordinates, moved_from_scene
-from mbproj.dynamics.contact.driven import refuse_driven_beyond
-from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.friction.shared_loads import refuse_shared_loads
-from mbproj.dynamics.rank.conditioning import Conditioning, conditioning
-from mbproj.dynamics.rank.diagnosis import jammed_wheels, problems_of
-from mbproj.dynamics.rank.massless import MasslessMotion, massless_motions, massless_problem
-from mbproj.dynamics.rank.redundancy import DependentSet, Redundancy, redundancy
-from mbproj.dynamics.rank.uniqueness import unique_components
-from mbproj.errors import InputError, Problem, SimulationError, shortened
-from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.stiff.fast_forces import FastMode, fastest_at, stable_steps
-from mbproj.integrate.stops.resting import RubsAtStart, frictions_at_start
-from mbproj.integrate.stops.start import gaps_at_start, refuse_penetration
-from mbproj.linear.equilibrium.started import start_state
-from mbproj.model import System
-from mbproj.results.views.table import Table, Tabled
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, SimulationError, choose_from, shortened
+from mbproj.commands.python.arguments import Given, RunSettings, by_arguments, options_of, scene_of, with_settings
+from mbproj.equations.assembly.assemble import State, coordinates, moved_from_scene
+from mbproj.equations.assembly.assemblies import Assemblies, assemblies, conditions, freedom_left
+from mbproj.equations.assembly.compiled import adjustment_notes, compile_system
+from mbproj.equations.constraints import constraint_at, constraint_velocity_at
+from mbproj.equations.contacts import refuse_driven_beyond
+from mbproj.equations.friction import refuse_shared_loads
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import MasslessMotion, Mobility, massless_motions, massless_problem, mobility
+from mbproj.equations.rank.redundancy import (
+    Conditioning,
+    DependentSet,
+    Redundancy,
+    conditioning,
+    jammed_wheels,
+    problems_of,
+    redundancy,
+)
+from mbproj.equations.rank.uniqueness import unique_components
+from mbproj.equations.tensions import length_and_wraps
+from mbproj.linear.equilibrium.start import assembled_start, start_state
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.system import Conditions, System
+from mbproj.motion.contacts import RubsAtStart, frictions_at_start, gaps_at_start, refuse_penetration
+from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.stiffness import FastMode, fastest_at, stable_steps
+from mbproj.results.analysis.loads import REACTIONS, in_words, open_components
+from mbproj.results.views import Table, Tabled
 from mbproj.scene.blocks.oversights import notes_on
+from mbproj.scene.fields.quantities import Number, given_number
 from mbproj.scene.meshes import meshes_of
-from mbproj.scene.read import Scene
+from mbproj.scene.scene import Scene
 from mbproj.scene.settings import placed, placed_in
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
+
+
+# --- The fastest modes of a scene's forces and states, and the steps that explicit integrators ------------------------
+# The fastest modes of a scene's forces and states, and the steps that explicit integrators need, as text and JSON.
+
+
+#: A mode decays rather than vibrates where its imaginary part is less than this part of |λ|.
+VIBRATES = 0.5
+
+
+def facts(modes: Sequence[FastMode], steps: Mapping[str, float]) -> dict[str, Any]:
+    """`fast_modes` and `stable_steps` as a dictionary for JSON, in Hz, 1/s and s."""
+    return {
+        "fast_modes": [
+            {
+                "forces": list(mode.forces),
+                "states": list(mode.states),
+                "bodies": list(mode.bodies),
+                "frequency": abs(mode.eigenvalue.imag) / (2.0 * pi),
+                "growth": mode.eigenvalue.real,
+                "time_constant": mode.time_constant,
+            }
+            for mode in modes
+        ],
+        "stable_steps": dict(steps),
+    }
+
+
+def lines(modes: Sequence[FastMode], steps: Mapping[str, float]) -> list[str]:
+    """A line of text for each mode and for each step; none without modes."""
+    if not modes:
+        return []
+    width = max(map(len, steps), default=0)
+    largest = [f"    {name:{width}}  {_short(step)}" for name, step in steps.items()]
+    rows = [f"    {_quoted(mode.forces or mode.states)}{_on_bodies(mode)} {_motion(mode)}" for mode in modes]
+    by = "forces and states" if any(mode.states for mode in modes) else "forces"
+    return [f"  fastest by their {by}, at the start", *rows, "  stable up to steps of", *largest]
+
+
+def _on_bodies(mode: FastMode) -> str:
+    return f" on {_quoted(mode.bodies)}" if mode.bodies else ""
+
+
+def _motion(mode: FastMode) -> str:
+    size = abs(mode.eigenvalue)
+    if abs(mode.eigenvalue.imag) < VIBRATES * size:
+        return f"decays, time constant {_short(mode.time_constant)}"
+    hertz = abs(mode.eigenvalue.imag) / (2.0 * pi)
+    return f"vibrates with {hertz:.3g} Hz, time constant {_short(mode.time_constant)}"
+
+
+def _short(seconds: float) -> str:
+    """A time with three digits in s, ms or µs."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3)):
+        if seconds >= 0.1 * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 1e-6:.3g} µs"
+
+
+def _quoted(names: Sequence[str]) -> str:
+    return ", ".join(f"'{name}'" for name in names)
+
+
+# --- The ropes of a scene at its start --------------------------------------------------------------------------------
+# Their lengths, and their angles of wrap on sheaves, wheels and drums.
+
+
+class Wrap(TypedDict):
+    """The wrap on a circle between the ends of a rope. `place` counts the places of the path from 1; `body` carries the
+    circle; `angle` is in rad."""
+
+    place: int
+    body: str
+    angle: float
+
+
+class RopeAtStart(TypedDict):
+    """The length of a rope in m, without the rope on the drums at its ends, and its wraps."""
+
+    length: float
+    wraps: list[Wrap]
+
+
+def ropes_at_start(scene: Scene, system: System, state: State) -> dict[str, RopeAtStart]:
+    """The lengths and wraps of all ropes of a scene, by name."""
+    ropes, pose = dict[str, RopeAtStart](), pose_of(state.q)
+    for joint in scene.joints:
+        if "path" not in joint.parameters:
+            continue
+        length, angles = length_and_wraps(system, pose, joint.name)
+        circles = [(k, node.body) for k, node in enumerate(joint.parameters["path"].nodes[1:-1], 2) if node.radius]
+        wraps = [Wrap(place=k, body=body, angle=angle) for (k, body), angle in zip(circles, angles, strict=True)]
+        ropes[joint.name] = RopeAtStart(length=length, wraps=wraps)
+    return ropes
+
+
+# --- `mbproj.check` ---------------------------------------------------------------------------------------------------
+
 
 _NOTHING: Mapping[str, object] = {}
 
@@ -111,7 +214,7 @@ class SceneCheck(Tabled):
             "frictions_at_start": self.frictions,
             "ropes_at_start": ropes_at_start(self.scene, system, state),
             **self.diagnosis.facts(),
-            **fast_forces.facts(self.fast, stable_steps(self.fast)),
+            **facts(self.fast, stable_steps(self.fast)),
             "expectations": [each.name for each in self.scene.expectations],
             "can_run": self.can_run,
             "problems": [_problem(problem) for problem in self.problems],
@@ -323,3 +426,62 @@ def _set_facts(entry: DependentSet) -> dict[str, Any]:
         "velocity_residual": entry.residual[0],
         "acceleration_residual": entry.residual[1],
     }
+
+
+# --- `mbproj.branches` ------------------------------------------------------------------------------------------------
+# All assemblies of a scene, in one call.
+
+
+#: The most coordinates that a message names.
+NAMED = 8
+
+
+def branches(
+    scene: Given,
+    *,
+    hold: Sequence[str] = (),
+    starts: int | None = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> Assemblies:
+    """Finds all assemblies of a scene: the poses that satisfy its joints, its motions at the start, and the held
+    coordinates.
+
+    `hold` names joint coordinates to hold: "A.angle=30deg", or "A.angle" at its value at the start. `starts` is the
+    number of random poses from which assemblies are searched. `scene` and `parameters` are as in `run`. Raises
+    InputError where the scene is wrong or degrees of freedom are left.
+    """
+    with by_arguments():
+        what = scene_of(scene, parameters, {})
+        system, state, held = ready(what, [hold] if isinstance(hold, str) else hold)
+        return assemblies(system.at_positions, state, held, starts)
+
+
+def ready(scene: Scene, hold: Sequence[str]) -> tuple[System, State, Conditions]:
+    """Compile and assemble a scene, and return also the held coordinates. Raises InputError where degrees of freedom
+    are left."""
+    with placed_in(scene):
+        system = compile_system(scene)
+        state = assembled_start(scene, system)
+    return system, state, _held_coordinates(scene, system, state, hold)
+
+
+def _held_coordinates(scene: Scene, system: System, state: State, hold: Sequence[str]) -> Conditions:
+    """The coordinates that the scene's joints fix at the start, and those of `hold`. Raises InputError where degrees of
+    freedom are left."""
+    names, units = list(system.names.coordinates), system.names.coordinate_units
+    start = initial_guess(scene, system).start
+    wanted: dict[int, float | None] = dict(zip(start.index.tolist(), start.value.tolist(), strict=True))
+    for text in hold:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if name not in names:
+            raise InputError(Problem(f"there is no coordinate '{name}'", Place("--hold"), choose_from(name, names)))
+        index = names.index(name)
+        wanted[index] = given_number(value, f"--hold {name}", Number(units[index])) if equals else None
+    made = conditions(system, state, iter(wanted.items()))
+    left = freedom_left(system.at_positions, state, made)
+    if left:
+        count = f"{left} degrees of freedom are" if left > 1 else "1 degree of freedom is"
+        free = [name for index, name in enumerate(names) if index not in wanted]
+        able = f"hold {left} of the coordinates {', '.join(free[:NAMED])}" if free else "drive them by 'motions'"
+        raise InputError(Problem(f"{count} left: assemblies cannot be counted", Place("--hold"), able))
+    return made

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from mbproj.analysis.common_quantities import COMPARED
-from mbproj.analysis.loads import loads_of
-from mbproj.analysis.same_motion import MotionComparison, compare_motions
-from mbproj.analysis.tables import QuantityTable, tables
-from mbproj.api.again import opened
-from mbproj.api.arguments import Quantity, amount, by_arguments, names_of
-from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.figures.labels import stem
-from mbproj.output_files import check_replaceable, csv, latex, make_folder, write_csv, write_latex
-from mbproj.results import Results
-from mbproj.results.loads.largest import Load
-from mbproj.results.views.table import Table
-from mbproj.scene.fields.option_numbers import given_number
-from mbproj.scene.fields.quantities import Number
+from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.commands.python.arguments import Quantity, amount, by_arguments, names_of
+from mbproj.commands.python.run import opened
+from mbproj.results.analysis.comparison import COMPARED, MotionComparison, compare_motions
+from mbproj.results.analysis.loads import loads_of
+from mbproj.results.analysis.tables import QuantityTable, tables
+from mbproj.results.largest_loads import Load
+from mbproj.results.output_files import check_replaceable, csv, latex, make_folder
+from mbproj.results.record import Results
+from mbproj.results.table_files import write_csv, write_latex
+from mbproj.results.views import Table
+from mbproj.scene.fields.quantities import Number, given_number
+from mbproj.show.figures.rows import stem
 
 OTHER_DIRECTORY = "choose another directory"
 CSV, LATEX = "csv", "latex"

@@ -7,23 +7,22 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mbproj.api.arguments import Given, Quantity, by_arguments, scene_of
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.formats import ImportOptions, read_model
-from mbproj.formats.couplers import without_refused
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.base.version import __version__
+from mbproj.commands.python.arguments import Given, Quantity, by_arguments, scene_of
+from mbproj.formats.as_scene import without_refused
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
-from mbproj.formats.mechanism import Agreement, ImportedMechanism, Said, Same
+from mbproj.formats.mechanism import Agreement, ImportedMechanism, ImportOptions, Said, Same
+from mbproj.formats.read import read_model
 from mbproj.formats.signals import read_pose, signals_of
-from mbproj.report_schema.reports import REPORTS
-from mbproj.report_schema.schema import report_schema
-from mbproj.results.views.table import Table, Tabled
-from mbproj.scene.read import Scene, read_scene_text
+from mbproj.results.report_schema.reports import REPORTS, report_schema
+from mbproj.results.views import Table, Tabled
+from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.scene.schema import scene_schema
+from mbproj.scene.templates.table import TEMPLATES, scene_text
 from mbproj.scene.text.nodes import flow, from_value
-from mbproj.templates import TEMPLATES, scene_text
-from mbproj.version import __version__
 
 _NOTHING: Mapping[str, object] = {}
 #: The writers of other formats.

@@ -9,14 +9,13 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
-from mbproj.api.arguments import Quantity, amount, by_arguments
-from mbproj.errors import InputError, Problem, choose_from
-from mbproj.figures.kinds import KINDS, draw, why_not
-from mbproj.figures.pages import paper_figures
-from mbproj.figures.save import save
-from mbproj.output_files import PAGE, check_replaceable, write_text
-from mbproj.results import Results
-from mbproj.results.members import ACTING
+from mbproj.base.errors import InputError, Problem, choose_from
+from mbproj.commands.python.arguments import Quantity, amount, by_arguments
+from mbproj.results.output_files import PAGE, check_replaceable, write_text
+from mbproj.results.record import ACTING, Results
+from mbproj.show.figures import studies as paper_figures
+from mbproj.show.figures.kinds import KINDS, draw, why_not
+from mbproj.show.figures.style import save
 from mbproj.studies.paper import Example, run_example
 from mbproj.studies.parallel.progress import Tell, silent
 
@@ -125,8 +124,8 @@ class Page:
 
 def page(results: Results) -> Page:
     """The page of a run. Raises InputError where the extra `animate` is not installed."""
-    from mbproj.pages.data.pages import page_of
-    from mbproj.pages.page.write import html
+    from mbproj.show.page.pages import page_of
+    from mbproj.show.page.write import html
 
     built = page_of([results], [results.title or "run"], False, None)
     return Page(html(built.title, built.data, built.packer))

@@ -9,7 +9,7 @@ from mbproj.results import record
 from mbproj.results.reader import opened
 
 if TYPE_CHECKING:
-    from mbproj.api.pictures import Page, Plots
+    from mbproj.commands.python.pictures import Page, Plots
 
 
 @final
@@ -20,13 +20,13 @@ class Results(record.Results):
     @property
     def plot(self) -> Plots:
         """The pictures by kind, as `results.plot.reactions("A")`."""
-        from mbproj.api.pictures import Plots
+        from mbproj.commands.python.pictures import Plots
 
         return Plots(self)
 
     def animate(self) -> Page:
         """The page of `mbproj animate`, which a notebook shows."""
-        from mbproj.api.pictures import page
+        from mbproj.commands.python.pictures import page
 
         return page(self)
 

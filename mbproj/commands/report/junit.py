@@ -14,14 +14,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree import ElementTree as Xml
 
-from mbproj.cli.report.expectations import error_words, expected_text, subject, verdict
-from mbproj.control_characters import escaped_text
-from mbproj.dataclass import dataclass
-from mbproj.errors import ExitCode
-from mbproj.report_schema.designs import FORMULATION
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import ExitCode
+from mbproj.base.text import escaped_text
+from mbproj.commands.report.summary import error_words, expected_text, subject, verdict
+from mbproj.results.report_schema.studies import FORMULATION
 
 if TYPE_CHECKING:
-    from mbproj.analysis import Outcome
+    from mbproj.results.analysis.expectations import Outcome
     from mbproj.studies.batch import SceneResult
 
 #: Characters that XML 1.0 does not allow, even escaped.

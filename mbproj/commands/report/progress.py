@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, TextIO
 
 import click
 
-from mbproj.cli.streams import commanding
-from mbproj.control_characters import escaped
-from mbproj.integrate.simulate import Progress
+from mbproj.base.text import escaped
+from mbproj.commands.streams import commanding
+from mbproj.motion.simulate import Progress
 
 if TYPE_CHECKING:
     from click._termui_impl import ProgressBar

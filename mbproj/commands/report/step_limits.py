@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbproj.api.again import stored_scene
-from mbproj.cli.report.text import columns
-from mbproj.errors import InputError, Problem
-from mbproj.registry import AUTOMATIC, WHERE_SMOOTH
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.registry import AUTOMATIC, WHERE_SMOOTH
+from mbproj.commands.python.run import stored_scene
+from mbproj.commands.report.text import columns
 
 if TYPE_CHECKING:
-    from mbproj.integrate.stiff.step_limits import StepLimit
-    from mbproj.results import Results
+    from mbproj.motion.stiffness import StepLimit
+    from mbproj.results.record import Results
 
 #: The number of smaller steps that are examined, and the most bodies that are named.
 LOOKED_AT, NAMED = 8, 3
@@ -23,9 +23,9 @@ LOOKED_AT, NAMED = 8, 3
 
 def limits_of(results: Results) -> list[StepLimit]:
     """The limits of steps not larger than the median, chosen evenly over the run. Raises InputError for fixed steps."""
-    from mbproj.dynamics.assembly.adjust import compile_system
-    from mbproj.integrate.stiff.step_limits import step_limit
+    from mbproj.equations.assembly.compiled import compile_system
     from mbproj.linear.states import stored_state
+    from mbproj.motion.stiffness import step_limit
 
     settings = results.settings
     if results.attributes.get("kinematic"):

@@ -2,20 +2,106 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from math import degrees, inf, isfinite
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.cli.report.expectations import summary_lines
-from mbproj.integrate.reporting.report import Report, Worst
+from mbproj.base.registry import PROJECTIONS, is_explicit
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS, is_explicit
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.motion.report import Report, Worst
+from mbproj.results.report_schema.facts import report_of
+from mbproj.results.report_schema.runs import EXPECTATIONS
+from mbproj.scene.records import Passage, ProjectionSettings, Settings
 
 if TYPE_CHECKING:
+    from mbproj.base.arrays import Array
+    from mbproj.results.analysis.expectations import Outcome
     from mbproj.results.trust import Trust
-    from mbproj.runs.record import Run
+    from mbproj.scene.records import Expectation
+    from mbproj.studies.record import Run
+
+
+# --- The expectations of a scene and the measured values, as text and for JSON ----------------------------------------
+
+
+def subject(expected: Expectation) -> str:
+    """The subject of an expectation: "marker tip, position x at 3 s"."""
+    what = "" if expected.of == "diagnostic" else f"{expected.of} {expected.item}, "
+    further = f" to {expected.over}" if expected.over else f" between {' and '.join(expected.between)}"
+    further = further if expected.over or expected.between else ""
+    part = f" {expected.component}" if expected.component else ""
+    return f"{what}{expected.quantity}{part}{further} {moment(expected)}"
+
+
+def moment(expected: Expectation) -> str:
+    """The time of an expectation: "at 3 s", "at the end", "at its maximum"."""
+    if isinstance(expected.at, Passage):
+        value = f"{degrees(expected.at.value):.10g}°" if expected.at.unit == "rad" else f"{expected.at.value:.10g} m"
+        return f"where {expected.at.coordinate} is {value}"
+    if not isinstance(expected.at, str):
+        return f"at {expected.at:.10g} s"
+    return "at the end" if expected.at == "end" else f"at its {expected.at}"
+
+
+def expected_text(expected: Expectation) -> str:
+    """The expected value: "0.12 ± 1e-06 m", "≤ 1e-12"."""
+    unit = f" {expected.unit}" if expected.unit else ""
+    if expected.value is not None:
+        return f"{_numbers(expected.value)} ± {expected.tolerance:.3g}{unit}"
+    bound, sign = (expected.below, "≤") if expected.below is not None else (expected.above, "≥")
+    return f"{sign} {bound:.6g}{unit}"
+
+
+def error_words(outcome: Outcome) -> str:
+    """The error and the error allowed: "2.3e-07 of 1e-06 m". For a bound, the value reached and the bound."""
+    expected, unit = outcome.expectation, f" {outcome.expectation.unit}" if outcome.expectation.unit else ""
+    if outcome.measured is None:
+        return "no such sample"
+    doubt = "" if outcome.unique else "; not unique, joints or contacts can share it in any proportion"
+    if outcome.error is not None:
+        return f"{outcome.error:.1e} of {expected.tolerance:.3g}{unit}{doubt}"
+    return f"{outcome.measured[0]:.3g}{'' if outcome.holds else ', not'} {expected_text(expected)}{doubt}"
+
+
+def verdict(outcome: Outcome) -> str:
+    """The verdict on an outcome in one or two words."""
+    return "holds" if outcome.holds else "falls short" if outcome.checked else "not checked"
+
+
+def summary_lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """Yield the number of expectations that hold, and a line for each."""
+    holding = sum(outcome.holds for outcome in outcomes)
+    yield f"  expectations        {holding} of {len(outcomes)} hold"
+    width = max(len(outcome.expectation.name) for outcome in outcomes)
+    for outcome in outcomes:
+        expected = outcome.expectation
+        yield f"    {expected.name:{width}}  {verdict(outcome):11}  {error_words(outcome)}  ({subject(expected)})"
+
+
+def record(outcome: Outcome) -> dict[str, Any]:
+    """The outcome as a dictionary for JSON."""
+    expected = outcome.expectation
+    named = {name: value for name in ("over", "between") if (value := getattr(expected, name))}
+    values = {"measured": _shortest(outcome.measured), "value": _shortest(expected.value)}
+    return report_of(EXPECTATIONS.fields, outcome, component=expected.component or None, **named, **values)
+
+
+def _numbers(values: Sequence[float]) -> str:
+    texts = [f"{value:.10g}" for value in values]
+    return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"
+
+
+def _shortest(values: Sequence[float] | None) -> Any:
+    """A list of values, or the number itself for a single value."""
+    if values is None:
+        return None
+    return values[0] if len(values) == 1 else values
+
+
+# --- The summary of a run in words, with the report on the rows of energy and momenta in its --------------------------
+
 
 #: The most dry frictions with a line each.
 MOST_FRICTIONS = 6
@@ -58,8 +144,6 @@ def print_summary(run: Run) -> None:
 
 def _trust(trust: Trust | None) -> Iterator[str]:
     if trust is not None:
-        from mbproj.cli.report.trust import lines_on
-
         yield from lines_on(trust)
 
 
@@ -74,7 +158,7 @@ def _method(report: Report, system: System) -> str:
     """The projection, the integrator and the step of the run, in words."""
     settings = report.settings
     if report.kinematic:
-        from mbproj.integrate.formulations.kinematic import kinematic_description
+        from mbproj.motion.formulations.choice import kinematic_description
 
         return f"kinematic: {kinematic_description(system, settings)}"
     return f"{projection_words(settings.projection)}, {settings.integrator}, {step_words(settings)}"
@@ -125,10 +209,11 @@ def _frictions(run: Run) -> list[str]:
     """Lines on the first dry frictions, and the number of the others."""
     if not (run.frictions or run.creep):
         return []
-    from mbproj.analysis.contacts import creep, friction
+    from mbproj.results.analysis import contacts as creep
+    from mbproj.results.analysis import contacts as friction
 
-    lines = [f"  friction '{name}': {friction.in_words(each)}" for name, each in (run.frictions or {}).items()]
-    lines += [f"  friction '{name}': {creep.in_words(each)}" for name, each in (run.creep or {}).items()]
+    lines = [f"  friction '{name}': {friction.friction_in_words(each)}" for name, each in (run.frictions or {}).items()]
+    lines += [f"  friction '{name}': {creep.creep_in_words(each)}" for name, each in (run.creep or {}).items()]
     more = f"  and {len(lines) - MOST_FRICTIONS} more dry frictions, which mbproj info lists"
     return [*lines[:MOST_FRICTIONS], *([more] if len(lines) > MOST_FRICTIONS else [])]
 
@@ -168,3 +253,83 @@ def projection_words(projection: ProjectionSettings) -> str:
 def momenta(number: int) -> str:
     """The number of momenta that are kept, in words."""
     return f"{number or 'no'} moment{'um' if number == 1 else 'a'}"
+
+
+# --- The trust horizons of a run, as a table and for JSON -------------------------------------------------------------
+
+
+#: The most rows of the table.
+MAX_POINTS = 8
+
+
+def as_numbers(trust: Trust) -> dict[str, Any]:
+    """The horizons as a dictionary for JSON. A time that is never reached is infinite; an unknown growth is NaN."""
+    times = ("horizon", "horizon_low", "horizon_high")
+    points = {
+        name: {
+            **{key: getattr(trust, key)[k] for key in times},
+            **{key: getattr(trust, key)[k] for key in ("growth_rate", "growth_power")},
+            "growth_law": trust.growth_law[k] or None,
+            "largest_error": _largest(trust.error[:, k]),
+            "largest_uncertainty": _largest(trust.uncertainty[:, k]),
+        }
+        for k, name in enumerate(trust.names)
+    }
+    words = {"solution": trust.solution, "remark": trust.remark or None}
+    return {**words, "limits": trust.limits, "points": points}
+
+
+def lines_on(trust: Trust) -> Iterator[str]:
+    """Yield a table of the times at which errors exceed limits, a row for each point. Limits that no error reaches are
+    left out."""
+    if not trust.solution and trust.remark:
+        yield f"  how far to trust it: {trust.remark}"
+        return
+    yield f"  how far to trust it, by {trust.solution}"
+    limits = enumerate(trust.limits.tolist())
+    reached = [(column, limit) for column, limit in limits if trust.horizon_low[:, column].min() < inf]
+    points = trust.names[:MAX_POINTS]
+    heads = [_limit_text(limit) for _, limit in reached]
+    rows = [
+        [
+            *(_horizon(trust, k, column) for column, _ in reached),
+            f"{_largest(trust.error[:, k]):.1e} m",
+            _growth(trust, k),
+        ]
+        for k in range(len(points))
+    ]
+    table = [["error exceeds", *heads, "largest", "grows as"]]
+    table += [[name, *row] for name, row in zip(points, rows, strict=True)]
+    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
+    for row in table:
+        yield "    " + "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+    if len(trust.names) > MAX_POINTS:
+        yield f"    the first {MAX_POINTS} of {len(trust.names)}: the results file has all"
+    if trust.remark:
+        yield f"    {trust.remark}"
+
+
+def _limit_text(limit: float) -> str:
+    """A limit in m as text: "1e-4 m", "2.5 m"."""
+    mantissa, _, power = f"{limit:.2e}".partition("e")
+    return f"{limit:.3g} m" if limit >= 1.0 else f"{float(mantissa):g}e{int(power)} m"
+
+
+def _horizon(trust: Trust, k: int, column: int) -> str:
+    """A time in s as text, with its uncertainty: "0.95 s", "4.1-4.7 s", "4.1 s or later", "-" where it never comes."""
+    low, high = trust.horizon_low[k, column], trust.horizon_high[k, column]
+    if not isfinite(low):
+        return "-"
+    if not isfinite(high):
+        return f"{low:.3g} s or later"
+    return f"{low:.3g} s" if f"{low:.3g}" == f"{high:.3g}" else f"{low:.3g}-{high:.3g} s"
+
+
+def _growth(trust: Trust, k: int) -> str:
+    laws = {"exponential": f"exp({trust.growth_rate[k]:.2g} t)", "power": f"t^{trust.growth_power[k]:.2g}"}
+    return laws.get(trust.growth_law[k], "-")
+
+
+def _largest(values: Array) -> float:
+    """The largest known value."""
+    return max((value for value in values.tolist() if isfinite(value)), default=0.0)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from mbproj.errors import Problem
+    from mbproj.base.errors import Problem
 
 
 def table(values: Mapping[str, str], indent: str = "") -> Iterator[str]:

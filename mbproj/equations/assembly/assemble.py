@@ -6,34 +6,31 @@ mass matrix has no part in it, because the guess has no meaning as energy (Nikra
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers
-from mbproj.dataclass import brief, dataclass
-from mbproj.dynamics.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest_of
-from mbproj.dynamics.equations.constraint_equations import (
-    constraint,
-    constraint_velocity,
-    set_velocity,
-    time_derivative,
-)
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of, twist_of
-from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.errors import InputError, Problem
-from mbproj.model.channels import NO_MOTIONS
-from mbproj.model.compile.guess import Guess
+from mbproj.base.arrays import Array, Flags, Integers
+from mbproj.base.dataclass import brief, dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest_of
+from mbproj.equations.constraints import constraint, constraint_velocity, set_velocity, time_derivative
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import Pose, attached, pose_of, twist_of
+from mbproj.equations.motions import Drive, drive_at
+from mbproj.model.channels import NO_MOTIONS, Motions
+from mbproj.model.compile.mechanism import Guess
 from mbproj.model.euler_parameters import matrix_L, product
 from mbproj.model.layout import Layout
 from mbproj.model.system import Conditions, System
-from mbproj.scene.read import Scene
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from mbproj.dynamics.blocks import Rows
+    from mbproj.equations.blocks import Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -198,7 +195,7 @@ def _rows(system: System, pose: Pose, asked: Conditions) -> Rows:
     rows = set_rows(system, system.rows, pose)
     if not len(asked.index):
         return rows
-    from mbproj.dynamics.blocks import stacked
+    from mbproj.equations.blocks import stacked
 
     return stacked(system.bodies, [rows, set_rows(system, system.coordinates, pose).chosen(asked.index)])
 
@@ -335,7 +332,7 @@ def speeds_at_odds(system: System, guess: Guess, q: Array, of_joints: Array, of_
         off = f"joint '{system.names.joints[worst]}' is off by {of_speeds.max():.3g}"
         hint = "give fewer speeds than degrees of freedom, or speeds that agree"
     else:
-        from mbproj.dynamics.assembly.adjust import needed, rounded_up
+        from mbproj.equations.assembly.compiled import needed, rounded_up
 
         row = int(np.argmax(of_joints))
         worst = int(system.joints.owner[row])
@@ -348,3 +345,43 @@ def speeds_at_odds(system: System, guess: Guess, q: Array, of_joints: Array, of_
 def _worst(system: System, left: Array, message: str, hint: str) -> InputError:
     worst = int(np.argmax(np.abs(left)))
     return InputError(Problem(message.format(system.names.motions[worst]), system.motions.places[worst], hint))
+
+
+# --- Refuses motions that jump ----------------------------------------------------------------------------------------
+# Bodies with mass cannot follow a jump of position, and a jump of velocity takes an impulse.
+
+
+HINT = "a motion needs a continuous velocity: lead over with a smooth_step or a table"
+
+
+def refuse_jumps(system: System, start: float, end: float) -> None:
+    """Raise InputError where a motion's value or velocity jumps from `start` to `end`. Jumps of the acceleration alone
+    are allowed: the driving force jumps with it."""
+    problems = _problems(system.motions, system.names.motions, system.names.motion_units, start, end)
+    if problems:
+        raise InputError(list(problems))
+
+
+@lru_cache(maxsize=256)
+def _problems(
+    motions: Motions, names: tuple[str, ...], units: tuple[str, ...], start: float, end: float
+) -> tuple[Problem, ...]:
+    """Return the first jump of each motion. The result is cached: studies run one mechanism many times."""
+    return tuple(
+        Problem(f"motion '{name}' {jump}", motions.places[number], HINT)
+        for number, (name, unit) in enumerate(zip(names, units, strict=True))
+        for jump in _first_jump(motions, number, unit, start, end)
+    )
+
+
+def _first_jump(motions: Motions, number: int, unit: str, start: float, end: float) -> Iterator[str]:
+    from mbproj.functions.kinks import kinks
+
+    for kink in kinks(motions.programs, number, start, end):
+        value, rate, _ = kink.jump
+        if value:
+            yield f"jumps by {abs(value):.6g} {unit} at t = {kink.t:.9g} s"
+        elif rate:
+            yield f"changes its velocity by {abs(rate):.6g} {unit}/s at once at t = {kink.t:.9g} s"
+        if value or rate:
+            return

@@ -13,18 +13,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbproj.arrays import Array, Flags, Integers, cross, may_overflow
-from mbproj.constraints import Primitive, name_of
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State, coordinate_values, nearest, scaled_residual
-from mbproj.dynamics.equations.kinematics import Pose, attached, pose_of
-from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.equations.round_off import EPSILON
+from mbproj.base.arrays import Array, Flags, Integers, cross, may_overflow
+from mbproj.base.dataclass import dataclass
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, coordinate_values, nearest, scaled_residual
+from mbproj.equations.constraints import EPSILON
+from mbproj.equations.kinematics import Pose, attached, pose_of
+from mbproj.equations.motions import Drive, drive_at
+from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.table import name_of
 from mbproj.model.euler_parameters import matrix_L
-from mbproj.model.planar import Plane, planar_reduction
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import Conditions, System
-from mbproj.thresholds import THRESHOLDS
 
 #: The seed of the random starts, and the number of starts that are closed at once.
 SEED, AT_ONCE = 44, 200

@@ -18,18 +18,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.gauss_newton import moved, set_rows
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.round_off import EPSILON
-from mbproj.errors import InputError, Problem
-from mbproj.model.compile.guess import initial_guess
-from mbproj.model.compile.mechanism import with_elements_of, without_elements
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.gauss_newton import moved, set_rows
+from mbproj.equations.constraints import EPSILON
+from mbproj.equations.kinematics import pose_of
+from mbproj.model.compile.mechanism import initial_guess, with_elements_of, without_elements
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import Adjustment, System
-from mbproj.scene.read import Scene
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.scene import Scene
 
 #: The number of poses of the sample, and of further poses that must then be closed as well.
 POSES, HELD_OUT = 7, 3

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers, numbers
-from mbproj.dynamics.equations.constraint_equations import tangent_entries
-from mbproj.dynamics.equations.kinematics import Pose, pose_of
+from mbproj.base.arrays import Array, Numbers, numbers
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.constraints import tangent_entries
+from mbproj.equations.kinematics import Pose, pose_of
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
-    from mbproj.dynamics.blocks import Rows
+    from mbproj.equations.blocks import Rows
 
 
 def gauss_newton(
@@ -48,7 +48,7 @@ def set_rows(system: System, bound: PrimitiveSet, pose: Pose) -> Rows:
     """Return the derivatives (m, 6n) of a set's values by (δr / length, δθ in body axes) of each body."""
     body, entries = tangent_entries(bound, pose)
     values = entries[:, :6] * numbers([system.length] * 3 + [1.0] * 3)
-    from mbproj.dynamics.blocks import Rows
+    from mbproj.equations.blocks import Rows
 
     return Rows.of(bound.size, system.bodies, bound.entry_row, body, values)
 

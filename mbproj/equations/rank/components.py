@@ -13,10 +13,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, numbers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.constraint_equations import tangent_entries
-from mbproj.dynamics.equations.kinematics import Pose
+from mbproj.base.arrays import Array, Integers, numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.equations.constraints import tangent_entries
+from mbproj.equations.kinematics import Pose
 from mbproj.model.system import System
 
 

@@ -13,21 +13,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import scaled_rows
-from mbproj.dynamics.assembly.gauss_newton import moved, shortest
-from mbproj.dynamics.blocks import Rows
-from mbproj.dynamics.equations.kinematics import Pose, pose_of, twist_of
-from mbproj.dynamics.equations.motions import NO_DRIVE
-from mbproj.dynamics.rank.components import Component, component_rows
-from mbproj.dynamics.rank.lasting import NO_CONDITIONS, closed, floor_at
-from mbproj.dynamics.rank.right_hand_sides import tangent_gamma
-from mbproj.dynamics.rank.row_space import self_stresses, unit_rows
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import scaled_rows
+from mbproj.equations.assembly.gauss_newton import moved, shortest
+from mbproj.equations.blocks import Rows
+from mbproj.equations.kinematics import Pose, pose_of, twist_of
+from mbproj.equations.motions import NO_DRIVE
+from mbproj.equations.rank.components import Component, component_rows
+from mbproj.equations.rank.row_space import NO_CONDITIONS, closed, floor_at, self_stresses, tangent_gamma, unit_rows
 from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
 
 #: The number of directions that are followed, the number of random trials for them, and their seed.
 DIRECTIONS, TRIALS, SEED = 3, 12, 6

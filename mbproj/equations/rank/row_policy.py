@@ -1,30 +1,42 @@
-"""Combinations of the rows of C_q that are held at a pose, as a function of a `RowSet`.
+"""The policy that chooses, from the poses passed, which rows the next step holds. It also judges whether a pose is near
+a singular one.
 
-All rows are held where they are independent. Where some follow from the others, as many combinations are held as there
-are independent rows. Near a singular pose, those are held that still have a gradient. A `RowSet` is constant within a
-step: equal input gives equal bits in any order of calls. The `RowPolicy` chooses the set of a step.
+The loop owns one policy. Within a step its `rows` do not change; it only records how near the poses of the step are to
+singular ones (`see`). Between steps `advance` sets the rows of the next step. `save` and `restore` carry the policy
+from one run to the next.
 
-Near a singular pose a combination at the distance σ from dependence closes σ w + ½ κ w² = -c for the violation c.
-Newton's method finds the root on the motion's own branch only where c is small against σ² (Kantorovich). An
-acceleration that divides a stage's violation by σ errs without bound. Its multiplier stays finite where the motion goes
-on, so that leaving the combination out causes an error of σ at most.
+This is the reference. The kernel's policy of the same name decides by pivots of S: squares of distances in the metric
+of the masses. It leaves out single rows; this one leaves out combinations. Near a singular pose both err by the
+distance σ of the rows or combinations left out, so that they may differ by σ. The kernel chooses single rows, and
+chooses others where a step fails. Combinations leave no such choice.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.constraint_equations import constraint, jacobian, time_derivative
-from mbproj.dynamics.equations.independent_rows import HeldRows
-from mbproj.dynamics.equations.kinematics import Pose
-from mbproj.dynamics.equations.motions import Drive
-from mbproj.dynamics.rank.row_space import row_distances
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.constraints import constraint, jacobian, time_derivative
+from mbproj.equations.kinematics import Pose
+from mbproj.equations.motions import Drive
+from mbproj.equations.of_motion import HeldRows
+from mbproj.equations.rank.row_space import row_distances
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
+
+# --- Combinations of the rows of C_q that are held at a pose, as a function of a `RowSet` -----------------------------
+# All rows are held where they are independent. Where some follow from the others, as many combinations are held as
+# there are independent rows. Near a singular pose, those are held that still have a gradient. A `RowSet` is constant
+# within a step: equal input gives equal bits in any order of calls. The `RowPolicy` chooses the set of a step.
+# Near a singular pose a combination at the distance σ from dependence closes σ w + ½ κ w² = -c for the violation c.
+# Newton's method finds the root on the motion's own branch only where c is small against σ² (Kantorovich). An
+# acceleration that divides a stage's violation by σ errs without bound. Its multiplier stays finite where the motion
+# goes on, so that leaving the combination out causes an error of σ at most.
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,3 +178,64 @@ def lengths(system: System) -> Array:
 def in_lengths(system: System, v: Array) -> Array:
     """Return a change of q in units of the mechanism's length: r / length and Λ."""
     return v / lengths(system)
+
+
+# --- The policy that chooses, from the poses passed, which rows the next step holds -----------------------------------
+
+
+class RowPolicy:
+    """The policy of one run. Without redundant rows, and away from singular poses, it costs one QR decomposition a
+    step."""
+
+    def __init__(self, system: System, redundant: int = 0) -> None:
+        self.rows = replace(RowSet.regular(system, redundant), watching=True)
+        #: The smallest distance of the poses of the current step, as a part of the largest.
+        self.nearest = 1.0
+        self._before: float | None = None
+
+    def begin(self) -> None:
+        """Begin a step from the last accepted state: poses of a rejected step do not count."""
+        self.nearest = 1.0 if self._before is None else self._before
+
+    def see(self, nearness: float) -> None:
+        """Record the distance of a pose of the current step."""
+        self.nearest = min(self.nearest, nearness)
+
+    def advance(self, C_q: Array) -> float:
+        """Set the rows of the next step after one that was accepted at a pose with this C_q. Return the smallest
+        distance in the step, as a part of the largest."""
+        distances = self.rows.distances(C_q)
+        rows = replace(self.rows, largest=np.maximum(self.rows.largest, distances))
+        here = rows.part(distances)[0]
+        fall = 0.0 if self._before is None else abs(here - self._before)
+        passed, self.nearest, self._before = min(self.nearest, here), here, here
+        self.rows = replace(rows, watching=here - fall < THRESHOLDS.near_singular)
+        return passed
+
+    def keep(self, multipliers: Array) -> None:
+        """Keep λ (m,) of the accepted state for rows that are left out later, unless the state is near a singular
+        pose."""
+        if self.nearest >= THRESHOLDS.close_to_singular:
+            self.rows = replace(self.rows, multipliers=multipliers)
+
+    def save(self) -> dict[str, Any]:
+        """Return the state of the policy as plain data."""
+        return {
+            "redundant": self.rows.redundant,
+            "watching": self.rows.watching,
+            "largest": self.rows.largest.tolist(),
+            "multipliers": self.rows.multipliers.tolist(),
+            "before": self._before,
+        }
+
+    def restore(self, saved: Mapping[str, Any]) -> None:
+        """Continue from the state that was saved between two steps."""
+        self.rows = RowSet(
+            self.rows.system,
+            int(saved["redundant"]),
+            bool(saved["watching"]),
+            np.array(saved["largest"], dtype=float),
+            np.array(saved["multipliers"], dtype=float),
+        )
+        self._before = None if saved["before"] is None else float(saved["before"])
+        self.begin()

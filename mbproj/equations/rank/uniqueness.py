@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.dynamics.rank.components import loops_of
+from mbproj.base.arrays import Array
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.kinematics import Pose, pose_of
+from mbproj.equations.rank.components import loops_of
 from mbproj.model.system import System
-from mbproj.thresholds import THRESHOLDS
 
 Marks = npt.NDArray[np.bool_]
 
@@ -29,8 +29,8 @@ def indeterminate(system: System, pose: Pose) -> tuple[Marks, Marks]:
 def _stresses(system: System, pose: Pose) -> tuple[Array, Array]:
     """Return reaction forces times the length of the system, and torques, (k, nj, 3) each, of a basis of
     self-equilibrated multipliers. The largest are of size 1; round-off is 0."""
-    from mbproj.dynamics.observe.reactions import reactions
-    from mbproj.dynamics.rank.row_space import self_stresses
+    from mbproj.equations.rank.row_space import self_stresses
+    from mbproj.equations.reactions import reactions
 
     force, torque = reactions(system, pose, self_stresses(system, pose))
     both = np.stack([force * system.length, torque])
@@ -51,7 +51,7 @@ def unique_components(system: System, state: State) -> dict[str, Array | Marks]:
     none = np.zeros((0, len(system.names.joints), 3))
     at_poses = [_stresses(system, pose_of(state.q)) if loops else (none, none)]
     if any(part.any() for part in at_poses[0]):
-        from mbproj.dynamics.rank.nearby import nearby
+        from mbproj.equations.rank.nearby import nearby
 
         poses = nearby(system, state.q).poses if system.bodies <= THRESHOLDS.few_bodies else ()
         at_poses += [_stresses(system, pose) for pose in poses]

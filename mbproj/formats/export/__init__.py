@@ -1,1 +1,1 @@
-"""Writes scenes in the formats MJCF and URDF: a tree with its loops beside it, and a table of what these leave out."""
+"""Writes scenes as MJCF and URDF: a tree with its loops beside it, and a table of what is left out."""

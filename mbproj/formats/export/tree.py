@@ -3,17 +3,108 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field, replace
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.formats.export.start import Start
-from mbproj.joints import JOINTS
-from mbproj.scene.read import Scene
-from mbproj.scene.records import GROUND, Joint, JointForce
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.equations.assembly.assemble import coordinates
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import attached, attached_velocity, body_rates, pose_of, twist_of
+from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion
+from mbproj.formats.mechanism import Same
+from mbproj.functions.elements import Kind
+from mbproj.joints.table import JOINTS, thread
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.compile.frames import SYMBOLS, local_frames, poses_of
+from mbproj.model.euler_parameters import product
+from mbproj.scene.blocks.elements import SPRINGS
+from mbproj.scene.records import GROUND, DryFriction, Joint, JointForce, Law, Limit, OfBody, Pair
+from mbproj.scene.scene import Scene
+
+# --- The start of a scene in the form that other formats need ---------------------------------------------------------
+# Poses and velocities of its bodies, frames of its joints.
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The assembled start of a scene: `poses` of bodies and the ground; `velocities` (3,) of their centres of mass and
+    angular velocities `turning` (3,), both global. `values` and `rates` are joint coordinates and their rates by name.
+    `given` are the poses in the scene's file. `frames` are the points and axes of each joint by symbol, in the axes of
+    its bodies."""
+
+    poses: Mapping[str, Frame]
+    velocities: Mapping[str, Array]
+    turning: Mapping[str, Array]
+    values: Mapping[str, float]
+    rates: Mapping[str, float]
+    given: Mapping[str, Frame]
+    frames: Mapping[str, Mapping[str, Array]]
+
+    def point(self, body: str, local: Array) -> Array:
+        """The global place of a point that is given from the body's centre of mass, in its axes."""
+        pose = self.poses[body]
+        return np.asarray(pose.position + pose.rotation @ local)
+
+    def of_joint(self, joint: Joint, symbol: str) -> Array:
+        """A joint's point or axis, "p1", "x1", .. "z2", in global axes at the start."""
+        body, local = joint.bodies[int(symbol[1]) - 1], self.frames[joint.name][symbol]
+        return self.point(body, local) if symbol[0] == "p" else np.asarray(self.poses[body].rotation @ local)
+
+    def ends(self, bodies: tuple[str, str], points: Pair) -> list[Array]:
+        """The points of two bodies, each from its body's centre of mass, in that body's axes."""
+        both = zip(bodies, (points.first, points.second), strict=True)
+        return [self.in_body_axes(OfBody(body, point, points.local)) for body, point in both]
+
+    def in_body_axes(self, point: OfBody) -> Array:
+        """The point from its body's centre of mass, in that body's axes."""
+        if point.local:
+            return np.array(point.vector)
+        pose = self.given[point.body]
+        return np.asarray(pose.rotation.T @ (np.array(point.vector) - pose.position))
+
+    @property
+    def moves(self) -> bool:
+        """Whether any body has a velocity at the start."""
+        return any(np.any(each) for each in (*self.velocities.values(), *self.turning.values()))
+
+
+def start_of(scene: Scene) -> Start:
+    """The start of a scene. Raises InputError, and the errors of assembly, where it has none."""
+    system = compile_system(scene)
+    state = start_state(scene, system)
+    pose, carrier = pose_of(state.q), system.body_carrier
+    twist = twist_of(pose, state.v)
+    points = np.ones(len(carrier))
+    position = attached(pose, carrier, system.body_offset, points)
+    velocity = attached_velocity(twist, carrier, system.body_offset, points)
+    omega = np.einsum("nij,nj->ni", pose.rotation, body_rates(pose, twist))[carrier]
+    turned = product(pose.orientation[carrier], system.body_turn)
+    names = [body.name for body in scene.bodies]
+    poses = {
+        name: Frame(np.array(at), from_quaternion(np.array(turn)))
+        for name, at, turn in zip(names, position, turned, strict=True)
+    }
+    values, rates = coordinates(system, state.q, state.v)
+    given = poses_of(scene)
+    own = [joint for joint in scene.joints if joint.couples is None]
+    framed = dict(zip([joint.name for joint in own], local_frames(own, given), strict=True))
+    return Start(
+        poses | {GROUND: IDENTITY},
+        dict(zip(names, np.asarray(velocity), strict=True)) | {GROUND: np.zeros(3)},
+        dict(zip(names, np.asarray(omega), strict=True)) | {GROUND: np.zeros(3)},
+        dict(zip(system.names.coordinates, values.tolist(), strict=False)),
+        dict(zip(system.names.coordinates, rates.tolist(), strict=False)),
+        {name: Frame(*each) for name, each in given.items()},
+        {name: dict(zip(SYMBOLS, each, strict=True)) for name, each in framed.items()},
+    )
+
+
+# --- The tree of a scene's bodies that formats of robots need ---------------------------------------------------------
+
 
 #: The joints that may be in a tree; the first of them cannot be written as a loop in formats of robots.
 IN_TREE = (
@@ -190,3 +281,152 @@ def name_counts(scene: Scene) -> Counter[str]:
             joints.update(joint.bodies)
     names.update({name: 1 for name, often in joints.items() if often != 2})
     return names
+
+
+# --- The springs, dampers, friction, inertias and limits on joint coordinates, in the form that -----------------------
+# The springs, dampers, friction, inertias and limits on joint coordinates, in the form that other formats have.
+
+
+#: Adds a row to the table: an element, what happens to it, whether the motion is still that of the scene.
+Say = Callable[[str, str, Same], None]
+
+
+def left_out(kind: Kind) -> str:
+    """The reason, for the table, why a force that is an element is left out."""
+    if kind.type in SPRINGS:
+        return "left out: numbers of it change in a run"
+    return f"left out: no model has the type {kind.type}"
+
+
+@dataclass(frozen=True)
+class CoordinateLoads:
+    """All that acts on one coordinate s, in SI units: F = -stiffness (s - rest) - damping s', a constant dry friction,
+    a reflected inertia, and the limit of s."""
+
+    stiffness: float = 0.0
+    rest: float = 0.0
+    damping: float = 0.0
+    dry: float = 0.0
+    armature: float = 0.0
+    limit: Limit | None = None
+
+
+def acting_on(scene: Scene, say: Say) -> dict[str, CoordinateLoads]:
+    """The forces, inertias and limits on each coordinate, by its name "joint.angle". A force that has no such form gets
+    a row of the table."""
+    loads: dict[str, CoordinateLoads] = {}
+    joints = {joint.name: joint for joint in scene.joints}
+    for joint in scene.joints:
+        for coordinate, inertia in joint.reflected_inertia.items():
+            name = f"{joint.name}.{coordinate}"
+            loads[name] = replace(loads.get(name, CoordinateLoads()), armature=inertia)
+        for coordinate, limit in joint.limits.items():
+            name = f"{joint.name}.{coordinate}"
+            loads[name] = replace(loads.get(name, CoordinateLoads()), limit=limit)
+    for force in scene.forces:
+        if not isinstance(force, JointForce):
+            continue
+        joint = joints[force.joint]
+        if force.element is not None:
+            say(f"force '{force.name}'", left_out(force.element), Same.NO)
+            continue
+        for coordinate, law in force.laws.items():
+            if law.function is not None:
+                say(f"force '{force.name}'", "left out: its law is a function", Same.NO)
+                continue
+            name = f"{joint.name}.{coordinate or _only(joint, force.unit)}"
+            loads[name] = _with(loads.get(name, CoordinateLoads()), law)
+        for coordinate, dry in force.coulomb.items():
+            name = f"{joint.name}.{coordinate or _only(joint, dry.unit)}"
+            if not constant(dry):
+                what = "left out: its dry friction is not one constant force"
+                say(f"friction '{force.name}'", what, Same.NO)
+                continue
+            assert isinstance(dry.sliding, float)
+            old = loads.get(name, CoordinateLoads())
+            loads[name] = replace(old, dry=old.dry + dry.sliding)
+    return loads
+
+
+def _only(joint: Joint, unit: str | None) -> str:
+    """The first coordinate of a joint in a unit (None: any)."""
+    units = {name: "rad" if row[0] == "angle" else "m" for name, row in JOINTS[joint.type].coordinates.items()}
+    return next(name for name, own in units.items() if unit in (None, own))
+
+
+def constant(dry: DryFriction) -> bool:
+    """Whether a dry friction is one constant force or torque, equal while it slides and while it sticks."""
+    smooth = dry.regularised is not None or dry.stribeck_speed is not None
+    return dry.bearing is None and not smooth and not dry.varies and dry.static == dry.sliding
+
+
+def _with(old: CoordinateLoads, law: Law) -> CoordinateLoads:
+    """`old` with one more spring and damper: k = Σ kᵢ, and the rest position s where Σ kᵢ (s - sᵢ) = 0."""
+    total = old.stiffness + law.stiffness
+    moment = old.stiffness * old.rest + law.stiffness * (law.free or 0.0)
+    rest = moment / total if total else 0.0
+    return replace(old, stiffness=total, rest=rest, damping=old.damping + law.damping)
+
+
+# --- Couplings of joint coordinates as sums ---------------------------------------------------------------------------
+# Σ kᵢ (sᵢ - sᵢ⁰) = f(s₀) - f(s₀⁰), counted from the start, where they hold.
+
+
+#: A function counts as a polynomial of the fourth degree where it differs from one by less than about this part of its
+#: size.
+SAME = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class CouplingSum:
+    """A coupling as a sum: `weights` kᵢ of coordinates by name. `curve` is f(s₀⁰ + d) - f(s₀⁰) as a polynomial of d of
+    at most the fourth degree, None where there is no function; `first` is the name of s₀."""
+
+    name: str
+    weights: Mapping[str, float]
+    first: str = ""
+    curve: Polynomial | None = None
+
+
+def sum_of(joint: Joint, start: Start) -> CouplingSum | None:
+    """The sum of a coupling, or of a screw; None where its function is no such polynomial."""
+    if joint.type == "screw":
+        names = [f"{joint.name}.displacement", f"{joint.name}.angle"]
+        return CouplingSum(joint.name, dict(zip(names, thread(joint.parameters["pitch"]).weights, strict=True)))
+    assert joint.couples is not None
+    of = dict(joint.couples.of)
+    first = next(iter(of))
+    if joint.couples.function is None:
+        return CouplingSum(joint.name, of)
+    curve = _polynomial(joint, start.values[first])
+    weights = {name: weight for name, weight in of.items() if weight}
+    return None if curve is None else CouplingSum(joint.name, weights, first, curve)
+
+
+def _polynomial(joint: Joint, at: float) -> Polynomial | None:
+    """The polynomial f(at + d) - f(at) through five points. None where f leaves it at one of ten others, which span
+    more than a turn to both sides: a function with a dwell is no polynomial."""
+    from mbproj.functions.standard import Curve
+
+    assert joint.couples is not None and joint.couples.function is not None
+    curve = Curve(joint.couples.function)
+
+    def f(d: np.ndarray) -> np.ndarray:
+        return np.asarray(curve(at + d)[0].real)
+
+    d, others = np.array([-1.0, -0.5, 0.0, 0.5, 1.0]), np.array([-6.9, -4.1, -2.0, -0.8, -0.3, 0.2, 0.7, 2.0, 3.3, 7.1])
+    with np.errstate(all="ignore"):
+        values, wanted = f(d) - f(np.zeros(1)), f(others) - f(np.zeros(1))
+    if not (np.isfinite(values).all() and np.isfinite(wanted).all()):
+        return None
+    polynomial = Polynomial.fit(d, values, 4).convert()
+    scale = max(1.0, float(np.abs(wanted).max()))
+    polynomial = Polynomial(np.where(np.abs(polynomial.coef) < SAME * scale, 0.0, polynomial.coef))
+    return polynomial if np.abs(polynomial(others) - wanted).max() <= 100 * SAME * scale else None
+
+
+def five(curve: Polynomial) -> Array:
+    """The coefficients of a polynomial of the fourth degree at most, the constant first, (5,)."""
+    coefficients = np.zeros(5)
+    coefficients[: len(curve.coef)] = curve.coef
+    return coefficients

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.formats.export.acting import CoordinateLoads, acting_on
-from mbproj.formats.export.couplings import sum_of
-from mbproj.formats.export.exported import Written, say_unwritten
-from mbproj.formats.export.markup import Tag, tag
-from mbproj.formats.export.start import start_of
-from mbproj.formats.export.tree import TreeBranch, TreeFreedom, tree_of
+from mbproj.base.arrays import Array
+from mbproj.formats.export.exported import Tag, Written, say_unwritten, tag
+from mbproj.formats.export.tree import CoordinateLoads, TreeBranch, TreeFreedom, acting_on, start_of, sum_of, tree_of
 from mbproj.formats.mechanism import ImportedNames, Same
 from mbproj.formats.yaml_text import flow, lines
-from mbproj.scene.read import Scene
-from mbproj.scene.records import GROUND, Joint, PointForce
-from mbproj.scene.stops import DistanceStop, Limit
+from mbproj.scene.records import GROUND, DistanceStop, Joint, Limit, PointForce
+from mbproj.scene.scene import Scene
 
 #: The joints that may be in the tree. URDF has no ball: a spherical joint becomes a loop between free bodies.
 IN_TREE = ("prismatic", "cylindrical", "planar", "universal", "screw", "fixed", "revolute")

@@ -1,1 +1,1 @@
-"""MJCF, compiled by MuJoCo: its source with includes and without missing assets, then each kind of element."""
+"""MJCF, compiled by MuJoCo: its source with includes, then each of its elements as parts of a scene."""

@@ -6,17 +6,25 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.errors import Place
+from mbproj.base.errors import Place
 from mbproj.formats.chains import free_name
 from mbproj.formats.mechanism import Bare, ImportedMechanism, ImportOptions, Quantity, Same
-from mbproj.formats.mjcf.compiled import CompiledMjcf
-from mbproj.formats.mjcf.drives import ActuatorDrive, add_states, drive_of, free_symbol, inputs_of
-from mbproj.formats.mjcf.flags import is_off
-from mbproj.formats.mjcf.joints import FREE
-from mbproj.formats.mjcf.laws import ActuatorLaw, Muscle, law_of, summed, within
-from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons.along import ActuatedCoordinate, act_along, along_of, length_of, names_along
-from mbproj.formats.mjcf.tendons.measured import ModelTendons
+from mbproj.formats.mjcf.compiled import CompiledMjcf, is_off
+from mbproj.formats.mjcf.joints import FREE, Called
+from mbproj.formats.mjcf.laws import (
+    ActuatorDrive,
+    ActuatorLaw,
+    Muscle,
+    add_states,
+    drive_of,
+    free_symbol,
+    inputs_of,
+    law_of,
+    summed,
+    within,
+)
+from mbproj.formats.mjcf.tendon_forces import ActuatedCoordinate, act_along, along_of, length_of, names_along
+from mbproj.formats.mjcf.tendon_paths import ModelTendons
 from mbproj.formats.signals import refuse_unknown
 from mbproj.formats.yaml_text import number as shown
 from mbproj.scene.records import GROUND

@@ -12,43 +12,32 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics import (
-    State,
-    applied,
-    assemble,
-    drive_at,
-    gamma,
-    generalised,
-    generalised_force,
-    jacobian,
-    mass_matrix,
-    pose_of,
-    set_jacobian,
-    set_velocity,
-    tangent_jacobian,
-    tangent_velocities,
-    twist_of,
-)
-from mbproj.dynamics.assembly.adjust import compile_system
-from mbproj.dynamics.derivatives.tangent import velocities as rates_of
-from mbproj.dynamics.equations.equations_of_motion import solve_bordered
-from mbproj.dynamics.equations.gaps import gaps, pressing
-from mbproj.dynamics.rank.row_space import independent
-from mbproj.errors import InputError, SimulationError
-from mbproj.formats.as_scene import scene_text
-from mbproj.formats.couplers import ROUNDED
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import gamma, jacobian, set_jacobian, set_velocity, tangent_jacobian
+from mbproj.equations.contacts import gaps, pressing
+from mbproj.equations.forces import applied, generalised
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.motions import drive_at
+from mbproj.equations.of_motion import generalised_force, mass_matrix, solve_bordered
+from mbproj.equations.rank.row_space import independent
+from mbproj.equations.tangent_space import tangent_velocities
+from mbproj.equations.tangent_space import velocities as rates_of
+from mbproj.formats.as_scene import ROUNDED, scene_text
 from mbproj.formats.mechanism import Agreement, ImportedMechanism, ImportOptions, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf, warnings_as_notes
-from mbproj.formats.mjcf.drives import inputs_of
-from mbproj.formats.mjcf.parts import Called
-from mbproj.model import System, initial_guess
-from mbproj.model.compile.guess import Guess
-from mbproj.scene import from_matrix, read_scene_text, to_matrix
+from mbproj.formats.mjcf.joints import Called
+from mbproj.formats.mjcf.laws import inputs_of
+from mbproj.model.compile.mechanism import Guess, initial_guess
+from mbproj.model.system import System
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.fields.rotations import from_matrix, to_matrix
+from mbproj.scene.scene import read_scene_text
 
 #: The row of the table on accelerations.
 ACCELERATIONS = "accelerations beside MuJoCo's"

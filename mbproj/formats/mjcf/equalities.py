@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from mbproj.arrays import Array
-from mbproj.errors import Place
+from mbproj.base.arrays import Array
+from mbproj.base.errors import Place
 from mbproj.formats.geometry import Frame, from_quaternion
 from mbproj.formats.mechanism import Bare, Connection, ImportedMechanism, ImportedNames, Quantity, Same
 from mbproj.formats.mjcf.compiled import CompiledMjcf
-from mbproj.formats.mjcf.parts import Called
-from mbproj.formats.mjcf.tendons.measured import ModelTendons, TendonSum
+from mbproj.formats.mjcf.joints import Called
+from mbproj.formats.mjcf.tendon_paths import ModelTendons, TendonSum
 from mbproj.formats.yaml_text import number
 
 CONNECT, WELD, JOINT, TENDON = range(4)

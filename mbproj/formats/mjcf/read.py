@@ -10,21 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.errors import Place, shortened
-from mbproj.formats.chains import Coordinates, free_name
+from mbproj.base.arrays import Array
+from mbproj.base.errors import Place, shortened
+from mbproj.formats.chains import Coordinates, free_name, with_hinges
 from mbproj.formats.geometry import Frame, from_quaternion
 from mbproj.formats.mechanism import Agreement, ImportedMechanism, ImportedNames, ImportOptions, Quantity, Same, said_of
-from mbproj.formats.merged import with_hinges
 from mbproj.formats.mjcf.actuators import add_actuators
-from mbproj.formats.mjcf.compiled import CompiledMjcf, compile_mjcf
+from mbproj.formats.mjcf.compiled import SWITCHES, CompiledMjcf, compile_mjcf, disabled, enabled, is_unlifted
 from mbproj.formats.mjcf.equalities import add_equalities
-from mbproj.formats.mjcf.flags import SWITCHES, disabled, enabled, is_unlifted
-from mbproj.formats.mjcf.joints import FREE, add_joints, start_of
-from mbproj.formats.mjcf.parts import Called, add_parts
+from mbproj.formats.mjcf.joints import FREE, Called, add_joints, add_parts, start_of
 from mbproj.formats.mjcf.source import source_of
-from mbproj.formats.mjcf.tendons.acting import add_tendons
-from mbproj.formats.mjcf.tendons.measured import ModelTendons
+from mbproj.formats.mjcf.tendon_forces import add_tendons
+from mbproj.formats.mjcf.tendon_paths import ModelTendons
 from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, sphere
 from mbproj.formats.xml import XmlElement

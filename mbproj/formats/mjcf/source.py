@@ -7,11 +7,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
-from mbproj.formats.included import include, inside, is_missing
-from mbproj.formats.xml import XmlElement
-from mbproj.plain_number import plain_number
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.base.text import plain_number
+from mbproj.formats.xml import XmlElement, include, inside, is_missing
 
 #: The most bytes of a mesh that is read.
 MOST_MESH_BYTES = 64_000_000

@@ -1,1 +1,1 @@
-"""The reader of SDF: scopes with includes, frames by name, inertias, and a graph of joints with its loops."""
+"""The reader of SDF: scopes with includes, frames by name, and a graph of joints from which a tree is chosen."""

@@ -9,15 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem, choose_from
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.chains import Coordinates, Single, add_one, connect, follow, span
 from mbproj.formats.geometry import Frame, turn, unit
-from mbproj.formats.loops import Loop
-from mbproj.formats.mechanism import Connection, ImportedMechanism, ImportedNames, Quantity, Same
-from mbproj.formats.sdf.frames import SdfFrames
-from mbproj.formats.sdf.scopes import Scope, number, text, vector
+from mbproj.formats.mechanism import Connection, ImportedMechanism, ImportedNames, Loop, Quantity, Same
+from mbproj.formats.sdf.scopes import Scope, SdfFrames, number, text, vector
 from mbproj.formats.xml import XmlElement
 
 #: The joint of a scene for each type; that of a universal joint, and of two turns in a row, depends on the axes.

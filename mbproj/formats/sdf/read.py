@@ -10,21 +10,38 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem, choose_from
-from mbproj.formats.chains import Coordinates
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem, choose_from
+from mbproj.base.text import plain_number
+from mbproj.formats.chains import Coordinates, without_rings
 from mbproj.formats.geometry import IDENTITY, Frame, check_inertia
-from mbproj.formats.loops import add_loops
-from mbproj.formats.mechanism import ImportedBody, ImportedMechanism, ImportedNames, ImportOptions, Same, said_of
-from mbproj.formats.merged import without_rings
-from mbproj.formats.sdf.frames import WORLD, SdfFrames, full_name, in_link
+from mbproj.formats.mechanism import (
+    ImportedBody,
+    ImportedMechanism,
+    ImportedNames,
+    ImportOptions,
+    Same,
+    add_loops,
+    said_of,
+)
 from mbproj.formats.sdf.joints import SdfJoint, add_gearboxes, add_joint, add_mimics, open_loop, read_joint
-from mbproj.formats.sdf.scopes import FRAMES, Scope, number, pose_in, scopes_of, text, vector
+from mbproj.formats.sdf.scopes import (
+    FRAMES,
+    WORLD,
+    Scope,
+    SdfFrames,
+    full_name,
+    in_link,
+    number,
+    pose_in,
+    scopes_of,
+    text,
+    vector,
+)
 from mbproj.formats.signals import add_motions
 from mbproj.formats.visuals import Shapes, Visual, add_visuals, box, capsule, colour, cylinder, mesh_file, sphere
 from mbproj.formats.xml import XmlElement
-from mbproj.plain_number import plain_number
 from mbproj.scene.records import GROUND
 
 #: SDF's default gravity of a world, in m/s².

@@ -10,10 +10,9 @@ from typing import Literal, Protocol, final
 
 import numpy as np
 
-from mbproj.arrays import Numbers
-from mbproj.constraints.basic import Along, Angle, Distance
-from mbproj.constraints.primitive import Primitive, SlotKind
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.joints.primitives.basic import Along, Angle, Distance, Primitive, SlotKind
 
 
 class CoordinateFunction(Protocol):

@@ -6,9 +6,9 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mbproj.arrays import Numbers, dot
-from mbproj.constraints.primitive import Primitive, SlotKind
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Numbers, dot
+from mbproj.base.dataclass import dataclass
+from mbproj.joints.primitives.basic import Primitive, SlotKind
 
 
 class Span(NamedTuple):

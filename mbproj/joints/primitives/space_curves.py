@@ -8,10 +8,10 @@ from typing import ClassVar, Literal, NamedTuple, Protocol, TypeVar, final
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers, dot
-from mbproj.constraints.curves.profile import FREE, MOST_KEPT
-from mbproj.constraints.primitive import Primitive
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Array, Integers, Numbers, dot
+from mbproj.base.dataclass import dataclass
+from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.plane_curves import FREE, MOST_KEPT
 
 
 class SpaceCurveShape(Protocol):

@@ -6,38 +6,38 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import final
 
-from mbproj.constraints.primitive import Primitive
-from mbproj.registry import load
+from mbproj.base.registry import load
+from mbproj.joints.primitives.basic import Primitive
 
 #: The module that defines each primitive, and the primitive's class.
 HOMES: Mapping[str, str] = {
-    "coincident": "mbproj.constraints.basic:Coincident",
-    "perpendicular": "mbproj.constraints.basic:Perpendicular",
-    "along": "mbproj.constraints.basic:Along",
-    "distance": "mbproj.constraints.basic:Distance",
-    "angle": "mbproj.constraints.basic:Angle",
-    "coupling": "mbproj.constraints.coupling:Coupling",
-    "wheel_height": "mbproj.constraints.wheel_height:WheelHeight",
-    "wheel_slip_along": "mbproj.constraints.slip:WheelSlipAlong",
-    "wheel_slip_across": "mbproj.constraints.slip:WheelSlipAcross",
-    "ball_slip": "mbproj.constraints.slip:BallSlip",
-    "edge_slip": "mbproj.constraints.slip:EdgeSlip",
-    "ellipsoid_height": "mbproj.constraints.ellipsoid:EllipsoidHeight",
-    "ellipsoid_slip": "mbproj.constraints.ellipsoid:EllipsoidSlip",
-    "profile": "mbproj.constraints.curves.profile:Profile",
-    "arc": "mbproj.constraints.curves.profile:Arc",
-    "lap": "mbproj.constraints.curves.profile:Lap",
-    "face": "mbproj.constraints.curves.face:Face",
-    "face_place": "mbproj.constraints.curves.face:FacePlace",
-    "face_slip": "mbproj.constraints.curves.face:FaceSlip",
-    "two_curves": "mbproj.constraints.curves.two_curves:Gap",
-    "place_on_first": "mbproj.constraints.curves.two_curves:PlaceOnFirst",
-    "place_on_second": "mbproj.constraints.curves.two_curves:PlaceOnSecond",
-    "slip_of_two": "mbproj.constraints.curves.two_curves:SlipOfTwo",
-    "beside_first": "mbproj.constraints.curves.in_space:BesideFirst",
-    "beside_second": "mbproj.constraints.curves.in_space:BesideSecond",
-    "space_arc": "mbproj.constraints.curves.in_space:SpaceArc",
-    "rope": "mbproj.constraints.rope:Rope",
+    "coincident": "mbproj.joints.primitives.basic:Coincident",
+    "perpendicular": "mbproj.joints.primitives.basic:Perpendicular",
+    "along": "mbproj.joints.primitives.basic:Along",
+    "distance": "mbproj.joints.primitives.basic:Distance",
+    "angle": "mbproj.joints.primitives.basic:Angle",
+    "coupling": "mbproj.joints.primitives.coupling:Coupling",
+    "wheel_height": "mbproj.joints.primitives.rolling:WheelHeight",
+    "wheel_slip_along": "mbproj.joints.primitives.rolling:WheelSlipAlong",
+    "wheel_slip_across": "mbproj.joints.primitives.rolling:WheelSlipAcross",
+    "ball_slip": "mbproj.joints.primitives.rolling:BallSlip",
+    "edge_slip": "mbproj.joints.primitives.rolling:EdgeSlip",
+    "ellipsoid_height": "mbproj.joints.primitives.rolling:EllipsoidHeight",
+    "ellipsoid_slip": "mbproj.joints.primitives.rolling:EllipsoidSlip",
+    "profile": "mbproj.joints.primitives.plane_curves:Profile",
+    "arc": "mbproj.joints.primitives.plane_curves:Arc",
+    "lap": "mbproj.joints.primitives.plane_curves:Lap",
+    "face": "mbproj.joints.primitives.plane_curves:Face",
+    "face_place": "mbproj.joints.primitives.plane_curves:FacePlace",
+    "face_slip": "mbproj.joints.primitives.plane_curves:FaceSlip",
+    "two_curves": "mbproj.joints.primitives.plane_curves:Gap",
+    "place_on_first": "mbproj.joints.primitives.plane_curves:PlaceOnFirst",
+    "place_on_second": "mbproj.joints.primitives.plane_curves:PlaceOnSecond",
+    "slip_of_two": "mbproj.joints.primitives.plane_curves:SlipOfTwo",
+    "beside_first": "mbproj.joints.primitives.space_curves:BesideFirst",
+    "beside_second": "mbproj.joints.primitives.space_curves:BesideSecond",
+    "space_arc": "mbproj.joints.primitives.space_curves:SpaceArc",
+    "rope": "mbproj.joints.primitives.rope:Rope",
 }
 
 

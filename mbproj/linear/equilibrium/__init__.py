@@ -1,2 +1,1 @@
-"""Equilibria of a mechanism, at rest or in a steady turn: force balance on the constraints, by a globalised Newton
-iteration."""
+"""Equilibria of a mechanism, at rest or in a steady turn: forces in balance on the constraints."""

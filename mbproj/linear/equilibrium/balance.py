@@ -9,30 +9,31 @@ from typing import Protocol
 
 import numpy as np
 
-from mbproj.arrays import Array, Numbers, cross
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import coordinate_values, nearest
-from mbproj.dynamics.blocks import Rows, added, stacked
-from mbproj.dynamics.derivatives.linear_equations import (
+from mbproj.base.arrays import Array, Numbers, cross
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import coordinate_values, nearest
+from mbproj.equations.blocks import Rows, added, stacked
+from mbproj.equations.constraints import EPSILON
+from mbproj.equations.derivatives import (
     LinearEquations,
     MotionAtTime,
     constraint_rows,
+    force_derivative,
     linear_equations,
+    row_motion,
+    rows_at,
     tangent_force,
 )
-from mbproj.dynamics.derivatives.row_derivatives import force_derivative, row_motion, rows_at
-from mbproj.dynamics.derivatives.tangent import moved, velocities
-from mbproj.dynamics.derivatives.tangent_space import TangentSpace
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.motions import Drive
-from mbproj.dynamics.equations.round_off import EPSILON
-from mbproj.dynamics.equations.teeth import near
-from mbproj.errors import SimulationError
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import Drive
+from mbproj.equations.tangent_space import TangentSpace, moved, velocities
+from mbproj.equations.turning import near
 from mbproj.linear.bordered import tangent_space_of
-from mbproj.linear.reduction.frames import in_axes
+from mbproj.linear.reduction import in_axes
 from mbproj.linear.reference import largest_force
 from mbproj.model.system import Conditions, System
-from mbproj.thresholds import THRESHOLDS
 
 AT_REST = np.zeros(3)
 

@@ -7,37 +7,39 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.contact.inside import stop_sizes
-from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
-from mbproj.dynamics.derivatives.tangent import accelerations, velocities
-from mbproj.dynamics.equations.gaps import gaps
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.equations.teeth import near
-from mbproj.dynamics.equations.turning import turns_of
-from mbproj.dynamics.friction.changing import frictions_at
-from mbproj.dynamics.observe.bearings import load, supports
-from mbproj.dynamics.rank.lasting import NO_CONDITIONS
-from mbproj.dynamics.rank.mobility import mobility
-from mbproj.errors import InputError, Problem, SimulationError
-from mbproj.functions.program import CHANNELS, Op, apply, variable
-from mbproj.functions.program_set import flatten
-from mbproj.integrate.stops.resting import RubsAtStart, resting, rubs_of
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem, SimulationError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, coordinate_values
+from mbproj.equations.bearings import load, supports
+from mbproj.equations.contacts import gaps, stop_sizes
+from mbproj.equations.derivatives import MotionAtTime
+from mbproj.equations.friction import frictions_at
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import Drive, drive_at
+from mbproj.equations.rank.mobility import mobility
+from mbproj.equations.rank.row_space import NO_CONDITIONS
+from mbproj.equations.tangent_space import accelerations, velocities
+from mbproj.equations.turning import near, turns_of
+from mbproj.functions.program import CHANNELS, Op, apply, flatten, variable
 from mbproj.linear.equilibrium.balance import REST, EquilibriumProblem, SteadyTurn
-from mbproj.linear.equilibrium.direction_names import direction_words
-from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, solve
-from mbproj.linear.mode_notes import states_in
-from mbproj.linear.modes import modes
-from mbproj.linear.reduction.projected import refuse_large_rolling
-from mbproj.linear.reference import Imbalance, LinearReference, imbalance, refuse_rolling
-from mbproj.linear.resting_contacts import RestingContacts, held_at, refuse_loads
+from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, direction_words, solve
+from mbproj.linear.modes import modes, states_in
+from mbproj.linear.reduction import refuse_large_rolling
+from mbproj.linear.reference import (
+    Imbalance,
+    LinearReference,
+    RestingContacts,
+    held_at,
+    imbalance,
+    refuse_loads,
+    refuse_rolling,
+)
 from mbproj.model.channels import ChannelKind, Channels
 from mbproj.model.system import Conditions, System
-from mbproj.results.views.table import Table, Tabled
-from mbproj.thresholds import THRESHOLDS
+from mbproj.motion.contacts import RubsAtStart, resting, rubs_of
+from mbproj.results.views import Table, Tabled
 
 #: The seed of the random directions in which other starts are sought.
 SEED = 22

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import MotionAtTime, constraint_rows, linear_equations, tangent_force
-from mbproj.dynamics.derivatives.tangent import moved
-from mbproj.dynamics.equations.constraint_equations import constraint
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.round_off import EPSILON
-from mbproj.dynamics.equations.teeth import near
-from mbproj.errors import SimulationError
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.constraints import EPSILON, constraint
+from mbproj.equations.derivatives import MotionAtTime, constraint_rows, linear_equations, tangent_force
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.tangent_space import moved
+from mbproj.equations.turning import near
 from mbproj.linear.bordered import Proximal, is_definite
 from mbproj.linear.equilibrium.balance import EquilibriumProblem, largest_acting
 from mbproj.linear.equilibrium.solve import (
@@ -32,7 +32,6 @@ from mbproj.linear.equilibrium.solve import (
     is_far,
     is_nearly_balanced,
 )
-from mbproj.thresholds import THRESHOLDS
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix

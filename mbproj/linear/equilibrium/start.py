@@ -1,27 +1,80 @@
-"""Writes an equilibrium into its scene file: the joints' coordinates at the start. The other text stays as it was.
-
-A scene gives points and axes at the pose of its bodies. So that pose stays, and the joints' coordinates give the
-displacement from it.
-"""
+"""The initial state of a run: the assembled start, or the equilibrium that the scene asks for."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from mbproj.dynamics.assembly.adjust import compile_system
-from mbproj.dynamics.assembly.assemble import State, assemble, moved_by
-from mbproj.errors import InputError, Place, Problem, placed_at
+from mbproj.base.errors import InputError, Place, Problem, placed_at
+from mbproj.base.registry import EQUILIBRIUM
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, assemble, moved_by
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.recorded import Block, Observer
+from mbproj.equations.samples import Sample, stack
 from mbproj.linear.equilibrium.find import Equilibrium
-from mbproj.model import initial_guess
-from mbproj.output_files import SCENE, check_rewritable, write_text
-from mbproj.scene import read_scene_text
-from mbproj.scene.read import Scene
+from mbproj.model.compile.mechanism import Guess, initial_guess
+from mbproj.model.system import System
+from mbproj.results.layout import COUNTERS
+from mbproj.results.output_files import SCENE, check_rewritable, write_text
+from mbproj.scene.changes import Changes, text_with_changes
 from mbproj.scene.records import Body
-from mbproj.scene.text.rewrite import Changes, with_changes
-from mbproj.scene.text.source import read_text
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.scene import Scene, read_scene_text
+from mbproj.scene.text.document import read_text
+
+
+def assembled_start(scene: Scene, system: System) -> State:
+    """Return the assembled start of the scene, from which an equilibrium is sought."""
+    return assemble(system, initial_guess(scene, system))
+
+
+def start_state(scene: Scene, system: System) -> State:
+    """Return the initial state of runs of the scene. Raises NoEquilibrium where the scene asks for one and there is
+    none."""
+    state = assembled_start(scene, system)
+    if scene.settings.start != EQUILIBRIUM:
+        return state
+    from mbproj.linear.equilibrium.find import equilibrium
+
+    return equilibrium(system, state, state.t).state
+
+
+def beside(scene: Scene, system: System, guess: Guess) -> State:
+    """Return the consistent start nearest to a guess. Conditions on joints at the scene's own start apply only
+    there."""
+    return consistent(system, guess) if scene.settings.start == EQUILIBRIUM else assemble(system, guess)
+
+
+def consistent(system: System, guess: Guess) -> State:
+    """Return the consistent state nearest to a guess, without the scene's conditions on its own start."""
+    from mbproj.equations.rank.row_space import NO_CONDITIONS
+
+    return assemble(system, replace(guess, start=NO_CONDITIONS, speed=NO_CONDITIONS))
+
+
+# --- An equilibrium as the one sample of a results file ---------------------------------------------------------------
+
+
+def observed(rest: Equilibrium) -> Block:
+    """Return the content of a results file with this one sample."""
+    system, state, reference = rest.whole, rest.state, rest.reference
+    none = {path.removeprefix("diagnostics/"): 0 for path in COUNTERS}
+    rows, frictions = reference.system.joints.size, len(system.names.frictions)
+    multipliers = np.delete(reference.multipliers, np.arange(rows - len(reference.held), rows))
+    work = np.zeros(2 + frictions)
+    sample = Sample(state, rest.acceleration, multipliers, 0.0, work, none)
+    force = rest.friction_force[None]
+    samples = replace(stack([sample]), rub=(lambda: (force, np.zeros_like(force))) if frictions else None)
+    return Observer(system, state).at(samples)
+
+
+# --- Writes an equilibrium into its scene file ------------------------------------------------------------------------
+# The joints' coordinates at the start. The other text stays as it was.
+# A scene gives points and axes at the pose of its bodies. So that pose stays, and the joints' coordinates give the
+# displacement from it.
+
 
 HINT = "begin runs there with 'start: equilibrium' in its simulation block, or with run --start equilibrium"
 
@@ -34,7 +87,7 @@ def write_pose(scene: Scene, rest: Equilibrium) -> Path:
     if scene.overrides:
         raise InputError(Problem("--set has changed parameters, which the file does not have", place, "write them in"))
     try:
-        text = with_changes(scene.text, _changes(scene, rest))
+        text = text_with_changes(scene.text, _changes(scene, rest))
         state = _start(text, scene)
     except (ValueError, InputError) as error:
         raise InputError(Problem("the pose cannot be written in place", place, HINT)) from error

@@ -13,13 +13,14 @@ from functools import cached_property
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.derivatives.law_derivatives import state_slopes
-from mbproj.dynamics.derivatives.tangent_space import TangentSpace
-from mbproj.dynamics.equations.forces import state_rates
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.errors import SimulationError
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.derivatives import state_slopes
+from mbproj.equations.forces import state_rates
+from mbproj.equations.instant import Instant
+from mbproj.equations.tangent_space import TangentSpace
 from mbproj.linear.equilibrium.balance import EquilibriumBalance, EquilibriumProblem
 from mbproj.linear.equilibrium.solve import (
     NoEquilibrium,
@@ -30,7 +31,6 @@ from mbproj.linear.equilibrium.solve import (
     of_limited_length,
     solve,
 )
-from mbproj.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, eq=False)

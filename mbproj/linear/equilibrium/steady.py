@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, cross
-from mbproj.dynamics.assembly.assemble import State, coordinate_values
-from mbproj.dynamics.derivatives.linear_equations import constraint_rows
-from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of
-from mbproj.dynamics.equations.motions import NO_DRIVE, drive_at
-from mbproj.dynamics.rank.lasting import NO_CONDITIONS
-from mbproj.errors import InputError, Problem, choose_from
+from mbproj.base.arrays import Array, cross
+from mbproj.base.errors import InputError, Problem, choose_from
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, coordinate_values
+from mbproj.equations.derivatives import constraint_rows
+from mbproj.equations.kinematics import attached, pose_of, slots_of
+from mbproj.equations.motions import NO_DRIVE, drive_at
+from mbproj.equations.rank.row_space import NO_CONDITIONS
 from mbproj.linear.equilibrium.balance import EquilibriumProblem, SteadyTurn
 from mbproj.linear.equilibrium.find import Equilibrium
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import Conditions, System
-from mbproj.thresholds import THRESHOLDS
 
 
 def steady_turn(system: System, start: State, name: str, rate: float) -> tuple[SteadyTurn, Conditions]:

@@ -1,1 +1,1 @@
-"""Compiles a scene to a System: names become indices, joints become primitives bound to bodies."""
+"""Names become indices, joints become primitives bound to bodies, forces become arrays."""

@@ -8,21 +8,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from mbproj.constraints.coupling import COORDINATES, Coupling
-from mbproj.constraints.curves.face import OnFace
-from mbproj.constraints.curves.profile import Arc, Lap, OnCurve, Profile
-from mbproj.constraints.curves.two_curves import Gap, TwoCurves
-from mbproj.errors import InputError, Problem
-from mbproj.functions.curve import Curve
-from mbproj.functions.curves.track import Track
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.program import COORDINATE, Op
+from mbproj.functions.space_curve import Track
+from mbproj.functions.standard import Curve
+from mbproj.joints.primitives.coupling import COORDINATES, Coupling
+from mbproj.joints.primitives.plane_curves import Arc, Gap, Lap, OnCurve, OnFace, Profile, TwoCurves
 from mbproj.model.compile.frames import local_frames, poses_of
 from mbproj.model.couplings import Toothed, Touching
 from mbproj.model.primitive_set import Binding
-from mbproj.scene.coupled import Coupled
-from mbproj.scene.read import Scene
-from mbproj.scene.records import GROUND, Joint, JointForce
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.records import GROUND, Coupled, Joint, JointForce
+from mbproj.scene.scene import Scene
 
 _CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
 

@@ -7,23 +7,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.arrays import Array, numbers
-from mbproj.constraints import PRIMITIVES
-from mbproj.dataclass import dataclass
-from mbproj.elements.element import Element, End, Place
-from mbproj.errors import InputError, Problem
-from mbproj.functions.program import Program
-from mbproj.functions.program_set import flatten
-from mbproj.model.compile.frames import Pose
-from mbproj.model.compile.friction import SmoothFriction
-from mbproj.model.compile.rigid_groups import Seat
+from mbproj.base.arrays import Array, numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.functions.elements import Element, End, Place
+from mbproj.functions.program import Program, flatten
+from mbproj.joints.primitives.table import PRIMITIVES
+from mbproj.model.compile.contacts import SmoothFriction
+from mbproj.model.compile.frames import Pose, Seat
 from mbproj.model.forces import COORDINATES, BodyForces, Bushings, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
-from mbproj.scene.blocks.elements import SPRINGS, element_type
+from mbproj.scene.blocks import elements as element_type
+from mbproj.scene.blocks.elements import SPRINGS
 from mbproj.scene.fields.rotations import from_matrix, to_matrix
-from mbproj.scene.read import Scene
 from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Law, Matrix, PointForce
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

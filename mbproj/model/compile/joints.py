@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from mbproj.arrays import Array, numbers
-from mbproj.constraints import PRIMITIVES, Primitive
-from mbproj.errors import InputError, Place, Problem, placed_at
-from mbproj.joints import JOINTS
-from mbproj.joints.joint_type import Row
-from mbproj.model.compile.rigid_groups import RigidGroups
+from mbproj.base.arrays import Array, numbers
+from mbproj.base.errors import InputError, Place, Problem, placed_at
+from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.table import PRIMITIVES
+from mbproj.joints.table import JOINTS, Row
+from mbproj.model.compile.frames import RigidGroups
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.primitive_set import Binding
 from mbproj.scene.blocks.coordinates import SLIP
 from mbproj.scene.records import Joint
 
 if TYPE_CHECKING:
-    from mbproj.scene.coupled import Coupled
+    from mbproj.scene.records import Coupled
 
 #: The points and vectors of a joint by symbol: body index, side, and the vector in that body's axes.
 Symbols = Mapping[str, tuple[int, int, Array]]
@@ -55,7 +55,7 @@ def rows_of(
 ) -> Iterator[Binding]:
     """The rows of a joint; `coordinates` are those of all joints, by names such as "hinge.angle"."""
     if joint.couples is not None:
-        from mbproj.model.compile.coupled import row_binding
+        from mbproj.model.compile.couplings import row_binding
 
         parts = [coordinates[name] for name in joint.couples.of]
         with placed_at(place):
@@ -80,17 +80,17 @@ def primitive_of(row: Row, joint: Joint) -> Primitive:
 
 def _following(kind: Any, joint: Joint) -> Primitive | None:
     """Return the primitive of a row that follows curves or couples coordinates; None for rows with numbers alone."""
-    from mbproj.model.compile import coupled
+    from mbproj.model.compile import couplings
 
     primitive: Primitive | None = None
     if kind.follows == "curve":
-        primitive = coupled.on_curve(kind, joint)
+        primitive = couplings.on_curve(kind, joint)
     elif kind.follows == "space curve":
         primitive = kind(joint.parameters["curve"].line)
     elif kind.follows == "two curves":
-        primitive = coupled.two_curves(kind, joint)
+        primitive = couplings.two_curves(kind, joint)
     elif "curve" in joint.parameters:
-        primitive = coupled.rolling(joint)
+        primitive = couplings.rolling(joint)
     elif (coupling := JOINTS[joint.type].coupling) is not None:
         weights, period, _ = coupling(**joint.parameters)
         primitive = kind(JOINTS[joint.type].couples, weights, period or 0.0)
@@ -127,14 +127,16 @@ def _offset(
     return value
 
 
-def _coupling_constant(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
+def _coupling_constant(couplings: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
     """Return the constant of a coupling. Where none is given, weighted lengths keep the sum they have at the scene's
     pose."""
-    if coupled.constant is not None:
-        return coupled.constant
-    weighted = zip(coupled.of.values(), parts, strict=True)
+    if couplings.constant is not None:
+        return couplings.constant
+    weighted = zip(couplings.of.values(), parts, strict=True)
     return (
-        0.0 if coupled.function is not None else sum(weight * at_scenes_pose(part, groups) for weight, part in weighted)
+        0.0
+        if couplings.function is not None
+        else sum(weight * at_scenes_pose(part, groups) for weight, part in weighted)
     )
 
 

@@ -8,35 +8,28 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array, numbers
-from mbproj.constraints import PRIMITIVES
-from mbproj.errors import InputError, Problem
-from mbproj.joints import JOINTS
-from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
-from mbproj.model.compile.joint_rows import (
-    Symbols,
-    at_scenes_pose,
-    coordinates_of,
-    rows_of,
-    slips_of,
-    slots_of,
-)
-from mbproj.model.compile.rigid_groups import RigidGroups, rigid_groups
+from mbproj.base.arrays import Array, numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.registry import load
+from mbproj.joints.primitives.table import PRIMITIVES
+from mbproj.joints.table import JOINTS
+from mbproj.model.compile.frames import SYMBOLS, Pose, RigidGroups, local_frames, poses_of, rigid_groups
+from mbproj.model.compile.joints import Symbols, at_scenes_pose, coordinates_of, rows_of, slips_of, slots_of
 from mbproj.model.couplings import compile_couplings
+from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
 from mbproj.model.forces import NO_FORCES, Forces
 from mbproj.model.primitive_set import Binding, bind
-from mbproj.model.system import Names, System
-from mbproj.registry import load
+from mbproj.model.system import Conditions, Names, System
 from mbproj.scene.fields.rotations import from_matrix
-from mbproj.scene.read import Scene
 from mbproj.scene.records import Joint, Marker
+from mbproj.scene.scene import Scene
 
 if TYPE_CHECKING:
-    from mbproj.elements import Element
-    from mbproj.model.bearings import Bearings
+    from mbproj.functions.elements import Element
     from mbproj.model.compile.ropes import Wound
-    from mbproj.model.frictions import Frictions
-    from mbproj.model.stops import Stops
+    from mbproj.model.contacts import Bearings, Frictions, Stops
+
 
 _PERPENDICULAR = PRIMITIVES["perpendicular"]()
 
@@ -45,15 +38,15 @@ def with_elements_of(scene: Scene, system: System, own: list[Element]) -> System
     """Return the system with the scene's elements, and with those that come from its joints and motions. Raises
     InputError where an element names something that does not exist."""
     if scene.forces:
-        own += load("mbproj.model.compile.loads:elements_of")(scene, poses_of(scene))
+        own += load("mbproj.model.compile.forces:elements_of")(scene, poses_of(scene))
     if scene.states:
-        own.append(load("mbproj.model.compile.elements.controllers:states_of")(scene.states))
+        own.append(load("mbproj.model.compile.elements:states_of")(scene.states))
     if scene.controllers:
-        own += load("mbproj.model.compile.elements.controllers:held_by_controllers")(scene.controllers)
+        own += load("mbproj.model.compile.elements:held_by_controllers")(scene.controllers)
     elements, reads = (*own, *scene.elements), any(system.forces.programs.reads)
     rubs = system.frictions is not None and system.frictions.varies
     if elements or scene.signals or reads or rubs:
-        with_elements = load("mbproj.model.compile.elements.arrays:with_elements")
+        with_elements = load("mbproj.model.compile.elements:with_elements")
         system = with_elements(system, elements, scene.signals, scene.controllers)
     return system
 
@@ -99,8 +92,8 @@ def without_elements(scene: Scene) -> tuple[System, list[Element]]:
     forces, stops, frictions = acting.forces, acting.stops, acting.frictions
     teeth, touching, touching_names = (), None, ()
     if any(joint.couples or "curve" in joint.parameters or "curves" in joint.parameters for joint in groups.joints):
-        teeth = load("mbproj.model.compile.coupled:toothed")(scene, groups.joints, coordinate_names)
-        touching, touching_names = load("mbproj.model.compile.coupled:touching_of")(groups.joints, coordinate_names)
+        teeth = load("mbproj.model.compile.couplings:toothed")(scene, groups.joints, coordinate_names)
+        touching, touching_names = load("mbproj.model.compile.couplings:touching_of")(groups.joints, coordinate_names)
     bodies = [groups.seats[body.name] for body in scene.bodies]
     system = System(
         names=Names(
@@ -170,10 +163,8 @@ def _acting(
     """Return the forces, stops and dry frictions; `coordinates` are those of joints by names such as "hinge.angle"."""
     if not (scene.forces or any(joint.limits or "path" in joint.parameters for joint in groups.joints)):
         return _Acting()
-    from mbproj.model.compile.friction import compile_friction
-    from mbproj.model.compile.loads import compile_forces
-    from mbproj.model.compile.stops import compile_stops
-    from mbproj.model.compile.tangents import all_frictions, tangential_friction
+    from mbproj.model.compile.contacts import all_frictions, compile_friction, compile_stops, tangential_friction
+    from mbproj.model.compile.forces import compile_forces
 
     slips = slips_of(groups.joints, symbols)
     axes = [_axis(symbols[joint.name]) for joint in groups.joints]
@@ -200,7 +191,7 @@ def _of_joints(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGr
     time; `coordinates` are those of joints by names such as "hinge.angle"."""
     if not (scene.motions or any(joint.reflected_inertia for joint in scene.joints)):
         return []
-    from mbproj.elements import Element, Row
+    from mbproj.functions.elements import Element, Row
 
     starts = {f"{joint.name}.{name}": start for joint in scene.joints for name, start in joint.start.items()}
     rows, inertias = list[Row](), dict[str, float]()
@@ -273,3 +264,52 @@ def _length(groups: RigidGroups, symbols: Iterable[Symbols]) -> float:
     masses = [carrier.mass for carrier in groups.carriers if carrier.mass > 0.0]
     gyration: float = (np.sqrt(numbers(squares)) / np.sqrt(numbers(masses))).max(initial=0.0).item()
     return gyration or 1.0
+
+
+# --- The start that a scene asks for ----------------------------------------------------------------------------------
+# A guess of poses and velocities, and conditions on joint coordinates.
+
+
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Coordinates q (7n,) and velocities v = q' (7n,) to start assembly from, and conditions on joint coordinates."""
+
+    q: Array
+    v: Array
+    start: Conditions
+    speed: Conditions
+
+
+def initial_guess(scene: Scene, system: System) -> Guess:
+    """Return the guess from the poses and velocities of the scene's bodies, and the conditions of its joints.
+
+    Λ' = ½ Lᵀ ω (Eq. 16). A body with a pose at the start carries the other bodies of its rigid group along."""
+    carriers = rigid_groups(scene).carriers
+    position = numbers([carrier.position for carrier in carriers])
+    orientation = numbers([carrier.orientation for carrier in carriers])
+    velocity = numbers([carrier.velocity for carrier in carriers])
+    for body, (carrier, offset, turn) in zip(
+        scene.bodies, zip(system.body_carrier, system.body_offset, system.body_turn, strict=True), strict=True
+    ):
+        if body.start is not None and carrier < system.bodies:
+            orientation[carrier] = product(numbers(body.start[1]), turn * [1.0, -1.0, -1.0, -1.0])
+            position[carrier] = body.start[0] - rotation_matrix(orientation[carrier]) @ offset
+    omega = numbers([carrier.angular_velocity for carrier in carriers])
+    rate = 0.5 * np.einsum("nij,ni->nj", matrix_L(orientation), omega)
+    return Guess(
+        q=np.hstack([position, orientation]).ravel(),
+        v=np.hstack([velocity, rate]).ravel(),
+        start=_conditions(scene, system, "start"),
+        speed=_conditions(scene, system, "speed"),
+    )
+
+
+def _conditions(scene: Scene, system: System, kind: str) -> Conditions:
+    wanted = {
+        f"{joint.name}.{coordinate}": value
+        for joint in scene.joints
+        for coordinate, value in getattr(joint, kind).items()
+    }
+    index = [index for index, name in enumerate(system.names.coordinates) if name in wanted]
+    value = [wanted[system.names.coordinates[i]] for i in index]
+    return Conditions(np.array(index, dtype=np.intp), numbers(value))

@@ -13,17 +13,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.constraints.basic import Angle
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.rope import Rope
-from mbproj.errors import InputError, Place, Problem
-from mbproj.model.compile.coupled import common_measure
-from mbproj.model.compile.frames import Pose
-from mbproj.model.compile.rigid_groups import Seat
-from mbproj.model.compile.stops import local_point, seated
+from mbproj.base.arrays import Array
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.joints.primitives.basic import Angle
+from mbproj.joints.primitives.coupling import Coupling
+from mbproj.joints.primitives.rope import Rope
+from mbproj.model.compile.contacts import local_point, seated
+from mbproj.model.compile.couplings import common_measure
+from mbproj.model.compile.frames import Pose, Seat
 from mbproj.model.primitive_set import Binding
-from mbproj.scene.blocks.ropes.path import Node, Path, axes, straight
+from mbproj.scene.blocks.ropes import Node, Path, axes, straight
 from mbproj.scene.records import Joint
 
 Slot = tuple[int, int, Array]

@@ -1,5 +1,6 @@
 """The choice of a run's coordinates, and its reason: planar or reduced ones in the kernel, or the full ones in
-NumPy."""
+NumPy.
+"""
 
 from __future__ import annotations
 
@@ -9,22 +10,24 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.errors import InputError, Problem
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.planar import InPlane
-from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import settle_rows
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.registry import PROJECTIONS, is_explicit
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.kinematics import pose_of
 from mbproj.kernel import build_info, core
-from mbproj.kernel.bound import without_form
-from mbproj.model.planar import NotPlanar, Plane, obstacle_in_plane, planar_reduction
+from mbproj.kernel.models import without_form
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import NotPlanar, obstacle_in_plane, planar_reduction
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS, is_explicit
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.reduced import InPlane, Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
+from mbproj.motion.steppers.tableau import QUADRATURE
 from mbproj.scene.records import ProjectionSettings, Settings
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.sampling import output_interval
 
 #: The reason for a formulation that the settings name.
 AS_ASKED = "as asked for"
@@ -56,7 +59,7 @@ class Choice:
         where they are not unique."""
         if self.compiled is not None:
             return self.compiled.responses(state, laws)
-        from mbproj.dynamics.fast_modes import responses
+        from mbproj.equations.fast_modes import responses
 
         try:
             return responses(system, pose_of(state.q), laws)
@@ -114,7 +117,7 @@ def _undecided(system: System, state: State, choice: Choice) -> int:
     """Return the degrees of freedom of poses with joints and motions: with rolling more than those of velocities."""
     if not system.rolls:
         return choice.degrees_of_freedom
-    from mbproj.dynamics.rank.mobility import mobility
+    from mbproj.equations.rank.mobility import mobility
 
     return mobility(system, pose_of(state.q)).positions
 
@@ -122,8 +125,8 @@ def _undecided(system: System, state: State, choice: Choice) -> int:
 def _formulation(system: System, state: State, settings: Settings, kernel: Any) -> Choice:
     """Return the choice without the decision on a kinematic run."""
     if system.driven:
-        from mbproj.dynamics.assembly.motion_jumps import refuse_jumps
-        from mbproj.dynamics.contact.driven import refuse_driven_beyond
+        from mbproj.equations.assembly.assemble import refuse_jumps
+        from mbproj.equations.contacts import refuse_driven_beyond
 
         refuse_jumps(system, state.t, state.t + (settings.duration or 0.0))
         refuse_driven_beyond(system, state.t, state.t + (settings.duration or 0.0))
@@ -134,7 +137,7 @@ def _formulation(system: System, state: State, settings: Settings, kernel: Any) 
             message = f"the {asked} formulation is not available here: {obstacle}"
             raise InputError(Problem(message, key=("simulation", "formulation")))
         if asked == "auto" and obstacle == _no_kernel():
-            from mbproj.kernel.absence import warn_of_absence
+            from mbproj.kernel import warn_of_absence
 
             warn_of_absence(str(build_info()))
         return _full(system, state, settings, obstacle or AS_ASKED, kernel or core())
@@ -176,8 +179,8 @@ def _no_kernel() -> str:
 
 
 def _full(system: System, state: State, settings: Settings, why: str, kernel: Any) -> Choice:
-    from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
-    from mbproj.dynamics.rank.redundancy import redundancy
+    from mbproj.equations.rank.mobility import mobility, refuse_unsolvable
+    from mbproj.equations.rank.redundancy import redundancy
 
     ranks = mobility(system, pose_of(state.q))
     if not ranks.redundant or ranks.massless or ranks.locked or not redundancy(system, state).is_constant:
@@ -195,7 +198,7 @@ def _full(system: System, state: State, settings: Settings, why: str, kernel: An
     if not (is_explicit(settings.integrator) or PROJECTIONS[name].corrects or PROJECTIONS[name].compiled):
         message = f"the kernel, which makes implicit steps, does not know the stabilisation of the plug-in '{name}'"
         raise InputError(Problem(message, key=("simulation", "integrator"), hint="take an explicit integrator"))
-    from mbproj.integrate.formulations.full_in_loop import FullInLoop
+    from mbproj.motion.formulations.full_in_loop import FullInLoop
 
     compiled = FullInLoop(kernel, system, system, redundant)
     settle_rows(compiled, state)
@@ -207,7 +210,7 @@ def _needs(system: System, settings: Settings) -> str | None:
     all."""
     if system.has_contacts:
         return "stops and dry friction"
-    from mbproj.integrate.events.law_switches import switches_of
+    from mbproj.motion.law_switches import switches_of
 
     if switches_of(system) is not None:
         return "events at which a function of the state has a kink or a jump"
@@ -240,7 +243,7 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
     compiled.hold(at_start.usual)
     if regular and redundant is not None:
         return Choice(compiled.name, why, compiled.degrees_of_freedom, compiled, redundant or 0)
-    from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
+    from mbproj.equations.rank.mobility import mobility, refuse_unsolvable
 
     if system.bodies <= THRESHOLDS.large:
         _refuse_locked(system, state)
@@ -267,9 +270,9 @@ def _solvable(compiled: Compiled, system: System, state: State, settings: Settin
 def _refuse_locked(system: System, state: State) -> None:
     """Raise InputError where the joints leave no freedom but for a distance that rounded numbers make, within which
     runs look for redundant rows. Without motions such a mechanism would stay as it is, without a word."""
-    from mbproj.dynamics.assembly.adjust import needed, rounded_up
-    from mbproj.dynamics.rank.conditioning import conditioning
-    from mbproj.dynamics.rank.mobility import mobility
+    from mbproj.equations.assembly.compiled import needed, rounded_up
+    from mbproj.equations.rank.mobility import mobility
+    from mbproj.equations.rank.redundancy import conditioning
 
     pose = pose_of(state.q)
     if system.driven or system.bodies > THRESHOLDS.large or mobility(system, pose).degrees_of_freedom:
@@ -310,8 +313,41 @@ def _refuse_massless(system: System, state: State, settings: Settings) -> None:
                 hint="use gpopm, which does not",
             )
         )
-    from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
+    from mbproj.equations.rank.mobility import mobility, refuse_unsolvable
 
     ranks = mobility(system, pose_of(state.q))
     if ranks.massless:
         refuse_unsolvable(system, ranks)
+
+
+# --- Kinematic runs ---------------------------------------------------------------------------------------------------
+# Without degrees of freedom joints and motions determine all poses, and nothing is integrated.
+
+
+#: Words for the settings of the scene that a kinematic run does not use.
+UNUSED = "each sample is closed by Newton's method; the scene's integrator, step, tolerance and projection are not used"
+
+
+def settings_along(system: System, settings: Settings) -> Settings:
+    """Return the settings that a kinematic run uses in place of the scene's.
+
+    Positions and velocities are closed at each stage and sample by Newton's method. States of elements are integrated
+    by the scene's integrator, whose implicit steps close their predictions. Without states a quadrature of high order
+    integrates the work. Raises InputError where states need a step or tolerance and the scene has none."""
+    closed = replace(settings, projection=ProjectionSettings(), kinematic=True)
+    if not system.states.size:
+        interval = output_interval(settings)
+        return replace(closed, integrator=QUADRATURE, step=None, tolerance=THRESHOLDS.half_digits, output_step=interval)
+    if settings.step is None and settings.tolerance is None:
+        message = "states of elements are integrated along the motion: that needs a step or a tolerance"
+        raise InputError(Problem(message, key=("simulation",), hint="add 'tolerance' to 'simulation'"))
+    return closed
+
+
+def kinematic_description(system: System, settings: Settings) -> str:
+    """Return, for the summary, the description of a kinematic run with these settings of the scene."""
+    if not system.states.size:
+        return UNUSED
+    how = "explicit steps" if is_explicit(settings.integrator) else "implicit steps"
+    size = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
+    return f"positions are closed by Newton's method; {how} of {settings.integrator}, {size}, integrate the states"

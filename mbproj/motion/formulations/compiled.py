@@ -9,18 +9,18 @@ from typing import Any, ClassVar, NamedTuple, final
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, contiguous, may_overflow
-from mbproj.dynamics.assembly.assemble import State, turns_of
-from mbproj.dynamics.equations.forces import require_values
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.observe.samples import Motion, Samples
-from mbproj.errors import SimulationError
-from mbproj.integrate.events.leg import Leg, kernel_steps, kernel_tableau
-from mbproj.integrate.steppers.tableau import tableau_of
+from mbproj.base.arrays import Array, Integers, contiguous, may_overflow
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import PROJECTIONS
+from mbproj.equations.assembly.assemble import State, turns_of
+from mbproj.equations.forces import require_values
+from mbproj.equations.motions import drive_at
+from mbproj.equations.samples import Motion, Samples
 from mbproj.model.layout import Layout
-from mbproj.model.planar import Plane
+from mbproj.model.planar.plane import Plane
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS
+from mbproj.motion.steppers.tableau import tableau_of
+from mbproj.motion.time_events import Leg, kernel_steps, kernel_tableau
 from mbproj.scene.records import ProjectionSettings, Settings
 
 PHASES = ("accelerations", "position projection", "velocity projection", "rest")
@@ -180,7 +180,7 @@ class Compiled(ABC):
         return False, int(equations.singular_joint)
 
     def responses(self, state: State, laws: Integers) -> Array | None:
-        """Return W of `mbproj.dynamics.fast_modes` for these laws, (e, e); None where it is not unique."""
+        """Return W of `mbproj.equations.fast_modes` for these laws, (e, e); None where it is not unique."""
         y = contiguous(self.state(state.q, state.v))
         of_laws: Array | None = self.equations().responses(y, laws.tolist(), state.t)
         return of_laws
@@ -216,7 +216,7 @@ class Compiled(ABC):
             return
         fields = np.zeros((0, 3 if self.dimension == "Plane" else 6))
         if projection.momentum:
-            from mbproj.integrate.formulations.invariants import momenta_of
+            from mbproj.motion.formulations.invariants import momenta_of
 
             fields = momenta_of(self.system, state, self.rigid_fields)
         if projection.energy or len(fields):
@@ -246,12 +246,12 @@ class Compiled(ABC):
         outcome, status, t = run.outcome, self.core.Status, float(run.outcome.time)
         if outcome.status in (status.running, status.finished):
             return None
-        from mbproj.integrate.reporting import failures
+        from mbproj.motion import failures
 
         if outcome.status == status.not_finite or not np.isfinite(outcome.open_by):
             return failures.not_finite(t)
         if settings.kinematic is True and outcome.status in (status.vanished, status.singular, status.unsolved):
-            from mbproj.integrate.reporting.failures import branch_untold
+            from mbproj.motion.failures import branch_untold
 
             return branch_untold(t)
         if outcome.status == status.vanished:
@@ -268,7 +268,7 @@ class Compiled(ABC):
                 t, name, outcome.turned, outcome.off, outcome.step, teeth=self.system.couplings.size > 0
             )
         if outcome.status == status.pushed_back:
-            from mbproj.integrate.events.law_switches import switches_of
+            from mbproj.motion.law_switches import switches_of
 
             switches, k = switches_of(self.system), int(outcome.row)
             assert switches is not None
@@ -295,7 +295,7 @@ class Compiled(ABC):
 
     def _broken(self, t: float, run: Any) -> SimulationError:
         """Return the error of the functions of the scene at a state where one has no value."""
-        from mbproj.integrate.reporting import failures
+        from mbproj.motion import failures
 
         try:
             with may_overflow():

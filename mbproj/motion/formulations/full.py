@@ -10,31 +10,28 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, may_overflow
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.constraint_equations import constraint, constraint_velocity, gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import SOLVERS, Solver, generalised_force, mass_matrix
-from mbproj.dynamics.equations.forces import applied, generalised, law_state, state_rates, unit_pull
-from mbproj.dynamics.equations.independent_rows import HeldRows
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.equations.motions import Drive, drive_at
-from mbproj.dynamics.equations.reflected import with_flywheels
-from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
-from mbproj.dynamics.equations.turning import driven_to
-from mbproj.dynamics.friction.loads import Jammed, settled_loads
-from mbproj.dynamics.observe.bearings import supports
-from mbproj.dynamics.rank.row_policy import RowPolicy
-from mbproj.dynamics.rank.row_space import independent
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.events.breaks import TimeWindow
-from mbproj.integrate.events.law_switches import on_branches
-from mbproj.integrate.reporting.failures import ill_conditioned, jammed, not_finite, singular
+from mbproj.base.arrays import Array, Integers, may_overflow
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.bearings import supports
+from mbproj.equations.constraints import constraint, constraint_velocity, gamma, jacobian
+from mbproj.equations.forces import applied, generalised, law_state, state_rates, unit_pull
+from mbproj.equations.friction import Jammed, settled_loads
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.motions import Drive, drive_at
+from mbproj.equations.of_motion import SOLVERS, HeldRows, Solver, generalised_force, mass_matrix, with_flywheels
+from mbproj.equations.rank.row_policy import RowPolicy
+from mbproj.equations.rank.row_space import independent
+from mbproj.equations.turning import Teeth, driven_to, sums_at_start
 from mbproj.model.forces import NO_REFLECTED, Forces
 from mbproj.model.layout import Layout
 from mbproj.model.system import System
-from mbproj.projection import Method, ProjectedState, Projection, make_method, project_after
+from mbproj.motion.failures import ill_conditioned, jammed, not_finite, singular
+from mbproj.motion.law_switches import on_branches
+from mbproj.motion.projection import Method, ProjectedState, Projection, make_method, project_after
+from mbproj.motion.time_events import TimeWindow
 from mbproj.scene.records import ProjectionSettings, Settings
 
 

@@ -9,21 +9,20 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mbproj.arrays import Array, may_overflow
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.constraint_equations import set_jacobian
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.errors import SimulationError
-from mbproj.integrate.events.breaks import TimeWindow
-from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.formulations.reduced import Reduced, space_state
+from mbproj.base.arrays import Array, may_overflow
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.constraints import set_jacobian
+from mbproj.equations.kinematics import pose_of
 from mbproj.model.contacts import Contacts, in_contact
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.model.system import System
-from mbproj.registry import PROJECTIONS
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.formulations.reduced import Reduced, space_state
+from mbproj.motion.time_events import Leg, TimeWindow
 from mbproj.scene.records import ProjectionSettings, Settings
-from mbproj.thresholds import THRESHOLDS
 
 
 class Asked(NamedTuple):

@@ -6,15 +6,14 @@ from functools import partial
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
-from mbproj.dynamics.rank.row_set import RowSet
-from mbproj.dynamics.symmetries import Fields, kept_fields, rigid_fields
+from mbproj.base.arrays import Array
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.motions import drive_at
+from mbproj.equations.rank.row_policy import RowSet
+from mbproj.equations.symmetries import Fields, kept_fields, rigid_fields
+from mbproj.equations.turning import Teeth, sums_at_start
 from mbproj.model.system import System
-from mbproj.projection.methods import Gpopm
-from mbproj.projection.solve import correct_position
+from mbproj.motion.projection import Gpopm, correct_position
 from mbproj.scene.records import ProjectionSettings
 
 

@@ -13,13 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array, may_overflow, numbers
-from mbproj.dynamics.assembly.assemble import State, assemble
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.model.compile.guess import Guess
+from mbproj.base.arrays import Array, may_overflow, numbers
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State, assemble
+from mbproj.model.compile.mechanism import Guess
+from mbproj.motion.formulations.compiled import Compiled
 from mbproj.scene.records import ProjectionSettings
-from mbproj.thresholds import THRESHOLDS
 
 #: The number of random directions that are tried.
 TRIALS = 3
@@ -47,7 +47,7 @@ def _as_drawn(compiled: Compiled, start: State, count: int, first: list[int]) ->
     """Return the state at which the scene draws the mechanism, closed, with no speed but that of its motions, and the
     rows left out there. The `start` and its rows `first` stand where that does not close, or where not exactly `count`
     rows depend on the others there."""
-    from mbproj.dynamics.rank.lasting import NO_CONDITIONS
+    from mbproj.equations.rank.row_space import NO_CONDITIONS
 
     system, own = compiled.system, compiled.model.rows
     try:
@@ -167,8 +167,8 @@ def _corrected(
 def _floor(compiled: Compiled, state: State) -> float:
     """Return the distance within which rows that are left out stay closed: more where `check`, too, counts rows whose
     distance from dependence is in doubt as redundant."""
-    from mbproj.dynamics.equations.kinematics import pose_of
-    from mbproj.dynamics.rank.lasting import floor_at
+    from mbproj.equations.kinematics import pose_of
+    from mbproj.equations.rank.row_space import floor_at
 
     return floor_at(compiled.system, pose_of(state.q))
 

@@ -1,20 +1,17 @@
 """The coefficients of an explicit Runge-Kutta method: Butcher's tableau, read from a data file. The tableau of
-any integrator by its name in the registry."""
+any integrator by its name in the registry.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.registry import IntegratorEntry, integrators
-
-if TYPE_CHECKING:
-    from mbproj.integrate.steppers.implicit_tableau import ImplicitTableau
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.registry import IntegratorEntry, integrators
 
 #: The name of the method of a kinematic run, for `tableau_of`; no scene names it.
 QUADRATURE = "quadrature"
@@ -101,7 +98,6 @@ def tableau_of(integrator: str) -> Tableau | ImplicitTableau:
         return quadrature()
     if not integrators()[integrator].implicit:
         return load_tableau(integrator)
-    from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 
     return load_implicit_tableau(integrator)
 
@@ -146,3 +142,59 @@ def integrals(nodes: Array, end: float) -> Array:
     """Return the weights (s,) of values at the nodes in the integral of the polynomial through them from 0 to `end`."""
     powers = np.arange(1, len(nodes) + 1)
     return np.asarray(lagrange(nodes) @ (end**powers / powers))
+
+
+# --- The coefficients of an implicit Runge-Kutta method for stiff equations, read from a data -------------------------
+# The coefficients of an implicit Runge-Kutta method for stiff equations, read from a data file.
+
+
+@dataclass(frozen=True, eq=False)
+class ImplicitTableau:
+    """Coefficients of a stiffly accurate method of s stages. The first stage is f at the start of the step, carried
+    over from the step before (Hairer & Wanner 1996, sect. IV.5, IV.6 and IV.8).
+
+    `a` (s, s), `b` (s,) is its last row, `c` (s,). `error` (s,): weights of the stages in the estimate of the local
+    error, which is filtered by (I - h `gamma` ∂f/∂y)⁻¹; it is of order `error_order` + 1 in h. `dense` (s, d): the
+    coefficients of θ, θ², … of the continuous extension, over the stages. `splitting` (s, s): the lower triangular
+    matrix, with `gamma` on its diagonal, by which the kernel solves the stages; `a` itself where no stage needs a later
+    one.
+    """
+
+    name: str
+    order: int
+    error_order: int
+    gamma: float
+    a: Array
+    b: Array
+    c: Array
+    error: Array
+    dense: Array
+    splitting: Array
+
+    @property
+    def stages(self) -> int:
+        """s, the number of stages with the first."""
+        return len(self.b)
+
+
+def load_implicit_tableau(name: str) -> ImplicitTableau:
+    """Return the tableau of an implicit method by its name."""
+    return _implicit_loaded(name, integrators()[name])
+
+
+@cache
+def _implicit_loaded(name: str, entry: IntegratorEntry) -> ImplicitTableau:
+    data = entry.data()
+    stages = len(data["b"])
+    return ImplicitTableau(
+        name=name,
+        order=data["order"],
+        error_order=data["error_order"],
+        gamma=float(vector([data["gamma"]])[0]),
+        a=matrix([[], *data["a"]], stages),
+        b=vector(data["b"]),
+        c=vector(data["c"]),
+        error=vector(data["error"]),
+        dense=matrix(data["dense"], len(data["dense"][0])),
+        splitting=matrix([[], *data.get("splitting", data["a"])], stages),
+    )

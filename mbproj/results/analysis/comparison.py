@@ -2,24 +2,174 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from mbproj.analysis.common_quantities import (
-    KINDS,
-    SharedColumns,
-    floors,
-    one_sided,
-    reactions_left_out,
-    shared_columns,
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.results.analysis.loads import REACTIONS, Marks, open_components
+from mbproj.results.analysis.summary import exchanged
+from mbproj.results.analysis.tables import own_unit
+from mbproj.results.layout import DATASETS
+from mbproj.results.record import Results
+from mbproj.results.views import Table, Tabled
+
+# --- The quantities that two results have in common, side by side, so that they can be compared -----------------------
+
+
+#: The kind of names that belongs to the symbol of a dataset's columns.
+KINDS = {"n": "bodies", "k": "markers", "nj": "joints", "nc": "coordinates", "nf": "forces", "nm": "motions"}
+#: The kind of names that holds the units of columns, where each column has its own unit.
+UNITS = {"nc": "coordinate_units", "nf": "force_units", "nm": "motion_units"}
+ENERGIES = ("kinetic_energy", "potential_energy", "total_energy", "work", "dissipation")
+#: Datasets of the accuracy with which joints are closed, not of the motion.
+LEFT_OUT = ("joints/violation", "joints/violation_length", "joints/violation_angle")
+#: The datasets that are compared.
+COMPARED = tuple(
+    dataset
+    for dataset in DATASETS
+    if (dataset.symbol and dataset.path not in LEFT_OUT) or dataset.path.removeprefix("diagnostics/") in ENERGIES
 )
-from mbproj.analysis.comparison import common_samples
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem
-from mbproj.results import Results
-from mbproj.results.views.table import Table, Tabled
+
+
+@dataclass(frozen=True, eq=False)
+class SharedColumns:
+    """A quantity that both results have, in one unit: values (S, c, k) of each at the common times, for the `names`
+    (c)."""
+
+    path: str
+    unit: str
+    names: tuple[str, ...]
+    values: tuple[Array, Array]
+
+
+def shared_columns(first: Results, second: Results, rows: tuple[Integers, Integers]) -> Iterator[SharedColumns]:
+    """Yield the datasets of `COMPARED` at these rows of each result. Columns are in the order of the first."""
+    for dataset in COMPARED:
+        if dataset.symbol is None:
+            pair = first[dataset.path][rows[0]][:, None, None], second[dataset.path][rows[1]][:, None, None]
+            yield SharedColumns(dataset.path, dataset.unit, ("",), pair)
+            continue
+        kind = KINDS[dataset.symbol]
+        shared = [name for name in first.names(kind) if name in set(second.names(kind))]
+        for unit, names in _by_unit(first, dataset.symbol, dataset.unit, shared):
+            at = [[results.names(kind).index(name) for name in names] for results in (first, second)]
+            one, other = (
+                results[dataset.path][taken][:, columns].reshape(len(taken), len(names), -1)
+                for results, taken, columns in zip((first, second), rows, at, strict=True)
+            )
+            if dataset.path in REACTIONS:  # redundant joints share these arbitrarily
+                unique = unique_in_both(first, second, dataset.path, names)
+                one, other = np.where(unique, one, 0.0), np.where(unique, other, 0.0)
+            if dataset.path == "bodies/orientation":  # q and -q are one orientation
+                other = np.where(np.sum(one * other, axis=-1, keepdims=True) < 0.0, -other, other)
+            yield SharedColumns(dataset.path, unit, names, (one, other))
+
+
+def unique_in_both(first: Results, second: Results, path: str, joints: Sequence[str]) -> Marks:
+    """Mark the components (c, 3) of the reactions `path` of these joints that are unique in both results. All are where
+    a result has no marks."""
+    unique = np.ones((len(joints), 3), dtype=bool)
+    for results in (first, second):
+        marks = results.constant(f"{path}_unique")
+        if marks is not None:
+            unique &= marks[[results.names("joints").index(name) for name in joints]]
+    return unique
+
+
+def reactions_left_out(first: Results, second: Results) -> dict[str, str]:
+    """The components of reactions that are not compared, as "Fy Tx Tz", for the joints of both results."""
+    joints = [name for name in first.names("joints") if name in set(second.names("joints"))]
+    return open_components(joints, *(unique_in_both(first, second, path, joints) for path in REACTIONS))
+
+
+def _by_unit(results: Results, symbol: str, unit: str, names: list[str]) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """The names, grouped by the unit of their columns. In "rad or m", "N m or N", ... each column has its own unit."""
+    if symbol not in UNITS:
+        groups = {unit: tuple(names)}
+    else:
+        units = dict(zip(results.names(KINDS[symbol]), results.names(UNITS[symbol]), strict=True))
+        groups = {own_unit(unit, of): tuple(name for name in names if units[name] == of) for of in ("rad", "m")}
+    yield from ((own, chosen) for own, chosen in groups.items() if chosen)
+
+
+def floors(first: Results, second: Results) -> dict[str, float]:
+    """The least sizes to which a tolerance refers, by unit. So a quantity that is only round-off is not compared with
+    zero. Sizes are made from the mechanism's extent L, the duration T and the exchanged energy E."""
+    extent = max(float(np.ptp(results["bodies/position"], axis=(0, 1)).max()) for results in (first, second))
+    length = extent or max(float(np.abs(results["bodies/position"]).max()) for results in (first, second)) or 1.0
+    duration = max(float(np.ptp(results.time)) for results in (first, second)) or 1.0
+    energy = max(
+        exchanged(results["diagnostics/kinetic_energy"], results["diagnostics/potential_energy"])
+        for results in (first, second)
+    )
+    return {
+        "m": length,
+        "m/s": length / duration,
+        "m/s^2": length / duration**2,
+        "rad": 1.0,
+        "rad/s": 1.0 / duration,
+        "rad/s^2": 1.0 / duration**2,
+        "N": energy / length,
+        "N m": energy,
+        "J": energy,
+        "W": energy / duration,
+    }
+
+
+def one_sided(first: Results, second: Results, kind: str) -> tuple[str, ...]:
+    """The names of a kind that only one of the two results has."""
+    return tuple(sorted(set(first.names(kind)) ^ set(second.names(kind))))
+
+
+# --- The comparison of two runs of one mechanism at the sample times that they share ----------------------------------
+
+
+#: Sample times count as equal where they differ by less than this part of the sampling interval.
+SAME_TIME = 1e-6
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The distance (S) in m between two paths at the common `time` (S) in s."""
+
+    time: Array
+    distance: Array
+
+    @property
+    def largest(self) -> float:
+        """The largest distance in m; NaN where a path has a NaN."""
+        return float(np.max(self.distance))
+
+
+def common_samples(first: Array, second: Array) -> tuple[Integers, Integers]:
+    """Indices (S), (S) of the sample times that two increasing series (s) share. Nothing is interpolated."""
+    if len(first) == 0 or len(second) == 0:
+        return np.zeros(0, dtype=np.intp), np.zeros(0, dtype=np.intp)
+    intervals = np.concatenate([np.diff(first), np.diff(second)])
+    tolerance = SAME_TIME * float(np.median(intervals)) if len(intervals) else 0.0
+    after = np.minimum(np.searchsorted(second, first), len(second) - 1)
+    before = np.maximum(after - 1, 0)
+    nearest = np.where(np.abs(second[after] - first) < np.abs(second[before] - first), after, before)
+    shared = np.flatnonzero(np.abs(second[nearest] - first) <= tolerance)
+    return shared, nearest[shared]
+
+
+def trajectory_difference(first: Results, second: Results, marker: str) -> Difference:
+    """The distance between the paths of a marker. Raises InputError for an unknown marker, and for results without
+    common times."""
+    paths = first.marker(marker).position, second.marker(marker).position
+    rows = common_samples(first.time, second.time)
+    if len(rows[0]) == 0:
+        message = f"'{first.path}' and '{second.path}' have no sample time in common"
+        raise InputError(Problem(message, hint="run both with the same --output-step"))
+    distance = np.linalg.norm(paths[0][rows[0]] - paths[1][rows[1]], axis=1)
+    return Difference(first.time[rows[0]], distance)
+
+
+# --- The comparison of two results ------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,12 @@ from typing import TypedDict
 
 import numpy as np
 
-from mbproj.arrays import Flags
-from mbproj.results import Results
+from mbproj.base.arrays import Flags
+from mbproj.base.errors import InputError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.results.record import Results
+from mbproj.scene.records import JointForce
+from mbproj.scene.scene import Scene, read_scene_text
 
 #: The kinds of events after which a friction slides.
 SLIDES = ("slip", "turn")
@@ -143,7 +147,7 @@ def _kind(before: float, after: float) -> str:
     return "slip" if before == 0.0 else "turn"
 
 
-def in_words(record: FrictionHistory) -> str:
+def friction_in_words(record: FrictionHistory) -> str:
     """A line on the history of a friction."""
     held, force, energy = record["sticking_seconds"], record["largest_force"], record["energy"]
     if held is None or force is None or energy is None:
@@ -157,3 +161,144 @@ def in_words(record: FrictionHistory) -> str:
         parts.append(f"stuck for {held:.4g} s" + (f" ({100 * part:.3g} %)" if part else ""))
     most = f"torque {force:.4g} N m" if record["unit"] == "rad" else f"force {force:.4g} N"
     return ", ".join([*parts, f"{most} at most", f"lost {energy:.4g} J"])
+
+
+# --- The creep of regularised dry friction, which moves slowly where exact friction would stick -----------------------
+
+
+#: The key of regularised friction: a scene text without it has none.
+KEY = "regularised"
+
+
+class CreepHistory(TypedDict):
+    """The creep of a regularised friction. `width` is the rate up to which it is smoothed, rad/s or m/s by its `unit`.
+    `seconds` is the time with a smaller rate, `creep` the distance moved in that time, rad or m."""
+
+    unit: str
+    width: float
+    seconds: float
+    creep: float
+
+
+def creep_by_friction(results: Results, scene: Scene | None = None) -> dict[str, CreepHistory]:
+    """The creep of each regularised friction by its name, from the samples. The scene is read from the results where it
+    is not given. The answer is empty where it cannot be read."""
+    if KEY not in results.scene_text:
+        return {}
+    try:
+        what = scene or read_scene_text(results.scene_text, str(results.scene_path or results.path), results.overrides)
+    except InputError:
+        return {}
+    histories: dict[str, CreepHistory] = {}
+    for force in what.forces:
+        for coordinate, dry in force.coulomb.items() if isinstance(force, JointForce) else ():
+            assert isinstance(force, JointForce)
+            name = force.called(coordinate)
+            if dry.regularised is not None and name in results.names("forces"):
+                histories[name] = _crept(results, name, dry.unit, dry.regularised)
+    return histories
+
+
+def _crept(results: Results, name: str, unit: str, width: float) -> CreepHistory:
+    """The creep of a friction, over intervals at whose ends its rate is below `width`."""
+    force, time = results.force(name), results.time
+    slow = np.abs(force.rate) <= width
+    rests = slow[1:] & slow[:-1]
+    return CreepHistory(
+        unit=unit,
+        width=width,
+        seconds=float(np.diff(time)[rests].sum()),
+        creep=float(np.abs(np.diff(force.coordinate))[rests].sum()),
+    )
+
+
+def creep_in_words(record: CreepHistory) -> str:
+    """A line on the creep of a friction."""
+    unit = record["unit"]
+    if record["seconds"] == 0.0:
+        return f"never slower than its {record['width']:.4g} {unit}/s"
+    slower = f"slower than its {record['width']:.4g} {unit}/s"
+    return f"crept by {record['creep']:.4g} {unit} in {record['seconds']:.4g} s, {slower}"
+
+
+# --- The stops of a run -----------------------------------------------------------------------------------------------
+# How often each was struck, its largest force, and the energy that it took.
+
+
+class StopHistory(TypedDict):
+    """The history of a stop. `unit` is that of its coordinate, m or rad. `least_gap` and `largest_force` are over the
+    samples, or None without samples. `impacts` is the number of impacts. The impulse is the largest of them (N s or N m
+    s), the energy the sum of their losses (J)."""
+
+    unit: str
+    least_gap: float | None
+    largest_force: float | None
+    impacts: int
+    largest_impulse: float
+    energy: float
+
+
+def stop_records(results: Results) -> dict[str, StopHistory]:
+    """The history of each stop, by its name."""
+    records: dict[str, StopHistory] = {}
+    for column, (name, unit) in enumerate(zip(results.names("stops"), results.names("stop_units"), strict=True)):
+        struck = [event for event in results.events if event.name == f"stop '{name}'" and event.impulse > 0.0]
+        gap, force = (results[f"stops/{quantity}"][:, column] for quantity in ("gap", "force"))
+        records[name] = StopHistory(
+            unit=unit,
+            least_gap=float(gap.min()) if len(gap) else None,
+            largest_force=float(force.max()) if len(force) else None,
+            impacts=len(struck),
+            largest_impulse=max((event.impulse for event in struck), default=0.0),
+            energy=sum(event.energy for event in struck),
+        )
+    return records
+
+
+def stop_in_words(record: StopHistory) -> str:
+    """A line on the history of a stop."""
+    load, unit = ("N m" if record["unit"] == "rad" else "N"), record["unit"]
+    parts = []
+    if record["least_gap"] is not None and record["largest_force"] is not None:
+        parts = [
+            f"gap {record['least_gap']:.4g} {unit} at least",
+            f"force {record['largest_force']:.4g} {load} at most",
+        ]
+    if record["impacts"]:
+        once = "1 impact" if record["impacts"] == 1 else f"{record['impacts']} impacts"
+        parts += [f"{once} of up to {record['largest_impulse']:.4g} {load} s, which took {record['energy']:.4g} J"]
+    return ", ".join(parts) or "no samples"
+
+
+# --- Ropes that pushed in a run ---------------------------------------------------------------------------------------
+# In a model a rope of constant length can push; a real rope goes slack.
+
+
+class Pushed(TypedDict):
+    """The largest push of a rope, in N, and its time, in s."""
+
+    push: float
+    time: float
+
+
+def pushed_by_ropes(results: Results, scene: Scene) -> dict[str, Pushed]:
+    """The largest push of each rope that pushes at a sample, by its name. A rope with limits is left out, because its
+    limits may push."""
+    pushed: dict[str, Pushed] = {}
+    names = results.names("tensions")
+    for joint in scene.joints:
+        columns = [k for k, name in enumerate(names) if name.rpartition(".")[0] == joint.name]
+        if not columns or joint.limits or not len(results.time):
+            continue
+        tension = results["ropes/tension"][:, columns]
+        least = tension.min(axis=1)
+        at = int(np.argmin(least))
+        if least[at] < -THRESHOLDS.contact_pulls * np.abs(tension).max():
+            pushed[joint.name] = Pushed(push=-float(least[at]), time=float(results.time[at]))
+    return pushed
+
+
+def rope_in_words(name: str, pushed: Pushed) -> str:
+    """A note on a rope that pushes."""
+    hint = "give it a 'length' and slack: true, or a 'stiffness'"
+    return f"rope '{name}' pushes with up to {pushed['push']:.4g} N, at {pushed['time']:.6g} s: no rope does; {hint}"

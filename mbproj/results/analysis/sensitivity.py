@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
 
 #: The confidence level of an interval, and the standard deviations of the normal distribution that belong to it.
 CONFIDENCE, DEVIATIONS = 0.95, 1.959964

@@ -7,11 +7,15 @@ HDF5 refuses a file that a kill has left, for a flag in its first bytes, the sup
 root, 44 checksum (HDF5 file format specification, III.A). h5py cannot clear the flags without writing to the file. Two
 other ways were measured. HDF5's SWMR mode ignores the flags, but of 80 damaged parts 34 kept it waiting for ever. A
 writer that closes the file at each flush leaves the flags, too, where the kill comes within a flush. So the file is
-handed to HDF5 through an object that shows those 48 bytes as a closed file would have them."""
+handed to HDF5 through an object that shows those 48 bytes as a closed file would have them.
+"""
 
 from __future__ import annotations
 
+import errno
 import io
+import os
+import stat
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -22,14 +26,100 @@ from typing import Any
 import h5py
 from h5py import h5d, h5g, h5l, h5o
 
-from mbproj.errors import InputError, Problem
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.sandbox import is_growing, try_in_sandbox
 from mbproj.results.faults import damaged, not_ours
 from mbproj.results.file.checksums import plain
-from mbproj.results.file.contents import Contents
-from mbproj.results.file.dataset import CHUNK_CACHE, DAMAGE
-from mbproj.results.file.lock import check_regular, is_locked
+from mbproj.results.file.contents import CHUNK_CACHE, DAMAGE, Contents
 from mbproj.results.layout import FORMAT
-from mbproj.sandbox import is_growing, try_in_sandbox
+
+# --- Guards a results file --------------------------------------------------------------------------------------------
+# It has to be a regular file, and one run alone writes to it.
+# Opening a pipe or a device may block, so results are read from regular files only. A lock on OUT.part refuses a
+# second run with the same output, in another process or in a thread of this one. The lock belongs to the open file:
+# it ends where the last descriptor of that opening is closed, at the latest with the process. A record lock of POSIX
+# would end where the process closes any descriptor of the file, as a reader does. flock is the lock where the system
+# has no other: HDF5 has it too, so that other programs cannot read OUT.part there.
+
+
+KINDS = (
+    (stat.S_ISFIFO, "a named pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
+
+def what_else(path: Path) -> str | None:
+    """The kind of `path`, or of its target, where that is no regular file, as "a named pipe". None for a regular file,
+    a directory, and a path without a file. May raise OSError."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return None
+    return next((name for holds, name in KINDS if holds(mode)), None)
+
+
+def check_regular(path: Path, hint: str) -> None:
+    """Raises InputError where opening `path` may block. May raise OSError."""
+    kind = what_else(path)
+    if kind is not None:
+        raise InputError(Problem(f"'{path}' is {kind}, not a results file", hint=hint))
+
+
+try:
+    import fcntl
+except ImportError:  # Windows, where a file that is open cannot be replaced anyway
+    fcntl = None  # type: ignore[assignment]
+
+#: The struct flock of Linux: the kind of lock, from where its place counts, start, length (0: all of it), process.
+RANGE = "hhqqi0q"
+
+
+def lock(descriptor: int) -> bool:
+    """Lock the open file until it is closed. Return False where it is locked by another opening, in this process or
+    another; True also where locks are not available."""
+    return fcntl is None or not _is_refused(descriptor, "F_OFD_SETLK", fcntl.LOCK_EX)
+
+
+def is_locked(path: Path) -> bool:
+    """Whether a run, of this process or another, has locked the file at `path`. Nothing else than a regular file is."""
+    if fcntl is None:
+        return False
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # a pipe would wait for who writes into it
+    except OSError:
+        return False
+    try:
+        return stat.S_ISREG(os.fstat(descriptor).st_mode) and _is_refused(descriptor, "F_OFD_GETLK", fcntl.LOCK_SH)
+    finally:
+        os.close(descriptor)
+
+
+def _is_refused(descriptor: int, command: str, operation: int) -> bool:
+    """Whether another opening has the lock. The `command` of open file descriptions either takes it, or asks for it;
+    where the system or the file system does not know such locks, flock tries the `operation`."""
+    wanted = struct.pack(RANGE, fcntl.F_WRLCK, 0, 0, 0, 0)
+    try:
+        if hasattr(fcntl, command):
+            told = fcntl.fcntl(descriptor, getattr(fcntl, command), wanted)
+            return command == "F_OFD_GETLK" and struct.unpack(RANGE, told)[0] != fcntl.F_UNLCK
+    except (BlockingIOError, PermissionError):
+        return True
+    except OSError as error:
+        if error.errno != errno.EINVAL:
+            return False
+    try:
+        fcntl.flock(descriptor, operation | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False
+
+
+# --- Opens a results file, also while a run writes it or after a kill -------------------------------------------------
+
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 SIZE, FLAGS, END_OF_FILE, CHECKSUM = 48, 11, 28, 44

@@ -10,7 +10,7 @@ from dataclasses import replace
 from operator import attrgetter
 from typing import Any
 
-from mbproj.dataclass import dataclass
+from mbproj.base.dataclass import dataclass
 
 ALWAYS, COMPLETE = "always", "when complete"
 #: What stands in a key for the name of a point, a body or the like.

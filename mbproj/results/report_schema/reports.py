@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import Any
 
-from mbproj.dataclass import dataclass
-from mbproj.report_schema import Fact
-from mbproj.report_schema.check import CHECK
-from mbproj.report_schema.designs import BATCH, DESIGN, SENSITIVITY, SWEEP, TOPOLOGIES, VERIFY
-from mbproj.report_schema.info import BUILD, INFO
-from mbproj.report_schema.linear import EQUILIBRIUM, LINEAR, MODES
-from mbproj.report_schema.loads import ACTUATORS, LARGEST_LOADS
-from mbproj.report_schema.models import BRANCHES, CURVE, EXPORT, IMPORT
-from mbproj.report_schema.results import COMPARISON, ENERGY, SOUNDNESS, STEPS, THRESHOLD_ROWS
-from mbproj.report_schema.run import RUN
-from mbproj.report_schema.studies import COMPARE, EVERY_STUDY, RECOMMEND, STABILITY, THRESHOLD, TRADEOFF
+from mbproj.base.dataclass import dataclass
+from mbproj.results.report_schema.facts import ALWAYS, ANY_NAME, COMPLETE, Fact
+from mbproj.results.report_schema.files import (
+    ACTUATORS,
+    ATTRIBUTES,
+    BUILD,
+    COMPARISON,
+    ENERGY,
+    INFO,
+    LARGEST_LOADS,
+    SOUNDNESS,
+    STEPS,
+    THRESHOLD_ROWS,
+)
+from mbproj.results.report_schema.runs import RUN
+from mbproj.results.report_schema.scenes import BRANCHES, CHECK, CURVE, EQUILIBRIUM, EXPORT, IMPORT, LINEAR, MODES
+from mbproj.results.report_schema.studies import (
+    BATCH,
+    COMPARE,
+    DESIGN,
+    EVERY_STUDY,
+    RECOMMEND,
+    SENSITIVITY,
+    STABILITY,
+    SWEEP,
+    THRESHOLD,
+    TOPOLOGIES,
+    TRADEOFF,
+    VERIFY,
+)
+from mbproj.scene.fields.fields import DIALECT
 
 
 @dataclass(frozen=True)
@@ -69,3 +90,59 @@ REPORTS: Mapping[str, JsonReport] = MappingProxyType(
         "export": JsonReport("What becomes of a scene as a model.", EXPORT, ("export",)),
     }
 )
+
+
+# --- What --json prints as a JSON Schema, from the tables of facts ----------------------------------------------------
+
+
+def report_schema(name: str) -> dict[str, Any]:
+    """The JSON Schema (draft 2020-12) of a report of `REPORTS`. Facts that are said under a condition are optional; a
+    run that is complete has all that every complete one has."""
+    report = REPORTS[name]
+    made = {
+        "$schema": DIALECT,
+        "title": f"mbproj {report.commands[0]} --json",
+        "description": report.words,
+        **_shape(report.kind, report.facts),
+    }
+    if name == "run":
+        made["if"] = {"properties": {"status": {"const": "complete"}}}
+        made["then"] = {"required": _keys_when(report.facts, COMPLETE)}
+    if name == "info":
+        made["properties"]["attributes"]["properties"] = _object(ATTRIBUTES)["properties"]
+    return made
+
+
+def _shape(kind: str, fields: Sequence[Fact]) -> dict[str, Any]:
+    """The schema of a value of this kind, whose object has these fields."""
+    types, made = [], {}
+    for each in kind.split(" | "):
+        outer, _, inner = each.partition(" of ")
+        types.append("object" if outer == "map" else outer)
+        if inner:
+            within = "additionalProperties" if outer == "map" else "items"
+            made[within] = _shape(inner.replace(" or ", " | "), fields)
+        elif outer == "object" and fields:
+            made |= _object(fields)
+    return {"type": types if len(types) > 1 else types[0], **made}
+
+
+def _object(fields: Sequence[Fact]) -> dict[str, Any]:
+    made: dict[str, Any] = {"properties": {}, "required": _keys_when(fields, ALWAYS), "additionalProperties": False}
+    for fact in fields:
+        shape = {**_shape(fact.kind, fact.fields), "description": _description(fact)}
+        if ANY_NAME in fact.key:
+            made.setdefault("patternProperties", {})[f"^{fact.key.replace(ANY_NAME, '.+')}$"] = shape
+        else:
+            made["properties"][fact.key] = shape
+    return made
+
+
+def _keys_when(facts: Sequence[Fact], when: str) -> list[str]:
+    return [fact.key for fact in facts if fact.when == when and ANY_NAME not in fact.key]
+
+
+def _description(fact: Fact) -> str:
+    unit = f" ({fact.unit})" if fact.unit not in ("", "1") else ""
+    when = "" if fact.when == ALWAYS else f"; {fact.when}"
+    return f"{fact.words}{unit}{when}"

@@ -1,1 +1,1 @@
-"""The blocks of a scene file, one file each, and rules that concern several. A key is an entry of its block's table."""
+"""The blocks of a scene file: the field of each key, and the rules that a block keeps."""

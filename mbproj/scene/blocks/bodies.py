@@ -14,26 +14,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbproj.registry import calling
-from mbproj.scene.fields import inertia, rotations
-from mbproj.scene.fields.checks import inertia_of
-from mbproj.scene.fields.choices import Alternatives
-from mbproj.scene.fields.containers import OneOf, Record, Rule
-from mbproj.scene.fields.fields import Converted, Deferred, Field, List
-from mbproj.scene.fields.quantities import POINT, Number, rows, vector
+from mbproj.base.registry import calling
+from mbproj.scene.fields import rotations
+from mbproj.scene.fields.fields import Alternatives, Converted, Deferred, Field, List, OneOf, Record, Rule
+from mbproj.scene.fields.quantities import POINT, Number, inertia_of, rows, vector
 from mbproj.scene.records import Body, Matrix, Quaternion, Vector
 
 INERTIA: Field[Matrix] = Converted(
     Alternatives(
         (
-            Converted(vector("kg*m^2"), inertia.from_principal),
-            Converted(List(Number("kg*m^2"), 6), inertia.from_elements),
+            Converted(vector("kg*m^2"), rotations.from_principal),
+            Converted(List(Number("kg*m^2"), 6), rotations.from_elements),
             rows("kg*m^2"),
         )
     ),
     inertia_of,
 )
-ORIENTATION = Deferred[Quaternion]("mbproj.scene.fields.orientation:ORIENTATION")
+ORIENTATION = Deferred[Quaternion]("mbproj.scene.fields.placing:ORIENTATION")
 
 
 def _body(given: dict[str, Any]) -> Body:
@@ -42,7 +39,7 @@ def _body(given: dict[str, Any]) -> Body:
     mass: Any = given.get("mass")
     tensor, centre = given.get("inertia"), (0.0, 0.0, 0.0)
     if tensor is None:
-        from mbproj.scene.solids.composed import drawn_shapes, solid_of
+        from mbproj.scene.blocks.solids import drawn_shapes, solid_of
 
         solid = solid_of(given)
         mass, tensor, centre = solid.mass, solid.inertia, solid.centre
@@ -73,8 +70,8 @@ BODY: Field[Body] = Converted(
             "mass": Number("kg", minimum=0.0),
             "density": Number("kg/m^3", above=0.0),
             "inertia": INERTIA,
-            "shape": Deferred("mbproj.scene.solids.composed:SHAPE"),
-            "shapes": Deferred("mbproj.scene.solids.composed:SOLID"),
+            "shape": Deferred("mbproj.scene.blocks.solids:SHAPE"),
+            "shapes": Deferred("mbproj.scene.blocks.solids:SOLID"),
             "position": POINT,
             "origin": POINT,
             "orientation": ORIENTATION,
@@ -83,10 +80,10 @@ BODY: Field[Body] = Converted(
             "start": Record(
                 "a pose at the start", {"position": POINT, "orientation": ORIENTATION}, _start, ("position",)
             ),
-            "appearance": Deferred("mbproj.scene.solids.appearance:APPEARANCE"),
+            "appearance": Deferred("mbproj.scene.blocks.solids:APPEARANCE"),
         },
         dict,
-        checks=(Rule(("shape", "density"), calling("mbproj.scene.solids.composed:has_volume")),),
+        checks=(Rule(("shape", "density"), calling("mbproj.scene.blocks.solids:has_volume")),),
         choices=(
             OneOf(("mass", "density", "shapes"), needed=True, hint="keep one of them ('shapes' have their own)"),
             OneOf(("inertia", "shape", "shapes"), needed=True),

@@ -6,9 +6,9 @@ from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
-from mbproj.errors import choose_from
-from mbproj.joints import COORDINATE_UNITS, JOINTS
-from mbproj.scene.fields.containers import Complaint
+from mbproj.base.errors import choose_from
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS
+from mbproj.scene.fields.fields import Complaint
 from mbproj.scene.records import GROUND, Body, Force, Joint, JointForce, KeyPath, Motion, PointForce
 
 #: The coordinates of joints by name, with their units.
@@ -44,7 +44,7 @@ def with_coordinates(force: JointForce, joints: Mapping[str, Joint]) -> JointFor
 
 def on_bodies(bodies: Mapping[str, Body], forces: Mapping[str, Force]) -> Iterator[Complaint]:
     """A check that the points of forces are on bodies of the scene."""
-    from mbproj.scene.stops import DistanceStop
+    from mbproj.scene.records import DistanceStop
 
     known = (GROUND, *bodies)
     for force in forces.values():

@@ -7,21 +7,27 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, TypeVar
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import choose_from
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import choose_from
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
-from mbproj.joints import COORDINATE_UNITS, JOINTS, Parameter
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS, Parameter
 from mbproj.scene.blocks.coordinates import WORDS, coordinates_in
-from mbproj.scene.coupled import FUNCTION, Coupled
-from mbproj.scene.fields.checks import different, nonzero, slot_count, tooth_count
-from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference
-from mbproj.scene.fields.containers import Complaint, Record
-from mbproj.scene.fields.fields import Converted, Field, List, Schema
+from mbproj.scene.fields.fields import (
+    Alternatives,
+    Complaint,
+    Converted,
+    Field,
+    List,
+    NameChoice,
+    NameReference,
+    Record,
+    Schema,
+)
 from mbproj.scene.fields.functions import Function, table
-from mbproj.scene.fields.quantities import Number
+from mbproj.scene.fields.quantities import Number, different, nonzero, slot_count, tooth_count
 from mbproj.scene.fields.reading import Reading, Unfit, label
-from mbproj.scene.records import Joint, KeyPath, Pair
+from mbproj.scene.records import FUNCTION, Coupled, Joint, KeyPath, Pair
 from mbproj.scene.text.nodes import MappingNode, Node
 
 # --- The fields that read the parameters of joints --------------------------------------------------------------------

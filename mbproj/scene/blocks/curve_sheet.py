@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.functions.curves.soundness import largest_roller
-from mbproj.functions.curves.track import SpaceTrack, Track
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.functions.curve_soundness import largest_roller
+from mbproj.functions.space_curve import SpaceTrack, Track
 
 if TYPE_CHECKING:
-    from mbproj.scene.read import Scene
+    from mbproj.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from mbproj.base.dataclass import dataclass
+from mbproj.functions.program import Program
+from mbproj.scene.blocks import elements as element_type
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.blocks.elements import ELEMENTS, SPRINGS, element_type
-from mbproj.scene.expressions.evaluate import Unavailable, evaluate
+from mbproj.scene.blocks.elements import ELEMENTS, SPRINGS
+from mbproj.scene.expressions.dimensions import Found, called
+from mbproj.scene.expressions.evaluate import RESERVED, Unavailable, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import BARE, TIME, Dimension, unit_at
+from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.fields.functions import Function
 from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.fields.reading import Reading
+from mbproj.scene.records import KeyPath
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 
 #: The keys of a state, or of what a controller holds, whose numbers declare its unit.
@@ -93,3 +100,35 @@ def _at(node: Node | None, *keys: str) -> Node | None:
     for key in keys:
         node = node.values.get(key) if isinstance(node, MappingNode) else None
     return node
+
+
+# --- Fields of expressions that name coordinates, signals and states, and the units of such ---------------------------
+# Fields of expressions that name coordinates, signals and states, and the units of such expressions.
+
+
+#: Names that no signal or state may have, since expressions use them for constants, functions and coordinates.
+NOT_FREE = RESERVED | {"s", "l"} | {*COORDINATES} | {f"{name}_dot" for name in ("s", "l", *COORDINATES)}
+EXPRESSION = Function(None, names_channels=True)
+
+
+@dataclass(frozen=True)
+class _Expression(Field["tuple[Program, Found]"]):
+    """A function of channels (coordinates, signals, states), with its dimension."""
+
+    @property
+    def expects(self) -> str:
+        return "an expression of t, coordinates, signals and states"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Found] | None:
+        return EXPRESSION.with_dimension(node, path, reading)
+
+    def schema(self) -> Schema:
+        return {**EXPRESSION.schema(), "description": self.expects}
+
+
+def unit_name(dimension: Dimension | None) -> str:
+    """The name of the SI unit in results; "" where the dimension is not known, or a number has no unit."""
+    return "" if dimension is None or dimension == BARE else called(dimension)
+
+
+VALUE = _Expression()

@@ -15,25 +15,51 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, final
 
-from mbproj.elements import Kind
+from mbproj.functions.elements import Kind
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.elements import ELEMENTS, ElementType
-from mbproj.scene.blocks.forces.coulomb import COULOMB
-from mbproj.scene.blocks.forces.stops import stop_record
-from mbproj.scene.fields import inertia
-from mbproj.scene.fields.checks import of_these_bodies, pair_of
-from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference, Variants
-from mbproj.scene.fields.containers import OneOf, Record, Rule
-from mbproj.scene.fields.fields import Converted, Field, List
+from mbproj.scene.blocks.friction import COULOMB
+from mbproj.scene.blocks.stops import stop_record
+from mbproj.scene.fields import rotations
+from mbproj.scene.fields.fields import (
+    Alternatives,
+    Converted,
+    Field,
+    List,
+    NameChoice,
+    NameReference,
+    OneOf,
+    Record,
+    Rule,
+    Variants,
+)
 from mbproj.scene.fields.functions import Function, Varying, table
-from mbproj.scene.fields.orientation import ORIENTATION
-from mbproj.scene.fields.placing import BODY_POINT, FRAMES, JOINT_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
-from mbproj.scene.fields.quantities import Number, position_in, rows, vector
+from mbproj.scene.fields.placing import (
+    BODY_POINT,
+    FRAMES,
+    JOINT_POINT,
+    ORIENTATION,
+    POINTS_OF,
+    TWO_BODIES,
+    TWO_POINTS,
+    two_ends,
+)
+from mbproj.scene.fields.quantities import Number, of_these_bodies, pair_of, position_in, rows, vector
 from mbproj.scene.fields.reading import Unfit
-from mbproj.scene.friction import DryFriction
-from mbproj.scene.records import BodyForce, Bushing, Force, JointForce, Law, Matrix, Orientations, PointForce, Vector
+from mbproj.scene.records import (
+    BodyForce,
+    Bushing,
+    DryFriction,
+    Force,
+    JointForce,
+    Law,
+    Matrix,
+    Orientations,
+    PointForce,
+    Vector,
+)
 
 # --- The force `bushing` ----------------------------------------------------------------------------------------------
 # An elastic element that resists the relative translation and rotation of two frames:
@@ -54,11 +80,11 @@ TWO_FRAMES: Field[Any] = Alternatives((Converted(ORIENTATION, lambda axes: Orien
 
 def _definite(what: str, matrix: Matrix) -> Matrix:
     """The matrix of a stiffness or damping, made exactly symmetric. Raises Unfit where it could give energy away."""
-    symmetric = inertia.symmetric(matrix)
+    symmetric = rotations.symmetric(matrix)
     if symmetric is None:
         raise Unfit("is not symmetric", f"a {what} has equal numbers in row 1, column 2 and in row 2, column 1")
-    least, _, largest = inertia.principal_moments(symmetric)
-    if least < -inertia.ROUND_OFF * max(abs(least), abs(largest)):
+    least, _, largest = rotations.principal_moments(symmetric)
+    if least < -rotations.ROUND_OFF * max(abs(least), abs(largest)):
         raise Unfit(f"has the negative eigenvalue {least:.6g}", f"no {what} gives energy away")
     return symmetric
 
@@ -67,10 +93,10 @@ def _resistance(what: str, per_length: str, per_angle: str) -> Field[tuple[Matri
     """The field of two matrices, for translation and for rotation; each may be given by its diagonal."""
 
     def matrix(unit: str) -> Field[Matrix]:
-        diagonal = Converted(List(Number(unit, minimum=0.0), 3), inertia.from_principal)
+        diagonal = Converted(List(Number(unit, minimum=0.0), 3), rotations.from_principal)
         return Converted(Alternatives((diagonal, rows(unit))), partial(_definite, what))
 
-    zero = inertia.from_principal(NONE)
+    zero = rotations.from_principal(NONE)
     keys: dict[str, Field[Any]] = {"translation": matrix(per_length), "rotation": matrix(per_angle)}
     return Record(f"a {what}", keys, lambda translation=zero, rotation=zero: (translation, rotation))
 

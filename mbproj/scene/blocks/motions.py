@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-from mbproj.dataclass import dataclass
+from mbproj.base.dataclass import dataclass
 from mbproj.functions.program import Code, Program
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.fields.choices import Alternatives, NameReference
-from mbproj.scene.fields.containers import OneOf, Record
-from mbproj.scene.fields.fields import Converted, Field, Schema
+from mbproj.scene.fields.fields import Alternatives, Converted, Field, NameReference, OneOf, Record, Schema
 from mbproj.scene.fields.functions import Function, table
 from mbproj.scene.fields.quantities import Number, PositionAngle, position_in
 from mbproj.scene.fields.reading import Reading

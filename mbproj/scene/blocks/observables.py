@@ -10,11 +10,11 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from mbproj.errors import choose_from
+from mbproj.base.errors import choose_from
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in
 from mbproj.scene.expressions.dimensions import describe
 from mbproj.scene.expressions.evaluate import Value
-from mbproj.scene.fields.containers import Complaint
+from mbproj.scene.fields.fields import Complaint
 from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.records import Joint, KeyPath, Passage
 

@@ -13,14 +13,14 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from mbproj.errors import Place, Problem, shortened
-from mbproj.joints import COORDINATE_UNITS, JOINTS
-from mbproj.scene.fields.inertia import principal_moments
+from mbproj.base.errors import Place, Problem, shortened
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS
+from mbproj.scene.fields.rotations import principal_moments
 from mbproj.scene.records import GROUND, Body, Bushing, Joint, PointForce
 
 if TYPE_CHECKING:
-    from mbproj.functions.curves.track import SpaceTrack, Track
-    from mbproj.scene.read import Scene
+    from mbproj.functions.space_curve import SpaceTrack, Track
+    from mbproj.scene.scene import Scene
 
 #: A joint is far from a body where its distance from the centre of mass is more than this many lengths of the body.
 #: Half a length is usual.
@@ -190,8 +190,8 @@ def uncertainty(track: Track | SpaceTrack) -> tuple[float, float] | None:
     """The unit in m to which the N points of a closed curve were rounded, and the error of a follower's acceleration,
     in m per (rad/s)². The error is 12 r (N/2π)² with r half the unit. None where it is small, or the rounding is not
     known."""
-    from mbproj.functions.curves.piece import Form
-    from mbproj.functions.curves.track import SpaceTrack
+    from mbproj.functions.curve_pieces import Form
+    from mbproj.functions.space_curve import SpaceTrack
 
     if isinstance(track, SpaceTrack):
         return None

@@ -9,12 +9,11 @@ from dataclasses import replace
 from graphlib import CycleError, TopologicalSorter
 from typing import ClassVar
 
-from mbproj.errors import Place
+from mbproj.base.errors import Place
 from mbproj.scene.expressions.evaluate import RESERVED, Value
 from mbproj.scene.expressions.syntax_tree import Expression, names
 from mbproj.scene.expressions.units import BARE
-from mbproj.scene.fields.containers import mapping_schema, names_schema
-from mbproj.scene.fields.fields import Field, Schema
+from mbproj.scene.fields.fields import Field, Schema, mapping_schema, names_schema
 from mbproj.scene.fields.quantities import Number, unit_text
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import KeyPath

@@ -1,6 +1,6 @@
 """`register_force` and `register_element`: they add types of force, which run wherever those of mbproj run.
 
-A force is a formula of its coordinate. An element is a function that returns what `mbproj.elements` describes: forces
+A force is a formula of its coordinate. An element is a function that returns what `mbproj.functions` describes: forces
 along several coordinates, states with their rates, rows between coordinates.
 """
 
@@ -11,12 +11,12 @@ from keyword import iskeyword
 from numbers import Real
 from typing import Literal
 
-from mbproj.elements import Element, Force, Place
-from mbproj.errors import InputError, Problem
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.plugins import blamed
+from mbproj.functions.elements import Element, Force, Place
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
-from mbproj.plugins import blamed
 from mbproj.scene.blocks.elements import ELEMENTS, ElementType
-from mbproj.scene.blocks.forces.force_types import OWN_RECORDS, TWO_ENDS
+from mbproj.scene.blocks.forces import OWN_RECORDS, TWO_ENDS
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.dimensions import Found, describe
 from mbproj.scene.expressions.evaluate import RESERVED, Value
@@ -93,7 +93,7 @@ def register_element(
         with blamed(f"force type '{name}'"):
             element = make(called, s, **{**(defaults or {}), **values})
             if not isinstance(element, Element):
-                raise TypeError(f"it makes {element!r}, which is no mbproj.elements.Element")
+                raise TypeError(f"it makes {element!r}, which is no mbproj.functions.elements.Element")
             _check_real(element)
             return element
 

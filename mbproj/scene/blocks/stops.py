@@ -17,18 +17,38 @@ from dataclasses import replace
 from functools import cache
 from typing import Any, ClassVar
 
-from mbproj.dataclass import dataclass
-from mbproj.joints import COORDINATE_UNITS, JOINTS
-from mbproj.scene.blocks.forces.coulomb import SPEED, STATIC, not_less
-from mbproj.scene.fields.checks import of_these_bodies
-from mbproj.scene.fields.choices import Alternatives, NameChoice, NameReference
-from mbproj.scene.fields.containers import Complaint, OneOf, Record, Rule
-from mbproj.scene.fields.fields import Converted, Field, Flag, Schema, T_co
+from mbproj.base.dataclass import dataclass
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS
+from mbproj.scene.blocks.friction import SPEED, STATIC, not_less
+from mbproj.scene.fields.fields import (
+    Alternatives,
+    Complaint,
+    Converted,
+    Field,
+    Flag,
+    NameChoice,
+    NameReference,
+    OneOf,
+    Record,
+    Rule,
+    Schema,
+    T_co,
+)
 from mbproj.scene.fields.placing import BODY_DIRECTION, BODY_POINT, POINTS_OF, TWO_BODIES, TWO_POINTS, two_ends
-from mbproj.scene.fields.quantities import Number, position_in
+from mbproj.scene.fields.quantities import Number, of_these_bodies, position_in
 from mbproj.scene.fields.reading import Reading, Unfit, label
-from mbproj.scene.records import GROUND, Force, Joint, KeyPath
-from mbproj.scene.stops import DistanceStop, Limit, OfBody, PlaneFriction, PlaneStop, StopLaw
+from mbproj.scene.records import (
+    GROUND,
+    DistanceStop,
+    Force,
+    Joint,
+    KeyPath,
+    Limit,
+    OfBody,
+    PlaneFriction,
+    PlaneStop,
+    StopLaw,
+)
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 

@@ -1,1 +1,1 @@
-"""Expressions with units: tokens, syntax tree, value or program. A unit is an entry of a table in `units`."""
+"""Expressions with units: tokens, a syntax tree, a value or a program."""

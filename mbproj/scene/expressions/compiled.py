@@ -6,18 +6,22 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from mbproj.errors import did_you_mean
-from mbproj.functions.program import Code, Instruction, Op, apply, number, variable
-from mbproj.functions.table import polygon
-from mbproj.scene.expressions.dimensions import UNKNOWN, Found, Origin, of_binary, of_call, of_quantity
-from mbproj.scene.expressions.evaluate import (
-    CONSTANTS,
-    Value,
-    evaluate,
-    function_of,
-    increasing,
-    not_here,
+from mbproj.base.errors import did_you_mean
+from mbproj.functions.program import (
+    CHANNELS,
+    Code,
+    Instruction,
+    Op,
+    Program,
+    apply,
+    number,
+    polygon,
+    replaced,
+    variable,
 )
+from mbproj.functions.standard import combine
+from mbproj.scene.expressions.dimensions import UNKNOWN, Found, Origin, of_binary, of_call, of_quantity
+from mbproj.scene.expressions.evaluate import CONSTANTS, Value, evaluate, function_of, increasing, not_here
 from mbproj.scene.expressions.syntax_tree import (
     Binary,
     Call,
@@ -29,6 +33,7 @@ from mbproj.scene.expressions.syntax_tree import (
     QuantityNode,
     children,
     names,
+    parse,
     walk,
 )
 from mbproj.scene.expressions.units import SYMBOLS, similar_unit
@@ -170,3 +175,15 @@ def _table(tree: Call, arguments: list[Code]) -> Code:
 _WRITTEN_OUT: Mapping[str, Callable[[Call, list[Code]], Code]] = MappingProxyType(
     {"clip": _clip, "deadband": _deadband, "table": _table}
 )
+
+
+# --- Formulas as functions --------------------------------------------------------------------------------------------
+# An expression whose names stand for numbers and for other functions.
+
+
+def formula(text: str, **parts: float | Program) -> Program:
+    """The program of the expression `text`; `parts` are the numbers and programs that its names stand for."""
+    tree = parse(text, frozenset(parts))
+    code, _ = compiled(tree, {}, {name: CHANNELS + at for at, name in enumerate(parts)})
+    programs = [part if isinstance(part, Program) else Program(number(part)) for part in parts.values()]
+    return combine(lambda *own: replaced(code, {CHANNELS + at: each for at, each in enumerate(own)}), *programs)

@@ -14,7 +14,7 @@ from itertools import pairwise
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from mbproj.dataclass import dataclass
+from mbproj.base.dataclass import dataclass
 from mbproj.scene.expressions.syntax_tree import Binary, Call, ExpressionError, QuantityNode
 from mbproj.scene.expressions.units import (
     ACCELERATION,

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Set
 from functools import lru_cache
 from typing import TypeAlias
 
-from mbproj.dataclass import dataclass
+from mbproj.base.dataclass import dataclass
 from mbproj.scene.expressions.units import UnclearUnit, Unit, similar_unit, unit_at
 
 

@@ -20,8 +20,8 @@ from itertools import product
 from types import MappingProxyType
 from typing import NamedTuple
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import did_you_mean
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import did_you_mean
 
 
 class Dimension(NamedTuple):

@@ -1,1 +1,1 @@
-"""Fields: the kinds of values in a scene: numbers, choices, vectors, functions, records. A block is made of these."""
+"""Fields: small definitions, each of which reads one kind of value and gives its schema."""

@@ -1,17 +1,201 @@
-"""Fields with keys: records and named items."""
+"""Fields: small definitions, each of which reads one kind of value from a node of the scene. Each also says what it
+expects, so that messages and the schema need nothing else.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from typing import Any, ClassVar, Generic, NamedTuple
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping
+from functools import cached_property
+from itertools import chain
+from typing import Any, ClassVar, Generic, NamedTuple, TypeAlias, TypeVar
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import Place, did_you_mean
-from mbproj.scene.fields.fields import Field, Schema, T_co
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import Place, choose_from, did_you_mean
+from mbproj.base.registry import load
 from mbproj.scene.fields.reading import Reading, Unfit, either, label
 from mbproj.scene.records import KeyPath
-from mbproj.scene.text.nodes import MappingNode, Node, as_mapping
+from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode, as_mapping, describe
+
+T_co = TypeVar("T_co", covariant=True)
+#: A JSON Schema (draft 2020-12) as plain data.
+#: The version of JSON Schema that scenes and reports have.
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+Schema: TypeAlias = dict[str, Any]
+
+
+class Field(ABC, Generic[T_co]):
+    """One kind of value. `takes` tests the class of a node, `fits` its shape as well; `Alternatives` choose by them."""
+
+    #: The class of the nodes that this field reads.
+    node_type: ClassVar[type] = ScalarNode
+    #: Whether reading this field defines names that later fields may use.
+    defines_names: ClassVar[bool] = False
+
+    @property
+    @abstractmethod
+    def expects(self) -> str:
+        """A text that says which value belongs here, as "a number"."""
+
+    @abstractmethod
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        """The value of the node at `path`; None where it is wrong, which is reported."""
+
+    @abstractmethod
+    def schema(self) -> Schema:
+        """The JSON Schema of the field, as far as it can say it. It accepts every value that `read` accepts."""
+
+    def takes(self, node: Node) -> bool:
+        return isinstance(node, self.node_type)
+
+    def fits(self, node: Node) -> bool:
+        return self.takes(node)
+
+    def reject(self, node: Node, path: KeyPath, reading: Reading) -> None:
+        """Report that the node is no value of this field."""
+        reading.report(f"{label(path)} needs {self.expects}, found {describe(node)}", node.place)
+
+
+@dataclass(frozen=True)
+class Flag(Field[bool]):
+    """true or false."""
+
+    @property
+    def expects(self) -> str:
+        return "true or false"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> bool | None:
+        if not isinstance(node, ScalarNode) or node.text not in ("true", "false"):
+            self.reject(node, path, reading)
+            return None
+        return node.text == "true"
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "enum": [True, False, "true", "false"]}
+
+
+@dataclass(frozen=True)
+class Text(Field[str]):
+    """Any text."""
+
+    @property
+    def expects(self) -> str:
+        return "text"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
+        if not isinstance(node, ScalarNode):
+            self.reject(node, path, reading)
+            return None
+        return node.text
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": ["string", "number", "boolean", "null"]}  # 2015 is a text here
+
+
+@dataclass(frozen=True)
+class List(Field[tuple[T_co, ...]]):
+    """A list of exactly `length` items of one kind, or of one or more where that is None. `what` names several in
+    messages, as "numbers"."""
+
+    item: Field[T_co]
+    length: int | None
+    what: str = "numbers"
+    node_type: ClassVar[type] = SequenceNode
+
+    @property
+    def expects(self) -> str:
+        return f"{self.length or 'a list of'} {self.what}"
+
+    def fits(self, node: Node) -> bool:
+        return isinstance(node, SequenceNode) and self._long_enough(node) and self.item.fits(node.items[0])
+
+    def _long_enough(self, node: SequenceNode) -> bool:
+        return len(node.items) == self.length if self.length is not None else bool(node.items)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[T_co, ...] | None:
+        if not isinstance(node, SequenceNode):
+            self.reject(node, path, reading)
+            return None
+        if not self._long_enough(node):
+            reading.report(f"{label(path)} needs {self.expects}, found {len(node.items)}", node.place)
+            return None
+        values = [reading.read(self.item, item, (*path, index)) for index, item in enumerate(node.items)]
+        whole = tuple(value for value in values if value is not None)
+        return whole if len(whole) == len(node.items) else None
+
+    def schema(self) -> Schema:
+        items = {"type": "array", "items": self.item.schema(), "minItems": self.length or 1}
+        most = {} if self.length is None else {"maxItems": self.length}
+        return {"description": self.expects, **items, **most}
+
+
+@dataclass(frozen=True)
+class Converted(Field[T_co], Generic[T_co]):
+    """The value of `field`, converted for the records by `convert`, which raises Unfit for impossible values."""
+
+    field: Field[Any]
+    convert: Callable[[Any], T_co]
+
+    @property
+    def expects(self) -> str:
+        return self.field.expects
+
+    def takes(self, node: Node) -> bool:
+        return self.field.takes(node)
+
+    def fits(self, node: Node) -> bool:
+        return self.field.fits(node)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        value = self.field.read(node, path, reading)
+        if value is None:
+            return None
+        try:
+            return self.convert(value)
+        except Unfit as unfit:
+            reading.report(f"{label(path)} {unfit.message}", node.place, unfit.hint)
+            return None
+
+    def schema(self) -> Schema:
+        return self.field.schema()
+
+
+@dataclass(frozen=True)
+class Deferred(Field[T_co], Generic[T_co]):
+    """The field that `where` names as "module:name", or that the function of this name makes of `given`. Its module is
+    imported when a scene first has such a value: a scene imports only what it contains."""
+
+    where: str
+    given: tuple[Any, ...] = ()
+
+    @cached_property
+    def field(self) -> Field[T_co]:
+        """The field itself."""
+        imported: Any = load(self.where)
+        whole: Field[T_co] = imported if isinstance(imported, Field) else imported(*self.given)
+        return whole
+
+    @property
+    def expects(self) -> str:
+        return self.field.expects
+
+    def takes(self, node: Node) -> bool:
+        return self.field.takes(node)
+
+    def fits(self, node: Node) -> bool:
+        return self.field.fits(node)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        return self.field.read(node, path, reading)
+
+    def schema(self) -> Schema:
+        return self.field.schema()
+
+
+# --- Fields with keys -------------------------------------------------------------------------------------------------
+# Records and named items.
+
 
 #: The pattern of names of items: they have to be valid in names of files and datasets as well.
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
@@ -252,3 +436,150 @@ class ByPath(Field[Mapping[str, T_co]], Generic[T_co]):
 
     def schema(self) -> Schema:
         return {"description": self.expects, "type": "object", "additionalProperties": self.item.schema()}
+
+
+# --- Fields of one of several -----------------------------------------------------------------------------------------
+# A name among those of a registry or of the scene, or one of several ways to write a value.
+# The ways are told apart by their shape, or by one of their keys.
+
+
+@dataclass(frozen=True)
+class Alternatives(Field[T_co], Generic[T_co]):
+    """Several ways to write one value: the first that fits the node's shape reads it."""
+
+    ways: tuple[Field[T_co], ...]
+
+    @property
+    def expects(self) -> str:
+        return either(way.expects for way in self.ways)
+
+    def takes(self, node: Node) -> bool:
+        return any(way.takes(node) for way in self.ways)
+
+    def fits(self, node: Node) -> bool:
+        return any(way.fits(node) for way in self.ways)
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        for way in self.ways:
+            if way.fits(node):
+                return way.read(node, path, reading)
+        taking = [way for way in self.ways if way.takes(node)]
+        if len(taking) == 1:
+            return taking[0].read(node, path, reading)
+        records = [way for way in taking if isinstance(way, Record)]
+        if not records or not isinstance(node, MappingNode) or not node.values:
+            self.reject(node, path, reading)
+            return None
+        known = dict.fromkeys(key for record in records for key in record.keys)
+        for key, place in node.keys.items():
+            report_unknown_key(key, place, known, label(path), reading)
+        return None
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "anyOf": [way.schema() for way in self.ways]}
+
+
+@dataclass(frozen=True)
+class Variants(Field[T_co], Generic[T_co]):
+    """A record whose `key` says which of `variants` it is. Where the key is wrong, those other keys are still read for
+    their problems that have one meaning in all variants."""
+
+    key: str
+    tag: NameChoice
+    variants: Mapping[str, Record[T_co]]
+    node_type: ClassVar[type] = MappingNode
+
+    @property
+    def expects(self) -> str:
+        return "a mapping"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
+        mapping = as_mapping(node)
+        if mapping is None:
+            self.reject(node, path, reading)
+            return None
+        tag = mapping.values.get(self.key, ScalarNode("", mapping.place))
+        name = tag.text if isinstance(tag, ScalarNode) else ""
+        if name in self.variants:
+            return self.variants[name].read(mapping, path, reading)
+        if self.key in mapping.keys:
+            self.tag.read(tag, (*path, self.key), reading)
+        else:
+            reading.report(f"missing key '{self.key}'", mapping.place, f"add it: {self.tag.expects}")
+        dict(read_keys(self._common(), mapping, path, reading))  # only to report their problems
+        return None
+
+    def schema(self) -> Schema:
+        return {
+            "type": "object",
+            "properties": {self.key: self.tag.schema()},
+            "required": [self.key],
+            "allOf": [
+                {"if": {"properties": {self.key: {"const": name}}, "required": [self.key]}, "then": variant.schema()}
+                for name, variant in self.variants.items()
+            ],
+        }
+
+    def _common(self) -> Mapping[str, Field[Any]]:
+        variants = self.variants.values()
+        every = {key: field for variant in variants for key, field in variant.keys.items()}
+        return {
+            key: field
+            for key, field in every.items()
+            if all(variant.keys.get(key, field) is field for variant in variants)
+        }
+
+
+@dataclass(frozen=True)
+class NameChoice(Field[str]):
+    """One of the names that `names()` returns, called when needed, since some stand on disk. `what` says in messages
+    what they name, as "integrator"."""
+
+    what: str
+    names: Callable[[], Iterable[str]]
+
+    @property
+    def expects(self) -> str:
+        return either(self.names())
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
+        names = self.names()
+        return _pick(self, node, path, reading, names if isinstance(names, Collection) else tuple(names))
+
+    def schema(self) -> Schema:
+        names = tuple(self.names())
+        return {"description": self.what, "enum": [*names, *(int(name) for name in names if name.isdigit())]}
+
+
+@dataclass(frozen=True)
+class NameReference(Field[str]):
+    """The name of an item of the top-level block `block`, or one of `besides`. `what` names such an item in
+    messages."""
+
+    what: str
+    block: str
+    besides: tuple[str, ...] = ()
+
+    @property
+    def expects(self) -> str:
+        return f"the name of a {self.what}"
+
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> str | None:
+        return _pick(self, node, path, reading, self.besides, reading.items.get(self.block, ()))
+
+    def schema(self) -> Schema:
+        return {"description": self.expects, "type": "string", "minLength": 1}
+
+
+def _pick(
+    field: NameChoice | NameReference, node: Node, path: KeyPath, reading: Reading, *names: Collection[str]
+) -> str | None:
+    """The node's text where it is among `names`; None where it is not, which is reported. The collections of names are
+    joined for a message only, since there may be many."""
+    if not isinstance(node, ScalarNode) or not node.text:
+        field.reject(node, path, reading)
+        return None
+    if any(node.text in some for some in names):
+        return node.text
+    reading.report(f"unknown {field.what} {describe(node)}", node.place, choose_from(node.text, chain(*names)))
+    return None

@@ -8,17 +8,14 @@ from functools import partial
 from itertools import pairwise
 from typing import Any, ClassVar
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import did_you_mean
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
-from mbproj.functions.table import CubicTable, periodic, polygon, spline
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import did_you_mean
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, CubicTable, Program, periodic, polygon, spline
 from mbproj.scene.expressions.dimensions import OF_TIME, Found, Origin, describe
 from mbproj.scene.expressions.evaluate import CONSTANTS
 from mbproj.scene.expressions.syntax_tree import Expression, NameNode, names, walk
 from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS
-from mbproj.scene.fields.choices import Alternatives, NameChoice
-from mbproj.scene.fields.containers import Record
-from mbproj.scene.fields.fields import Converted, Field, List, Schema
+from mbproj.scene.fields.fields import Alternatives, Converted, Field, List, NameChoice, Record, Schema
 from mbproj.scene.fields.quantities import Number, dimension_of, note_degrees, unit_hint, unit_text
 from mbproj.scene.fields.reading import Reading, Unfit, label
 from mbproj.scene.records import KeyPath

@@ -6,11 +6,35 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from mbproj.scene.fields.checks import Placed, different, global_pair, of_these_bodies, pair_of, two_axes, two_points
-from mbproj.scene.fields.choices import Alternatives, NameReference
-from mbproj.scene.fields.containers import Complaint, Named, Record
-from mbproj.scene.fields.fields import Converted, Deferred, Field, List
-from mbproj.scene.fields.quantities import DIRECTION, POINT
+from mbproj.scene.fields import rotations
+from mbproj.scene.fields.fields import (
+    Alternatives,
+    Complaint,
+    Converted,
+    Deferred,
+    Field,
+    List,
+    NameChoice,
+    Named,
+    NameReference,
+    Record,
+)
+from mbproj.scene.fields.quantities import (
+    DIRECTION,
+    POINT,
+    Number,
+    Placed,
+    PositionAngle,
+    different,
+    global_pair,
+    of_these_bodies,
+    orientation_of,
+    pair_of,
+    rows,
+    two_axes,
+    two_points,
+    unit_quaternion,
+)
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.records import GROUND, Pair, Quaternion, Vector
 
@@ -24,7 +48,7 @@ ORIGIN_AND_POINT: Field[Placed] = Alternatives(
 TWO_POINTS: Field[Placed] = Alternatives((Converted(List(POINT, 2, "points"), two_points), Named("body", POINT)))
 TWO_BODIES: Field[Any] = Converted(List(NameReference("body", "bodies", (GROUND,)), 2, "names of bodies"), different)
 #: The orientation of a frame of each body, in that body's axes.
-FRAMES: Field[Any] = Named("body", Deferred[Quaternion]("mbproj.scene.fields.orientation:ORIENTATION"))
+FRAMES: Field[Any] = Named("body", Deferred[Quaternion]("mbproj.scene.fields.placing:ORIENTATION"))
 BODY_POINT: Field[Any] = Alternatives((POINT, Named("body", POINT)))
 BODY_DIRECTION: Field[Any] = Alternatives((DIRECTION, Named("body", DIRECTION)))
 
@@ -108,3 +132,35 @@ def of_side(key: str, side: int) -> Callable[[tuple[str, str], Any], Iterator[Co
                 yield complaint._replace(path=path)
 
     return find
+
+
+# --- The field of an orientation of a body or a shape -----------------------------------------------------------------
+# An axis and an angle, a quaternion, a matrix, or Euler angles.
+
+
+QUATERNION: Field[Quaternion] = Converted(List(Number(), 4), unit_quaternion)
+
+ORIENTATION: Field[Quaternion] = Converted(
+    Alternatives(
+        (
+            Record(
+                "a rotation",
+                {"axis": DIRECTION, "angle": PositionAngle()},
+                rotations.from_axis_angle,
+                ("axis", "angle"),
+            ),
+            Record("a rotation", {"quaternion": QUATERNION}, lambda quaternion: quaternion, ("quaternion",)),
+            Record("a rotation", {"matrix": Converted(rows(""), orientation_of)}, lambda matrix: matrix, ("matrix",)),
+            Record(
+                "a rotation",
+                {
+                    "euler": List(PositionAngle(), 3),
+                    "sequence": NameChoice("sequence of axes", lambda: rotations.SEQUENCES),
+                },
+                lambda euler, sequence: rotations.from_euler(euler, sequence),
+                ("euler", "sequence"),
+            ),
+        )
+    ),
+    unit_quaternion,
+)

@@ -7,8 +7,8 @@ from dataclasses import field
 from math import nan
 from typing import TYPE_CHECKING, Any
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import Place, Problem
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import Place, Problem
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import Expression, ExpressionError, NumberNode, names, parse
 from mbproj.scene.expressions.units import SYMBOLS, Dimension

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from mbproj.errors import InputError
-from mbproj.templates.pendulum import closed_and_kept
-from mbproj.templates.values import Values, refused
+from mbproj.base.errors import InputError
+from mbproj.scene.templates.bars import closed_and_kept
+from mbproj.scene.templates.values import Values, refused
 
 SLIDER_CRANK = {"crank": "100 mm", "rod": "300 mm", "mass": "1 kg", "speed": "60 rpm"}
 FOUR_BAR = {
@@ -146,3 +146,206 @@ def _bar(name: str, x: str, z: str, angle: str) -> Iterator[str]:
     yield f"    shape: {{cylinder: {{radius: crank/10, length: {name}, axis: x}}}}"
     yield f"    position: [{x}, 0, {z}]"
     yield f"    orientation: {{axis: [0, -1, 0], angle: {angle}}}"
+
+
+# --- A cam, its roller follower and a spring, designed for a lift law, a speed and a mass -----------------------------
+
+
+CAM = {"radius": "40 mm", "mass": "0.5 kg", "speed": "30 rad/s"}
+
+
+def cam(values: Values) -> Iterator[str]:
+    """Yield the lines of a disc cam whose follower may lift off, with a spring that is just strong enough."""
+    yield from (
+        "# A disc cam lifts a roller follower against a spring: up over 120 deg, a dwell of 60 deg, down, and a dwell.",
+        "# The contact may open: with --set reserve=0.3 the spring is too weak: the follower flies. See the profile by",
+        "# `mbproj curve`. More of it: `mbproj help follow_a_curve`.",
+        "mbproj: 1",
+        "title: Cam",
+        "gravity: [0, 0, -9.81 m/s^2]",
+        "parameters:",
+        *values.parameters("radius", "mass", "speed"),
+        "  roller: 0.3 * radius",
+        "  lift: 0.5 * radius",
+        "  sharpest: 2*pi * lift * (speed / (2*pi/3))**2   # m/s^2, the largest acceleration of a cycloidal rise",
+        "  reserve: 1.3                           # of the spring",
+        "  stiffness: reserve * mass * (sharpest + 1 m/s^2) / (2*lift)",
+        "  down: radius + roller                  # where the follower is at the lowest",
+        "simulation:",
+        "  duration: (1 + 150/360) * 2*pi / speed # a turn, and to the middle of the dwell",
+        "  tolerance: 1.0e-10",
+        "  integrator: dop853",
+        "  output_step: (1 + 150/360) * 2*pi / speed / 204",
+        "curves:",
+        "  law:",
+        "    lift:",
+        "      base: radius",
+        "      rises: [[120 deg, lift, cycloidal], [60 deg, lift, dwell],",
+        "              [120 deg, 0 m, cycloidal], [60 deg, 0 m, dwell]]",
+        "    roller: roller",
+        "    clockwise: true                      # the cam turns counterclockwise: this is the order of the law",
+        "bodies:",
+        "  shaft: {mass: 2 * mass, shape: {cylinder: {radius: radius, length: roller, axis: y}}, position: [0, 0, 0]}",
+        "  follower: {mass: mass, shape: {sphere: roller}, position: [0, 0, down]}",
+        "joints:",
+        "  axle: {type: revolute, bodies: [ground, shaft], location: [0, 0, 0], axis: [0, -1, 0]}",
+        "  guide: {type: prismatic, bodies: [ground, follower], location: [0, 0, down], axis: [0, 0, 1]}",
+        "  contact: {type: cam_contact, bodies: [shaft, follower], curve: law, axis: [0, -1, 0], x_axis: [0, 0, 1],",
+        "            locations: [[0, 0, 0], [0, 0, down]],",
+        "            limits: {gap: {range: [0, null], rigid: true, restitution: 0}}}",
+        "forces:",
+        "  spring: {type: spring_damper, points: {ground: [0, 0, 6*radius], follower: [0, 0, down]},",
+        "           stiffness: stiffness, free_length: 6*radius - down + 2*lift}",
+        "motions:",
+        "  motor: {joint: axle, angle: {constant_speed: speed}}",
+        "markers:",
+        "  centre: {body: follower, location: {follower: [0, 0, 0]}}",
+        "expect:",
+        "  up: {joint: guide, quantity: displacement, at: end, value: lift, relative: 1.0e-8, source: the lift law}",
+        "  energy: {diagnostic: energy_drift_relative, at: maximum, below: 1.0e-8, source: energy}",
+        "  closed: {diagnostic: position_violation, at: maximum, below: 1.0e-13, source: joints are closed}",
+    )
+
+
+# --- A Geneva drive that turns freely ---------------------------------------------------------------------------------
+# Its energy is constant, which gives the speed of the driver in closed form.
+
+
+GENEVA = {"slots": "4", "length": "100 mm", "mass": "1 kg", "speed": "10 rad/s"}
+
+
+def geneva(values: Values) -> Iterator[str]:
+    """Yield the lines of a driver and a slotted wheel; the run takes two turns and ends in the middle of a slot."""
+    yield from (
+        "# A Geneva drive: in each of its turns the pin of the driver turns the wheel by one slot, and then its disc",
+        "# holds the wheel. Nothing drives it: the driver slows down while the wheel turns, and gets all of it back.",
+        "# Look at the speeds of the joints. Other couplings: `mbproj help couple_joints`.",
+        "mbproj: 1",
+        "title: Geneva drive",
+        "gravity: [0, 0, 0]",
+        "parameters:",
+        *values.parameters("slots", "length", "mass", "speed"),
+        "  k: sin(pi / slots)                     # crank over distance: the pin enters its slot along it",
+        "  J1: mass * length**2 / 5               # of the driver about its axle",
+        "  J2: mass * length**2 / 20              # of the wheel",
+        "simulation:",
+        "  duration: 2 * 2*pi / speed",
+        "  tolerance: 1.0e-12",
+        "  integrator: dop853",
+        "  output_step: 2*pi / speed / 100",
+        "bodies:",
+        "  driver: {mass: mass, inertia: [J1, J1, J1], position: [0, 0, 0]}",
+        "  wheel: {mass: mass, inertia: [J2, J2, J2], position: [length, 0, 0]}",
+        "joints:",
+        "  input: {type: revolute, bodies: [ground, driver], location: [0, 0, 0], axis: [0, -1, 0],",
+        "          angle: -180 deg, speed: speed}",
+        "  output: {type: revolute, bodies: [ground, wheel], location: [length, 0, 0], axis: [0, -1, 0],",
+        "           angle: pi / slots}",
+        "  drive: {type: geneva, joints: [input, output], slots: slots}",
+        "markers:",
+        "  pin: {body: driver, location: {driver: [k * length, 0, 0]}}",
+        "  rim: {body: wheel, location: {wheel: [-0.9 * length * sqrt(1 - k**2), 0, 0]}}",
+        "expect:",
+        "  slows: {joint: input, quantity: angle_speed, at: minimum, relative: 1.0e-3,",
+        "          value: speed / sqrt(1 + J2/J1 * (k / (1 - k))**2), source: energy in the middle of a slot}",
+        "  energy: {diagnostic: energy_drift_relative, at: maximum, below: 1.0e-11, source: energy}",
+        "  closed: {diagnostic: position_violation, at: maximum, below: 1.0e-11, source: joints are closed}",
+    )
+
+
+# --- A drum, a rope and a moving block whose load falls ---------------------------------------------------------------
+# The fall and the tension of the rope have closed forms.
+
+
+HOIST = {"radius": "10 cm", "mass": "50 kg", "length": "2 m"}
+
+
+def hoist(values: Values) -> Iterator[str]:
+    """Yield the lines of a hoist whose load falls by the option `length`."""
+    yield from (
+        "# A hoist whose brake has failed: the load hangs on a moving block, around which a rope runs from the drum to",
+        "# the ceiling. So two strands carry it, and the drum pays out twice as much rope as the load falls.",
+        "# `mbproj help run_a_rope_over_sheaves` has more places and ropes.",
+        "mbproj: 1",
+        "title: Hoist",
+        "gravity: [0, 0, -g]",
+        "parameters:",
+        "  g: 9.81 m/s^2",
+        *values.parameters("radius", "mass", "length"),
+        "  drum: 0.4 * mass                       # a solid cylinder",
+        "  inertia: drum * radius**2 / 2          # of the drum about its axle",
+        "  fall: g * mass / (mass + 4 * inertia / radius**2)       # m/s^2",
+        "  time: sqrt(2 * length / fall)          # until the load has fallen by the length",
+        "simulation:",
+        "  duration: time",
+        "  tolerance: 1.0e-10",
+        "  integrator: dop853",
+        "  output_step: time / 100",
+        "bodies:",
+        "  drum: {mass: drum, shape: {cylinder: {radius: radius, length: 4 * radius, axis: y}}, position: [0, 0, 0]}",
+        "  load: {mass: mass, shape: {box: [2*radius, 2*radius, 2*radius]}, position: [2*radius, 0, -length]}",
+        "joints:",
+        "  axle: {type: revolute, bodies: [ground, drum], location: [0, 0, 0], axis: [0, 1, 0]}",
+        "  guide: {type: prismatic, bodies: [ground, load], location: [2*radius, 0, -length], axis: [0, 0, 1]}",
+        "  rope:",
+        "    type: rope",
+        "    normal: [0, -1, 0]",
+        "    path:",
+        "      - {drum: drum, radius: radius, bends: right}",
+        "      - {sheave: load, radius: radius, bends: left}",
+        "      - {point: ground, at: [3*radius, 0, 0]}",
+        "markers:",
+        "  hook: {body: load, location: {load: [0, 0, radius]}}",
+        "expect:",
+        "  falls: {joint: guide, quantity: displacement, at: end, value: -length, relative: 1.0e-9, source: m a = F}",
+        "  turns: {joint: axle, quantity: angle, at: end, value: 2*length / radius, relative: 1.0e-9, source: no slip}",
+        "  energy: {diagnostic: energy_drift_relative, at: maximum, below: 1.0e-9, source: energy}",
+        "  closed: {diagnostic: position_violation, at: maximum, below: 2.0e-13, source: joints are closed}",
+    )
+
+
+# --- A drum whose load falls ------------------------------------------------------------------------------------------
+# A row couples the two coordinates; the fall and the force in the rope have closed forms.
+
+
+WINCH = {"radius": "10 cm", "mass": "50 kg", "length": "2 m"}
+
+
+def winch(values: Values) -> Iterator[str]:
+    """Yield the lines of a winch whose load falls by the option `length`."""
+    yield from (
+        "# A load hangs on the drum of a winch whose brake has failed. A coupling says that the load rises by what the",
+        "# drum winds up. So both fall as one mass, m + J / r². Change the row to see other couplings:",
+        "# `mbproj help couple_joints`.",
+        "mbproj: 1",
+        "title: Winch",
+        "gravity: [0, 0, -g]",
+        "parameters:",
+        "  g: 9.81 m/s^2",
+        *values.parameters("radius", "mass", "length"),
+        "  drum: 0.4 * mass                       # a solid cylinder",
+        "  inertia: drum * radius**2 / 2          # of the drum about its axle",
+        "  fall: g * mass / (mass + inertia / radius**2)           # m/s^2",
+        "  time: sqrt(2 * length / fall)          # until the load has fallen by the length",
+        "simulation:",
+        "  duration: time",
+        "  tolerance: 1.0e-10",
+        "  integrator: dop853",
+        "  output_step: time / 100",
+        "bodies:",
+        "  drum: {mass: drum, shape: {cylinder: {radius: radius, length: 4 * radius, axis: y}}, position: [0, 0, 0]}",
+        "  load: {mass: mass, shape: {box: [2*radius, 2*radius, 2*radius]}, position: [radius, 0, -length/2]}",
+        "joints:",
+        "  axle: {type: revolute, bodies: [ground, drum], location: [0, 0, 0], axis: [0, 1, 0]}",
+        "  guide: {type: prismatic, bodies: [ground, load], location: [radius, 0, -length/2], axis: [0, 0, 1]}",
+        "  rope: {type: coupler, of: {axle.angle: radius, guide.displacement: 1}}",
+        "markers:",
+        "  hook: {body: load, location: {load: [0, 0, radius]}}",
+        "expect:",
+        "  falls: {joint: guide, quantity: displacement, at: end, value: -length, relative: 1.0e-9, source: m a = F}",
+        "  turns: {joint: axle, quantity: angle, at: end, value: length / radius, relative: 1.0e-9, source: no slip}",
+        "  pull: {joint: rope, quantity: reaction_force, component: z, at: end, relative: 1.0e-8,",
+        "         value: mass * (g - fall), source: what is left of the weight}",
+        "  energy: {diagnostic: energy_drift_relative, at: maximum, below: 1.0e-9, source: energy}",
+        "  closed: {diagnostic: position_violation, at: maximum, below: 1.0e-13, source: joints are closed}",
+    )

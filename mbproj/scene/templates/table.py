@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
-from mbproj.templates import bars, cam, geneva, hoist, ladder, linkages, pendulum, star, winch
-from mbproj.templates.values import OPTIONS, Values, values_of
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem
+from mbproj.scene.templates import bars, machines
+from mbproj.scene.templates.values import OPTIONS, Values, values_of
 
 
 @dataclass(frozen=True)
@@ -22,17 +22,17 @@ class Template:
 
 
 TEMPLATES: Mapping[str, Template] = {
-    "pendulum": Template("a bar on a pin, with its exact period", pendulum.DEFAULTS, pendulum.pendulum),
+    "pendulum": Template("a bar on a pin, with its exact period", bars.PENDULUM, bars.pendulum),
     "chain": Template("bars in a row", bars.CHAIN, bars.chain, spatial=True),
-    "ladder": Template("parallelograms one below the other", ladder.DEFAULTS, ladder.ladder),
+    "ladder": Template("parallelograms one below the other", bars.LADDER, bars.ladder),
     "tree": Template("two bars on the end of each", bars.TREE, bars.tree, spatial=True),
-    "star": Template("bars on the rim of a hub that turns", star.DEFAULTS, star.star),
-    "slider-crank": Template("driven, in a plane", linkages.SLIDER_CRANK, linkages.slider_crank),
-    "four-bar": Template("a driven crank-rocker", linkages.FOUR_BAR, linkages.four_bar),
-    "cam": Template("a cam, its roller follower and a spring", cam.DEFAULTS, cam.cam),
-    "geneva": Template("a pin that turns a slotted wheel step by step", geneva.DEFAULTS, geneva.geneva),
-    "hoist": Template("a drum, a rope and a moving block", hoist.DEFAULTS, hoist.hoist),
-    "winch": Template("a drum and its load, coupled by a row", winch.DEFAULTS, winch.winch),
+    "star": Template("bars on the rim of a hub that turns", bars.STAR, bars.star),
+    "slider-crank": Template("driven, in a plane", machines.SLIDER_CRANK, machines.slider_crank),
+    "four-bar": Template("a driven crank-rocker", machines.FOUR_BAR, machines.four_bar),
+    "cam": Template("a cam, its roller follower and a spring", machines.CAM, machines.cam),
+    "geneva": Template("a pin that turns a slotted wheel step by step", machines.GENEVA, machines.geneva),
+    "hoist": Template("a drum, a rope and a moving block", machines.HOIST, machines.hoist),
+    "winch": Template("a drum and its load, coupled by a row", machines.WINCH, machines.winch),
 }
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem
 from mbproj.scene.fields.fields import Field
-from mbproj.scene.fields.option_numbers import given_number
-from mbproj.scene.fields.quantities import Integer, Number
+from mbproj.scene.fields.quantities import Integer, Number, given_number
 
 #: The most links, loops or slots of a template: nobody could read a longer scene.
 MOST = 5000

@@ -1,1 +1,1 @@
-"""The scene's text: bytes to lines, YAML to nodes with their places, changes that keep every other character."""
+"""Bytes become lines, and YAML becomes nodes with their places."""

@@ -2,16 +2,108 @@
 
 from __future__ import annotations
 
+import io
+import os
 import re
-from collections.abc import Iterator
+import stat
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
 import yaml
 
-from mbproj.errors import InputError, Place, Problem
+from mbproj.base.errors import InputError, Place, Problem, did_you_mean
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode, WrittenKey
-from mbproj.scene.text.source import lines_of
+
+# --- A scene file's bytes -> its text and lines, or the one reason why it cannot be read ------------------------------
+
+
+MAX_BYTES = 10_000_000
+#: The characters that YAML does not allow in a file.
+_UNPRINTABLE = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+#: The line ends of YAML.
+_LINE_BREAK = re.compile("\r\n|[\r\n\x85\u2028\u2029]")
+#: The formats of models, by the tag with which they begin.
+_MODELS = {b"<mujoco": "MJCF", b"<robot": "URDF", b"<sdf": "SDF"}
+
+
+def read_text(path: Path) -> str:
+    """The text of the file, without byte order mark. Raises InputError with one problem."""
+    place = Place(str(path))
+    try:
+        data = _bytes_of(path)
+    except FileNotFoundError:
+        raise InputError(Problem("there is no such file", place, _similar_file(path))) from None
+    except IsADirectoryError:
+        raise InputError(Problem("this is a directory, not a scene file", place)) from None
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError(Problem(f"cannot be read: {reason}", place)) from None
+    if len(data) > MAX_BYTES:
+        raise InputError(Problem(f"the file is larger than {MAX_BYTES // 1_000_000} MB", place))
+    return _decode(data, place)
+
+
+def _bytes_of(path: Path) -> bytes:
+    """The bytes of the file or of a pipe (`<(...)` of a shell), at most one more than allowed.
+
+    Raises InputError where nobody writes into a pipe, which mbproj would wait for without end.
+    """
+    opened = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    with os.fdopen(opened, "rb", buffering=0) as file, io.BufferedReader(file) as buffered:
+        if hasattr(os, "set_blocking") and stat.S_ISFIFO(os.fstat(file.fileno()).st_mode):
+            first = file.read(1)
+            if first == b"":
+                raise InputError(Problem("this is a pipe that nobody writes into", Place(str(path))))
+            os.set_blocking(file.fileno(), True)
+            return (first or b"") + buffered.read(MAX_BYTES)
+        return buffered.read(MAX_BYTES + 1)
+
+
+def lines_of(text: str, file: str) -> list[str]:
+    """The lines of the text as YAML counts them. Raises InputError at a character that YAML does not allow."""
+    lines = _LINE_BREAK.split(text)
+    if _UNPRINTABLE.search(text) is not None:
+        number, line = next((number, line) for number, line in enumerate(lines, 1) if _UNPRINTABLE.search(line))
+        match = _UNPRINTABLE.search(line)
+        assert match is not None
+        problem = f"the character U+{ord(match[0]):04X} is not allowed in a scene file"
+        raise InputError(Problem(problem, Place(file, number, match.start() + 1)))
+    return lines
+
+
+def _model_in(head: bytes) -> str | None:
+    """The format of a model whose file begins with `head`; None where `mbproj import` reads no such format."""
+    if not head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        return None
+    return next((kind for tag, kind in _MODELS.items() if tag in head), None)
+
+
+def _decode(data: bytes, place: Place) -> str:
+    if data.startswith(b"\x89HDF"):
+        raise InputError(Problem("this is a results file, not a scene", place, "'mbproj rerun' repeats its run"))
+    if (kind := _model_in(data[:4096])) is not None:
+        hint = f"'mbproj import {place.file} -o scene.yaml' makes a scene of it"
+        raise InputError(Problem(f"this is a model in {kind}, not a scene", place, hint))
+    if b"\0" in data:
+        raise InputError(Problem("this is a binary file, not a scene", place, "a scene is YAML text in UTF-8"))
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        problem = f"the byte 0x{data[error.start]:02x} is not UTF-8 text"
+        raise InputError(Problem(problem, Place(place.file, line), "save the file as UTF-8")) from None
+
+
+def _similar_file(path: Path) -> str | None:
+    try:
+        return did_you_mean(path.name, (other.name for other in path.parent.iterdir()))
+    except (OSError, ValueError):
+        return None
+
+
+# --- Scene text -> nodes with places, from PyYAML's events ------------------------------------------------------------
 
 
 class Explanation(NamedTuple):
@@ -172,8 +264,6 @@ class _Composer:
         while not isinstance(inner := next(self._events), yaml.SequenceEndEvent):
             items.append(self._node(inner, depth + 1))
         if getattr(event, "flow_style", False) and any("(" in _text(item) for item in items):
-            from mbproj.scene.text.cut_off import whole_items
-
             items, cuts = whole_items(items)
             self.problems += cuts
         return SequenceNode(tuple(items), self._place(event))
@@ -195,8 +285,6 @@ class _Composer:
             place = key.place if isinstance(inner, yaml.ScalarEvent) else self._place(inner)
             entries.append(WrittenKey(key, place, self._node(next(self._events), depth + 1)))
         if getattr(event, "flow_style", False) and any(_text(entry.value) == "" for entry in entries):
-            from mbproj.scene.text.cut_off import whole_entries
-
             entries, cuts = whole_entries(entries)
             self.problems += cuts
         return entries
@@ -235,3 +323,125 @@ class _Composer:
 def _text(node: Node) -> str:
     """The text of a scalar; a blank for other nodes."""
     return node.text if isinstance(node, ScalarNode) else " "
+
+
+# --- Values that a comma cuts in two ----------------------------------------------------------------------------------
+# Inside { } and [ ] a comma ends a value, so that `{torque: max(0, t)}` has two keys.
+# The pieces are joined again, so that the comma is the one problem reported.
+
+
+#: The most pieces that are joined; a longer search would take time in lists of thousands.
+MOST = 50
+_WHOLE_NUMBER = re.compile(r"[-+]?[0-9]+")
+
+
+def whole_items(items: Sequence[Node]) -> tuple[list[Node], list[Problem]]:
+    """The items of a list in [ ], with values joined that commas have cut, and a problem for each of these."""
+    items_read: list[Node] = []
+    problems = []
+    at = 0
+    while at < len(items):
+        pieces = items[at : at + MOST] if _opens(items[at]) else []
+        count = _in_parentheses(pieces)
+        if count:
+            node = _as_one_text(pieces[:count])
+            items_read.append(node)
+            problems.append(_problem("[ ]", node, f'put it in quotes: "{node.text}"'))
+        else:
+            items_read.append(items[at])
+        at += count or 1
+    return items_read, problems
+
+
+def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list[Problem]]:
+    """The entries of a mapping in { }, with values joined that commas have cut, and a problem for each of these."""
+    if not any(
+        isinstance(each.value, ScalarNode) and ("(" in each.value.text or not each.value.text) for each in entries
+    ):
+        return list(entries), []
+    kept: list[WrittenKey] = []
+    problems = []
+    at = 0
+    while at < len(entries):
+        key, place, value = entries[at]
+        following = _keys_alone(entries[at + 1 : at + MOST])
+        count = _in_parentheses([value, *following]) if _opens(value) else 0
+        if count:
+            node = _as_one_text([value, *following][:count])
+            problems.append(_problem("{ }", node, f'put it in quotes: {_name(key)}: "{node.text}"'))
+        elif following and _decimal_comma(value, following[0]):
+            count, node = (
+                2,
+                replace(
+                    _as_one_text([value, following[0]]),
+                    text=f"{_without_quotes(value)}.{_without_quotes(following[0])}",
+                ),
+            )
+            problems.append(_problem("{ }", node, f"decimals take a point: {_name(key)}: {node.text}"))
+        kept.append(WrittenKey(key, place, node if count else value))
+        at += count or 1
+    return kept, problems
+
+
+def _problem(inside: str, node: ScalarNode, hint: str) -> Problem:
+    return Problem(f"this value is cut off: inside {inside} a comma ends it", node.place, hint)
+
+
+def _keys_alone(entries: Sequence[WrittenKey]) -> list[Node]:
+    """The keys of the entries up to the first that has a value."""
+    alone: list[Node] = []
+    for entry in entries:
+        if _without_quotes(entry.value) != "":
+            break
+        alone.append(entry.key)
+    return alone
+
+
+def _without_quotes(node: Node) -> str | None:
+    """The text of a node without quotes; None for other nodes."""
+    if not isinstance(node, ScalarNode) or node.place.text is None or node.place.column is None:
+        return None
+    quoted = node.place.text[node.place.column - 1 :][:1] in ("'", '"')
+    return None if quoted else node.text
+
+
+def _name(key: Node) -> str:
+    return key.text if isinstance(key, ScalarNode) else ""
+
+
+def _unclosed(text: str) -> int:
+    return text.count("(") - text.count(")")
+
+
+def _opens(node: Node) -> bool:
+    """Whether a parenthesis opens in this text and does not close."""
+    return _unclosed(_without_quotes(node) or "") > 0
+
+
+def _in_parentheses(pieces: Sequence[Node]) -> int:
+    """The number of pieces up to the one that closes the parentheses of the first; 0 where they stay open."""
+    still_open = 0
+    for count, piece in enumerate(pieces, 1):
+        text = _without_quotes(piece)
+        if text is None:
+            return 0
+        still_open += _unclosed(text)
+        if still_open <= 0:
+            return count
+    return 0
+
+
+def _decimal_comma(value: Node, following: Node) -> bool:
+    """Whether the two are a number with a decimal comma: no key begins with a digit."""
+    before, after = _without_quotes(value) or "", _without_quotes(following) or ""
+    return _WHOLE_NUMBER.fullmatch(before) is not None and after[:1].isdecimal()
+
+
+def _as_one_text(pieces: Sequence[Node]) -> ScalarNode:
+    """The pieces as one text, with the characters of the line where all stand in one line."""
+    texts = [piece for piece in pieces if isinstance(piece, ScalarNode)]
+    first, last = texts[0], texts[-1]
+    line = first.place.text
+    if line is None or first.column is None or last.column is None or first.place.line != last.place.line:
+        return replace(first, text=", ".join(piece.text for piece in texts), column=None)
+    return replace(first, text=line[first.column - 1 : last.column - 1 + len(last.text)])

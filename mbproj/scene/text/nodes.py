@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from numbers import Real
 from typing import Any, NamedTuple, TypeAlias
 
-from mbproj.cases import Cases
-from mbproj.dataclass import dataclass
-from mbproj.errors import Place
+from mbproj.base.arrays import Cases
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import Place
 
 
 @dataclass(frozen=True)

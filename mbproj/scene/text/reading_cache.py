@@ -2,7 +2,7 @@
 depends on.
 
 A value depends on its node, on the parameters that its texts name, and on the names of the scene's items. Two documents
-that differ by changes (`mbproj.scene.text.changes`) share the objects of all other nodes.
+that differ by changes (`mbproj.scene.changes`) share the objects of all other nodes.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
-from mbproj.cases import Cases
-from mbproj.errors import Place, Problem
+from mbproj.base.arrays import Cases
+from mbproj.base.errors import Place, Problem
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 
 Path: TypeAlias = "tuple[str | int, ...]"

@@ -8,13 +8,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 from mbproj.model.euler_parameters import product
-from mbproj.pages.appearance.parts import UPRIGHT, Mesh, Solid, bar, box, sphere, triad
-from mbproj.pages.appearance.plates import plate
-from mbproj.scene.appearance import PlacedShape
 from mbproj.scene.meshes import TriangleMesh
-from mbproj.scene.records import Body
+from mbproj.scene.records import Body, PlacedShape
+from mbproj.show.appearance.parts import UPRIGHT, Mesh, Solid, bar, box, plate, sphere, triad
 
 #: The relative difference of two principal moments up to which they count as equal.
 ROUND = 1e-6

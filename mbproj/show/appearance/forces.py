@@ -7,15 +7,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
 from mbproj.model.compile.frames import pose, poses_of
-from mbproj.pages.appearance.joints import DrawnPart
-from mbproj.pages.appearance.layout import PartNumbers
-from mbproj.pages.appearance.parts import Mesh, Solid, cylinder, triad
-from mbproj.scene.read import Scene
-from mbproj.scene.records import BodyForce, Bushing, JointForce
-from mbproj.scene.stops import OfBody, PlaneStop
+from mbproj.scene.records import BodyForce, Bushing, JointForce, OfBody, PlaneStop
+from mbproj.scene.scene import Scene
+from mbproj.show.appearance.joints import DrawnPart
+from mbproj.show.appearance.layout import PartNumbers
+from mbproj.show.appearance.parts import Mesh, Solid, cylinder, triad
 
 #: The turns of a spiral, the points of each turn, and the inner and outer radius in thicknesses.
 TURNS, ROUND, INNER, OUTER = 2.5, 20, 1.5, 3.6

@@ -6,17 +6,16 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.joints import JOINTS
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.joints.table import JOINTS
+from mbproj.model.compile.contacts import place_of_contact
+from mbproj.model.compile.forces import local_ends
 from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
-from mbproj.model.compile.loads import local_ends
-from mbproj.model.compile.touching import place_of_contact
-from mbproj.pages.appearance.motion import PoseHistory
-from mbproj.pages.appearance.plates import both_outlines, wire_of
-from mbproj.scene.read import Scene
-from mbproj.scene.records import GROUND, Bushing, Joint, PointForce
-from mbproj.scene.stops import DistanceStop, PlaneStop
+from mbproj.scene.records import GROUND, Bushing, DistanceStop, Joint, PlaneStop, PointForce
+from mbproj.scene.scene import Scene
+from mbproj.show.appearance.motion import PoseHistory
+from mbproj.show.appearance.parts import both_outlines, wire_of
 
 #: The radius of a link: this part of the median link, but within this range of parts of the mechanism's size.
 OF_LINK, OF_SIZE = 0.026, (0.002, 0.013)

@@ -6,11 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.equations.kinematics import attached, pose_of
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.equations.kinematics import attached, pose_of
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
+from mbproj.results.record import Results
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,3 +53,15 @@ def motion_at(system: System, q: Array) -> PoseHistory:
     position = attached(pose, system.body_carrier, system.body_offset, np.ones(len(system.body_carrier)))
     orientation = product(pose.orientation[system.body_carrier], system.body_turn)
     return PoseHistory(np.zeros(1), position[None], orientation[None])
+
+
+# --- The motion in a results file -------------------------------------------------------------------------------------
+
+
+def motion_of(results: Results) -> PoseHistory:
+    """The motion of all bodies. Raises InputError where at no sample all poses are finite."""
+    motion = PoseHistory(results.time, results["bodies/position"], results["bodies/orientation"])
+    if not len(motion.finite):
+        message = f"'{results.path}' has no sample to show"
+        raise InputError(Problem(message, hint=f"its status: {results.status}"))
+    return motion

@@ -1,19 +1,27 @@
 """A page on a design: the matched data beside the best design, the course of the searches, and the correlations of its
-numbers."""
+numbers.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from math import degrees, inf
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Circle
 
-from mbproj.arrays import Array
-from mbproj.figures import panels
-from mbproj.figures.fitted_text import fitted
-from mbproj.figures.style import line, page_width, styled
+from mbproj.base.arrays import Array
 from mbproj.results.design_file import Drawn, Matched
+from mbproj.results.largest_loads import Cycle
+from mbproj.results.views import Table
+from mbproj.scene.blocks.curve_sheet import Sheet
+from mbproj.show.figures import panels
+from mbproj.show.figures.fitted_text import fitted
+from mbproj.show.figures.panels import by_turns, in_degrees, label_of
+from mbproj.show.figures.style import AXIS_HEIGHT, line, page_width, styled, tick_degrees
 
 #: The height of a row of panels and the room for a name beside a matrix, inches; the most numbers whose correlations
 #: are written into the cells.
@@ -170,3 +178,151 @@ PICTURES: Mapping[str, Callable[[Drawn], Figure]] = {
     "correlation": _dependence,
     "front": _front,
 }
+
+
+# --- A curve for the workshop -----------------------------------------------------------------------------------------
+# Its profile beside its radius, pressure angle and curvature.
+
+
+#: The relative widths of the profile and of the panels beside it.
+WIDTHS = (1.15, 1.0)
+HEIGHT = 1.35
+#: The pressure angle in degrees above which a sliding follower may jam (Norton 2009, Cam Design, ch. 7).
+JAMS = 30.0
+OUTLINE, GUIDE, LIMIT = 0, 1, 2
+
+
+@styled
+def draw_profile(sheet: Sheet) -> Figure:
+    """Draw the profile with equal scales on the left, and its numbers along it on the right."""
+    words = ["radius", *(["pressure angle"] if sheet.closed else []), "curvature"]
+    figure = Figure(figsize=(page_width(), max(3, len(words)) * HEIGHT + AXIS_HEIGHT), layout="constrained")
+    grid = figure.add_gridspec(len(words), 2, width_ratios=WIDTHS, height_ratios=[HEIGHT] * len(words))
+    _outline(figure.add_subplot(grid[:, 0]), sheet)
+    turns = sheet.closed and abs(abs(sheet.angle[-1] - sheet.angle[0]) - 2.0 * np.pi) < 1e-6
+    at = np.degrees(sheet.angle) if turns else 1e3 * sheet.arc
+    values = {
+        "radius": (1e3 * sheet.radius, "mm"),
+        "pressure angle": (np.degrees(sheet.pressure), "degrees"),
+        "curvature": (1e-3 * sheet.curvature, "1/mm"),
+    }
+    axes: list[Axes] = []
+    for row, word in enumerate(words):
+        axis = figure.add_subplot(grid[row, 1], sharex=axes[0] if axes else None)
+        shown, unit = values[word]
+        panels.plot(axis, at, shown, "", OUTLINE)
+        panels.name(axis, word, unit)
+        axis.tick_params(labelbottom=row + 1 == len(words))
+        axes.append(axis)
+    if sheet.closed and np.degrees(sheet.pressure).max() > 0.5 * JAMS:
+        axes[1].axhline(JAMS, label="usual limit of the pressure angle", **line(LIMIT))
+    panels.hold_still(axes[:1], 1e3 * float(sheet.radius.max()))
+    axes[-1].set_xlabel("angle about the origin (degrees)" if turns else "arc length (mm)")
+    if turns:
+        tick_degrees(axes[-1], along_x=True)
+    return panels.finish(
+        figure, remark=remark(sheet), with_legend=any(axis.get_legend_handles_labels()[0] for axis in figure.axes)
+    )
+
+
+def _outline(axis: Axes, sheet: Sheet) -> None:
+    """Draw the profile, the path of the roller's centre, and the roller at its first place."""
+    panels.plot(axis, 1e3 * sheet.x, 1e3 * sheet.y, "profile" if sheet.roller else "", OUTLINE)
+    if sheet.roller:
+        panels.plot(axis, 1e3 * sheet.line_x, 1e3 * sheet.line_y, "centre of the roller", GUIDE)
+        place = (1e3 * sheet.line_x[0], 1e3 * sheet.line_y[0])
+        axis.add_patch(Circle(place, 1e3 * sheet.roller, fill=False, edgecolor="#808080", linewidth=0.8))
+    axis.plot([0.0], [0.0], "+", color="#404040")
+    axis.set_aspect("equal", adjustable="box")
+    axis.margins(0.08)
+    axis.set(xlabel="x (mm)", ylabel="y (mm)")
+
+
+def remark(sheet: Sheet) -> str:
+    """The small print: the name of the curve, the largest pressure angle, and the largest rollers."""
+    said = [f"curve '{sheet.name}'"]
+    if sheet.closed:
+        worst = float(np.max(sheet.pressure))
+        said.append(f"largest pressure angle {degrees(worst):.1f} degrees")
+    return "; ".join([*said, *rollers_said(sheet)])
+
+
+def rollers_said(sheet: Sheet) -> list[str]:
+    """The largest roller on each side, in words."""
+    return [
+        f"any roller fits {side}" if radius == inf else f"largest roller {side}: {1e3 * radius:.4g} mm"
+        for side, radius in sheet.rollers.items()
+    ]
+
+
+# --- A page of bars ---------------------------------------------------------------------------------------------------
+# The change in percent of each measure where a number of the scene changes by one percent.
+
+
+#: The height of a bar and of the rest of a panel, and the room for the name of a number, inches; the most bars.
+BAR, AROUND, BAR_NAME, MOST = 0.22, 0.75, 1.6, 20
+
+
+@styled
+def draw_sensitivities(table: Table) -> Figure:
+    """Draw a panel for each measure of the table of `mbproj sensitivity`, its largest elasticity on top. A measure of 0
+    has no elasticity; its panel tells so."""
+    measures = list(dict.fromkeys(row[0] for row in table.rows))
+    rows = {name: [row for row in table.rows if row[0] == name] for name in measures}
+    heights = [AROUND + BAR * min(len(of), MOST) for of in rows.values()]
+    figure = Figure(figsize=(page_width(), sum(heights)), layout="constrained")
+    axes = figure.subplots(len(measures), 1, squeeze=False, height_ratios=heights)[:, 0]
+    for axis, (name, of) in zip(axes, rows.items(), strict=True):
+        _bars(axis, name, of)
+    axes[-1].set_xlabel("elasticity: change in percent where the number changes by one percent")
+    cut = max(map(len, rows.values())) - MOST
+    remark = f"without the {cut} smallest of a measure" if cut > 0 else ""
+    return panels.finish(figure, remark=remark, with_legend=False)
+
+
+def _bars(axis: Axes, name: str, rows: list[tuple[Any, ...]]) -> None:
+    """Draw the bars of one measure. The columns of `rows` are measure, number, value, slope, uncertainty, elasticity,
+    unit."""
+    seen = [row for row in rows if np.isfinite(row[5])][:MOST]
+    axis.set_title(f"{name} = {rows[0][2]:.6g}", loc="left", fontsize=8)
+    if not seen:
+        axis.text(0.5, 0.5, "its value is 0: no elasticity", ha="center", va="center", transform=axis.transAxes)
+        axis.set_yticks([])
+        return
+    values = np.array([row[5] for row in seen], dtype=float)
+    colours = [line(0)["color"] if value >= 0.0 else line(1)["color"] for value in values]
+    axis.barh(range(len(seen)), values, color=colours, height=0.7)
+    axis.axvline(0.0, color="#444444", linewidth=0.6)
+    axis.set_yticks(range(len(seen)), [fitted(row[1], BAR_NAME, 8.0) for row in seen])
+    axis.invert_yaxis()
+    axis.margins(x=0.05)
+    axis.grid(visible=False, axis="y")
+
+
+# --- The forces, torques and power of actuators along a motion --------------------------------------------------------
+
+
+#: The words on the panels, by unit.
+WORDS = {"N": "force", "N m": "torque"}
+
+
+@styled
+def draw_actuators(
+    time: Array, names: Sequence[str], units: Sequence[str], force: Array, power: Array, over: Cycle | None, remark: str
+) -> Figure:
+    """Draw a panel of forces (T, k), one of torques and one of power, as far as there are any. The axis is time in s,
+    or a coordinate; an angle is in degrees modulo a turn."""
+    kinds = [unit for unit in WORDS if unit in units]
+    figure, axes = panels.panels(len(kinds) + 1, height=2.1)
+    at = time if over is None else in_degrees(over.values, over.unit)
+    for place, name in enumerate(names):
+        for axis, values in ((axes[kinds.index(units[place]), 0], force), (axes[-1, 0], power)):
+            line = (at, values[:, place]) if over is None else by_turns(at, values[:, place])
+            panels.plot(axis, *line, name, place)
+    for axis, unit in zip(axes[:, 0], [*kinds, "W"], strict=True):
+        panels.name(axis, WORDS.get(unit, "power"), unit)
+    if over is not None:
+        axes[-1, 0].set_xlabel(label_of(over.name, over.unit))
+        if over.unit == "rad":
+            tick_degrees(axes[-1, 0], along_x=True)
+    return panels.finish(figure, remark=remark)

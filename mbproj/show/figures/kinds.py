@@ -6,14 +6,16 @@ from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError
-from mbproj.registry import load
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError
+from mbproj.base.registry import load
+from mbproj.results.sweep_table import SAMPLED
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from mbproj.results import Results
+    from mbproj.results.record import Results
+    from mbproj.show.figures.sweep_axes import Chosen
 
 
 @dataclass(frozen=True)
@@ -34,103 +36,106 @@ class PictureKind:
     by_default: bool = True
     takes: str = ""
     over: bool = False
-    mark: str = "mbproj.figures.untrusted:mark"
+    mark: str = "mbproj.show.figures.panels:mark_untrusted"
     empty: str = ""
 
 
 KINDS: Mapping[str, PictureKind] = MappingProxyType(
     {
         "markers": PictureKind(
-            "mbproj.figures.kinds.markers:draw",
+            "mbproj.show.figures.over_time:draw_markers",
             "position and velocity of each marker",
             "markers",
             over=True,
-            mark="mbproj.figures.kinds.markers:mark_untrusted",
+            mark="mbproj.show.figures.over_time:mark_untrusted",
         ),
         "paths": PictureKind(
-            "mbproj.figures.kinds.paths:draw",
+            "mbproj.show.figures.mechanism:draw_paths",
             "path of each marker in a plane",
             "markers",
-            mark="mbproj.figures.kinds.paths:mark_untrusted",
-            empty="mbproj.figures.kinds.paths:nothing_to_see",
+            mark="mbproj.show.figures.mechanism:mark_untrusted",
+            empty="mbproj.show.figures.mechanism:nothing_to_see",
         ),
         "coordinates": PictureKind(
-            "mbproj.figures.kinds.coordinates:draw", "joint coordinates and their speeds", "coordinates", over=True
+            "mbproj.show.figures.over_time:draw_coordinates",
+            "joint coordinates and their speeds",
+            "coordinates",
+            over=True,
         ),
         "violation": PictureKind(
-            "mbproj.figures.kinds.violation:draw",
+            "mbproj.show.figures.over_time:draw_violation",
             "violation of the constraints, position and velocity",
             of_motion=False,
             over=True,
         ),
         "joints": PictureKind(
-            "mbproj.figures.kinds.violation:draw_joints",
+            "mbproj.show.figures.over_time:draw_joints",
             "violation of each joint, lengths and angles",
             "joints",
             of_motion=False,
             over=True,
         ),
         "reactions": PictureKind(
-            "mbproj.figures.kinds.reactions:draw", "reaction force and torque of each joint", "joints", over=True
+            "mbproj.show.figures.loads:draw_reactions", "reaction force and torque of each joint", "joints", over=True
         ),
         "loads": PictureKind(
-            "mbproj.figures.kinds.polar:draw",
+            "mbproj.show.figures.loads:draw_loads",
             "polar diagram of each joint's force, forces of motions over the cycle",
             "joints",
             of_motion=False,
             by_default=False,
         ),
         "forces": PictureKind(
-            "mbproj.figures.kinds.driven:draw_forces",
+            "mbproj.show.figures.loads:draw_forces",
             "the coordinate or length of each force, and the force",
             "forces",
             usual=False,
             over=True,
         ),
         "motions": PictureKind(
-            "mbproj.figures.kinds.driven:draw_motions",
+            "mbproj.show.figures.loads:draw_motions",
             "coordinate and driving force of each motion",
             "motions",
             usual=False,
             over=True,
         ),
         "stops": PictureKind(
-            "mbproj.figures.kinds.driven:draw_stops", "gap and force of each stop", "stops", usual=False, over=True
+            "mbproj.show.figures.loads:draw_stops", "gap and force of each stop", "stops", usual=False, over=True
         ),
         "ropes": PictureKind(
-            "mbproj.figures.kinds.driven:draw_ropes",
+            "mbproj.show.figures.loads:draw_ropes",
             "length and tensions of each rope",
             "tensions",
             usual=False,
             over=True,
         ),
         "friction": PictureKind(
-            "mbproj.figures.kinds.driven:draw_friction",
+            "mbproj.show.figures.loads:draw_friction",
             "rate, force and lost energy of each dry friction",
             "frictions",
             usual=False,
             over=True,
         ),
         "contacts": PictureKind(
-            "mbproj.figures.kinds.paths:draw_contacts",
+            "mbproj.show.figures.mechanism:draw_contacts",
             "path of each place where a curve is touched",
             "touching",
             of_motion=False,
             by_default=False,
-            empty="mbproj.figures.kinds.paths:nothing_to_see",
-            mark="mbproj.figures.kinds.paths:mark_untrusted",
+            empty="mbproj.show.figures.mechanism:nothing_to_see",
+            mark="mbproj.show.figures.mechanism:mark_untrusted",
         ),
         "energy": PictureKind(
-            "mbproj.figures.kinds.energy:draw",
+            "mbproj.show.figures.over_time:draw_energy",
             "kinetic, potential and total energy, and the energy balance",
             of_motion=False,
             over=True,
         ),
         "steps": PictureKind(
-            "mbproj.figures.kinds.steps:draw", "step size and iterations of the projection", of_motion=False
+            "mbproj.show.figures.over_time:draw_steps", "step size and iterations of the projection", of_motion=False
         ),
         "mechanism": PictureKind(
-            "mbproj.figures.kinds.mechanism:draw",
+            "mbproj.show.figures.mechanism:draw_mechanism",
             "the mechanism at its start, or at the times of --at",
             "scene",
             of_motion=False,
@@ -138,7 +143,7 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             takes="times",
         ),
         "ratios": PictureKind(
-            "mbproj.figures.kinds.ratios:draw_ratios",
+            "mbproj.show.figures.over_time:draw_ratios",
             "velocity ratios and mechanical advantages to --over",
             "over",
             of_motion=False,
@@ -146,7 +151,7 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             over=True,
         ),
         "transmission": PictureKind(
-            "mbproj.figures.kinds.ratios:draw_transmission",
+            "mbproj.show.figures.over_time:draw_transmission",
             "the angles of --transmission",
             "markers",
             of_motion=False,
@@ -155,7 +160,7 @@ KINDS: Mapping[str, PictureKind] = MappingProxyType(
             over=True,
         ),
         "trust": PictureKind(
-            "mbproj.figures.kinds.trust:draw",
+            "mbproj.show.figures.over_time:draw_trust",
             "error of each marker, of certified runs",
             "trust",
             usual=False,
@@ -224,8 +229,8 @@ def draw(
     Parts of a certified run whose error may exceed `limit` (m) are marked. By default the limit is a power of ten below
     a thousandth of the markers' travel. `times` (s) and `corners` (three markers each) are for the kinds that take
     them. Over a coordinate, nothing that belongs to a time is marked."""
-    from mbproj.analysis.trust import usual_limit
-    from mbproj.figures import events, margins, panels, untrusted
+    from mbproj.results.analysis.trust import usual_limit
+    from mbproj.show.figures import panels
 
     entry = KINDS[kind]
     given: Mapping[str, Sequence[object]] = {"times": times, "corners": corners}
@@ -234,10 +239,10 @@ def draw(
     figure: Figure = load(entry.draws)(results, labels, **options)
     if over is not None:
         panels.relabel(figure, over.name, over.unit, modulo=over.modulo)
-    events.mark(figure, results)
+    panels.mark_events(figure, results)
     if over is None and entry.of_motion and any(result.trust for result in results):
-        untrusted.explain(figure, load(entry.mark)(figure, results, limit or usual_limit(results)))
-    margins.small_print(figure, caption(results))
+        panels.explain(figure, load(entry.mark)(figure, results, limit or usual_limit(results)))
+    panels.small_print(figure, caption(results))
     panels.thin(figure)
     return figure
 
@@ -254,3 +259,76 @@ def caption(results: Sequence[Results]) -> str:
             step = f"step {settings.step:g} s" if settings.step is not None else f"tolerance {settings.tolerance:g}"
             parts.append(f"{settings.projection.method}, {settings.integrator}, {step}")
     return "; ".join(part for part in parts if part)
+
+
+# --- The kinds of pictures of sweeps, each with `why_not(chosen)` and `draw(chosen) -> Figure` ------------------------
+# Importing it is cheap.
+
+
+#: The designs whose values are samples of distributions, and those whose values are listed.
+LISTED = frozenset({"grid", "zip"})
+
+
+@dataclass(frozen=True)
+class SweepPicture:
+    """A kind of picture: the functions that draw it and that tell why it does not apply, as "module:name", a summary,
+    and the designs for which it is drawn by default."""
+
+    draws: str
+    refuses: str
+    summary: str
+    designs: frozenset[str]
+
+
+SWEEP_PICTURES: Mapping[str, SweepPicture] = MappingProxyType(
+    {
+        "lines": SweepPicture(
+            "mbproj.show.figures.sweeps:draw_lines",
+            "mbproj.show.figures.sweeps:no_lines",
+            "measures over one quantity, a line for each value of a second",
+            LISTED,
+        ),
+        "map": SweepPicture(
+            "mbproj.show.figures.sweeps:draw_map",
+            "mbproj.show.figures.sweeps:no_map",
+            "measures over two quantities as heat maps with contours",
+            LISTED,
+        ),
+        "distribution": SweepPicture(
+            "mbproj.show.figures.sweeps:draw_distribution",
+            "mbproj.show.figures.sweeps:no_distribution",
+            "how each measure is distributed, with its quantiles",
+            SAMPLED,
+        ),
+        "scatter": SweepPicture(
+            "mbproj.show.figures.sweeps:draw_scatter",
+            "mbproj.show.figures.sweeps:no_scatter",
+            "scatter plots of all varied quantities and measures",
+            SAMPLED,
+        ),
+        "ranks": SweepPicture(
+            "mbproj.show.figures.sweeps:draw_ranks",
+            "mbproj.show.figures.sweeps:no_ranks",
+            "rank correlations as a tornado chart",
+            SAMPLED,
+        ),
+        "sobol": SweepPicture(
+            "mbproj.show.figures.sweeps:draw_sobol",
+            "mbproj.show.figures.sweeps:no_sobol",
+            "Sobol' indices with their confidence",
+            SAMPLED,
+        ),
+    }
+)
+
+
+def why_no_sweep(kind: str, chosen: Chosen) -> str | None:
+    """The reason why the picture does not apply; None where it does."""
+    reason: str | None = load(SWEEP_PICTURES[kind].refuses)(chosen)
+    return reason
+
+
+def draw_sweep(kind: str, chosen: Chosen) -> Figure:
+    """Draw the picture of a sweep to which it applies."""
+    figure: Figure = load(SWEEP_PICTURES[kind].draws)(chosen)
+    return figure

@@ -1,27 +1,27 @@
 """Forces, motions, stops, dry frictions and ropes over time: the coordinate of each, its force, torque or tensions, and
-the energy lost by friction."""
+the energy lost by friction.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
-from mbproj.analysis.contacts.friction import sticking
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.figures import fitting_names, rows
-from mbproj.figures.differences import SIGN, alike
-from mbproj.figures.margins import small_print
-from mbproj.figures.rows import PanelGroup, PanelQuantity, Row
-from mbproj.figures.style import styled
-from mbproj.figures.units import AxisUnit, units_of
-from mbproj.results import Results
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.results.analysis.contacts import sticking
+from mbproj.results.analysis.loads import in_words, loads_of, reactions_not_unique, recorded_in
 from mbproj.results.layout import ALL_NAMES
-from mbproj.results.members import Friction
+from mbproj.results.record import Friction, Results
+from mbproj.show.figures import fitted_text, panels, rows
+from mbproj.show.figures.panels import by_turns, in_degrees, label_of, small_print
+from mbproj.show.figures.rows import MAX_ROWS, SIGN, PanelGroup, PanelQuantity, Row, alike
+from mbproj.show.figures.style import OPEN, AxisUnit, line, page_width, sizes, styled, units_of
 
 #: The kind of action along a coordinate with this unit, and the unit of the action.
 ACTION = {"m": ("force", AxisUnit("N", "N")), "rad": ("torque", AxisUnit("N m", "N m"))}
@@ -80,22 +80,24 @@ def draw_stops(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 @styled
 def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw two rows for each friction: rate and force or torque, then lost energy and lost power."""
-    names = fitting_names.all_names(results, "frictions")
+    names = fitted_text.all_names(results, "frictions")
     groups = rows.fitting([group for name in names for group in _of_friction(results, name)], results)
     drawn = len({group.name for group in groups})
-    remark = fitting_names.note("dry frictions", drawn, len(names), "`mbproj export` writes all")
-    figure = rows.draw(results, labels, groups, remark)
+    remark = fitted_text.note("dry frictions", drawn, len(names), "`mbproj export` writes all")
+    figure = rows.draw_rows(results, labels, groups, remark)
     if _shade(figure, results):
         small_print(figure, "shaded: it sticks" + (", the darker in the more results" if len(results) > 1 else ""))
     return figure
 
 
 def _draw(results: Sequence[Results], labels: Sequence[str], kind: str, dataset: str) -> Figure:
-    names = fitting_names.all_names(results, kind)
+    names = fitted_text.all_names(results, kind)
     together = _grouped_by_coordinate(results, kind, dataset, names)
     groups = rows.fitting([_group(results, kind, dataset, own, names) for own in together], results)
     count = sum(map(len, together[: len(groups)]))
-    return rows.draw(results, labels, groups, fitting_names.note(kind, count, len(names), "`mbproj export` writes all"))
+    return rows.draw_rows(
+        results, labels, groups, fitted_text.note(kind, count, len(names), "`mbproj export` writes all")
+    )
 
 
 def _grouped_by_coordinate(
@@ -105,7 +107,7 @@ def _grouped_by_coordinate(
     groups: list[tuple[str, ...]] = []
     for name in names:
         for place, own in enumerate(groups):
-            if _unit(results, kind, own[0]) != _unit(results, kind, name):
+            if _coordinate_unit(results, kind, own[0]) != _coordinate_unit(results, kind, name):
                 continue
             pairs = [[DatasetColumns(kind, (one,), dataset)(result) for one in (own[0], name)] for result in results]
             if all(a is not None and b is not None and np.array_equal(a, b) for a, b in pairs):
@@ -116,7 +118,7 @@ def _grouped_by_coordinate(
     return groups
 
 
-def _unit(results: Sequence[Results], kind: str, name: str) -> str:
+def _coordinate_unit(results: Sequence[Results], kind: str, name: str) -> str:
     """The unit (m or rad) of the coordinate of `name`, in the first result that has it."""
     first = next(result for result in results if name in result.names(kind))
     return first.names(f"{kind[:-1]}_units")[first.names(kind).index(name)]
@@ -128,7 +130,7 @@ def _group(
     """The rows of forces along one coordinate. With one result it is a row with a line for each name. With several it
     is a row for each name, and the coordinate once."""
     first = next(result for result in results if own[0] in result.names(kind))
-    si = _unit(results, kind, own[0])
+    si = _coordinate_unit(results, kind, own[0])
     read, act = DatasetColumns(kind, own[:1], dataset), DatasetColumns(kind, own, "force")
     unit = units_of(si, [values for result in results if (values := read(result)) is not None]).value
     words, acts_in = ACTION[si]
@@ -206,12 +208,12 @@ def _shade(figure: Figure, results: Sequence[Results]) -> bool:
 def draw_ropes(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     """Draw the length of each rope, and the tensions of its portions: a row for each rope, or, with several results, a
     row for each portion."""
-    names = fitting_names.all_names(results, "tensions")
+    names = fitted_text.all_names(results, "tensions")
     ropes = list(dict.fromkeys(name.rpartition(".")[0] for name in names))
     own = [tuple(name for name in names if name.rpartition(".")[0] == rope) for rope in ropes]
     groups = rows.fitting([_of_rope(results, *each) for each in zip(ropes, own, strict=True)], results)
-    return rows.draw(
-        results, labels, groups, fitting_names.note("ropes", len(groups), len(ropes), "`mbproj export` writes all")
+    return rows.draw_rows(
+        results, labels, groups, fitted_text.note("ropes", len(groups), len(ropes), "`mbproj export` writes all")
     )
 
 
@@ -227,3 +229,223 @@ def _of_rope(results: Sequence[Results], rope: str, names: tuple[str, ...]) -> P
         each = [PanelQuantity(name, TENSION, DatasetColumns("tensions", (name,), "tension")) for name in names]
         listed = [(length, each[0]), *((None, other) for other in each[1:])]
     return PanelGroup(tuple(listed), (PanelQuantity(SIGN, unit, read), PanelQuantity(SIGN, TENSION, pulls)))
+
+
+# --- Reaction forces and torques of the joints over time --------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class JointReaction:
+    """A joint's "reaction_force" or "reaction_torque", with marks of the components that are unique in all results."""
+
+    joint: str
+    member: str
+    unique: tuple[bool, bool, bool]
+
+    @classmethod
+    def of(cls, results: Sequence[Results], joint: str, member: str) -> JointReaction:
+        """The reaction of a joint, with uniqueness as these results mark it."""
+        unique = np.ones(3, dtype=bool)
+        for result in results:
+            marks = result.constant(f"joints/{member}_unique")
+            if marks is not None and joint in result.names("joints"):
+                unique &= marks[result.names("joints").index(joint)]
+        first, second, third = unique.tolist()
+        return cls(joint, member, (first, second, third))
+
+    def components(self, result: Results) -> Array | None:
+        """All three components (T, 3); None where the result has no such joint."""
+        if self.joint not in result.names("joints"):
+            return None
+        values: Array = getattr(result.joint(self.joint), self.member)
+        return values
+
+    def vector(self, result: Results) -> Array | None:
+        """The unique components (T, 3) with zeros for the others; all components where none is unique."""
+        values = self.components(result)
+        return values if values is None or not any(self.unique) else np.where(self.unique, values, 0.0)
+
+    def size(self, result: Results) -> Array | None:
+        """The length (T) of `vector`."""
+        vector = self.vector(result)
+        return None if vector is None else np.linalg.norm(vector, axis=1)
+
+    def largest(self, results: Sequence[Results]) -> float:
+        """The largest component in all results."""
+        components = [values for result in results if (values := self.components(result)) is not None]
+        of = [np.max(np.abs(values), where=np.isfinite(values), initial=0.0) for values in components]
+        return float(max(of, default=0.0))
+
+
+#: The attribute of a joint, its name, and its unit.
+KINDS = (("reaction_force", "force", AxisUnit("N", "N")), ("reaction_torque", "torque", AxisUnit("N m", "N m")))
+#: Torques count as round-off where they are less than this part of the largest force times the mechanism's length.
+#: Planar mechanisms reach 4e-16 of it; the smallest torques by loads in the shipped mechanisms are 1e-7.
+NOISE = 1e-11
+
+
+@styled
+def draw_reactions(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """Draw one result with a row of forces and one of torques: components of a single joint, magnitudes of several.
+    Draw several results with a row for each joint, force beside torque, and their differences.
+
+    Components that are not unique are grey. Magnitudes leave them out, or are grey where all components are not unique.
+    The small print names torques that are round-off.
+    """
+    single = len(results) == 1
+    names, remark = fitted_text.largest_joints(
+        results, "joints/reaction_force", fitted_text.MAX_LINES if single else MAX_ROWS // 2
+    )
+    reactions = [[JointReaction.of(results, name, member) for name in names] for member, _, _ in KINDS]
+    force, torque = (max((each.largest(results) for each in of), default=0.0) for of in reactions)
+    said = [remark]
+    if torque <= NOISE * force * sizes(results)["m"]:
+        said.append("reaction torques are zero" + (f" (at most {torque:.0e} N m)" if torque else ""))
+        del reactions[1]
+    said += _left_out(results, names)
+    if not single:
+        return rows.draw_rows(results, labels, list(_overlaid(reactions)), "; ".join(filter(None, said)))
+    figure, axes = panels.panels(len(reactions), height=2.1)
+    for axis, of, (_, word, unit) in zip(axes[:, 0], reactions, KINDS, strict=False):
+        _plot(axis, results[0], of)
+        panels.hold_still([axis], sizes(results)[unit.si])
+        what = f"reaction {word}"
+        panels.name(axis, f"{what} of {names[0]}" if len(names) == 1 else f"|{what}|", unit.reads)
+    return panels.finish(figure, remark="; ".join(filter(None, said)))
+
+
+def _plot(axis: Axes, result: Results, reactions: Sequence[JointReaction]) -> None:
+    """Draw the lines. Those that are not unique keep their dashes but are grey; the legend shows their own colours."""
+    lines = _lines(result, reactions)
+    for index, (text, values, is_unique) in enumerate(lines):
+        part = slice(None) if is_unique else slice(0)
+        panels.plot(axis, result.abscissa[part], values[part], text, index)
+    for index, (_, values, is_unique) in enumerate(lines):
+        if not is_unique:
+            panels.plot(axis, result.abscissa, values, panels.NOT_UNIQUE, index, **OPEN)
+
+
+def _lines(result: Results, reactions: Sequence[JointReaction]) -> list[tuple[str, Array, bool]]:
+    """The label of each line, its values, and whether they are unique."""
+    if len(reactions) == 1:
+        (reaction,) = reactions
+        values = reaction.components(result)
+        assert values is not None
+        return [(component, values[:, axis], reaction.unique[axis]) for axis, component in enumerate("xyz")]
+    sizes_of = [(reaction, reaction.size(result)) for reaction in reactions]
+    return [(reaction.joint, size, any(reaction.unique)) for reaction, size in sizes_of if size is not None]
+
+
+def _overlaid(reactions: Sequence[Sequence[JointReaction]]) -> Iterator[PanelGroup]:
+    """The rows of overlaid results: a row for each component of a single joint, or for each joint with magnitudes. Rows
+    of differences follow."""
+    for of in zip(*reactions, strict=True):
+        pairs = [(reaction, word, unit) for reaction, (_, word, unit) in zip(of, KINDS, strict=False)]
+        apart = tuple(PanelQuantity(SIGN, unit, reaction.vector) for reaction, _, unit in pairs)
+        if len(reactions[0]) > 1:
+            row = [
+                PanelQuantity(f"{each.joint}: |{word}|", unit, each.size, not_unique=not any(each.unique))
+                for each, word, unit in pairs
+            ]
+            yield PanelGroup((tuple(row),), apart)
+            continue
+        listed = [tuple(_component(*pair, axis) for pair in pairs) for axis in range(3)]
+        yield PanelGroup(tuple(listed), apart)
+
+
+def _component(reaction: JointReaction, word: str, unit: AxisUnit, axis: int) -> PanelQuantity:
+    def read(result: Results) -> Array | None:
+        values = reaction.components(result)
+        return None if values is None else values[:, axis]
+
+    words = f"{reaction.joint}: {word} {'xyz'[axis]}"
+    return PanelQuantity(words, unit, read, not_unique=not reaction.unique[axis])
+
+
+def _left_out(results: Sequence[Results], names: Sequence[str]) -> Iterator[str]:
+    """Yield a remark on the components that magnitudes leave out."""
+    if len(names) == 1:
+        return
+    words: dict[str, str] = {}
+    for result in results:
+        words |= {joint: open_ for joint, open_ in (reactions_not_unique(result) or {}).items() if joint in names}
+    if words:
+        yield f"not unique, and left out of magnitudes (grey where nothing else is left): {in_words(words)}"
+
+
+# --- Polar diagrams of the joints' forces, and the forces of motions over the cycle -----------------------------------
+
+
+#: The mark where a force is largest.
+DOT = {"marker": "o", "markersize": 4}
+#: The height of the panel of motions, as a part of the height of the polar diagram.
+BELOW = 0.55
+
+
+@styled
+def draw_loads(results: Sequence[Results], labels: Sequence[str]) -> Figure:
+    """Draw the force vector of each joint in the plane in which forces vary most, with a dot where it is largest.
+
+    A panel below shows the force or torque of each motion over the coordinate of the first motion. An angle is in
+    degrees modulo a turn."""
+    most = max(1, fitted_text.MAX_LINES // len(results))
+    names, remark = fitted_text.largest_joints(results, "joints/reaction_force", most)
+    motions = fitted_text.all_names(results, "motions")[:most]
+    ratios = [1.0, BELOW] if motions else [1.0]
+    figure = Figure(figsize=(page_width(), 0.65 * page_width() * sum(ratios)), layout="constrained")
+    polar, *below = figure.subplots(len(ratios), 1, height_ratios=ratios, squeeze=False)[:, 0]
+    _polar(polar, results, labels, names)
+    for axis in below:
+        _over_the_cycle(axis, results, labels, motions, len(names))
+    return panels.finish(figure, remark=remark)
+
+
+def _polar(axis: Axes, results: Sequence[Results], labels: Sequence[str], names: Sequence[str]) -> None:
+    first, second = _plane(results, names)
+    axis.set_aspect("equal", adjustable="datalim")
+    for number, (result, label) in enumerate(zip(results, labels, strict=True)):
+        largest = {load.name: load.time for load in loads_of(result) if load.quantity == "reaction_force"}
+        for place, name in enumerate(names):
+            if name not in result.names("joints"):
+                continue
+            force, look = result.joint(name).reaction_force, place + number * len(names)
+            text = name if len(results) == 1 else f"{name}, {label}"
+            panels.plot(axis, force[:, first], force[:, second], text, look)
+            row = int(np.argmin(np.abs(result.time - largest.get(name, 0.0))))
+            axis.plot(force[row, first], force[row, second], **(line(look) | DOT))
+    axis.set_xlabel(f"reaction force, {'xyz'[first]} (N)")
+    axis.set_ylabel(f"{'xyz'[second]} (N)")
+
+
+def _plane(results: Sequence[Results], names: Sequence[str]) -> tuple[int, int]:
+    """The two axes along which the forces vary most, in the order x, y, z."""
+    spans = [
+        np.ptp(result.joint(name).reaction_force, axis=0)
+        for result in results
+        for name in names
+        if name in result.names("joints")
+    ]
+    first, second = sorted(np.argsort(-np.max(spans, axis=0), kind="stable")[:2].tolist())
+    return first, second
+
+
+def _over_the_cycle(
+    axis: Axes, results: Sequence[Results], labels: Sequence[str], motions: Sequence[str], looks: int
+) -> None:
+    """Draw the force or torque of each motion over the coordinate of the first, with a gap where a new turn begins."""
+    for number, (result, label) in enumerate(zip(results, labels, strict=True)):
+        cycle = recorded_in(result).cycle()
+        for place, name in enumerate(motions):
+            if cycle is None or name not in result.names("motions"):
+                continue
+            text = f"{name} ({_load_unit(result, name)})" + ("" if len(results) == 1 else f", {label}")
+            at, force = in_degrees(cycle.values, cycle.unit), result.motion(name).force
+            line_of = by_turns(at, force) if cycle.unit == "rad" else (at, force)
+            panels.plot(axis, *line_of, text, looks + place + number * len(motions))
+            axis.set_xlabel(label_of(cycle.name, cycle.unit))
+    axis.set_ylabel("force or torque of motions")
+
+
+def _load_unit(result: Results, name: str) -> str:
+    units = dict(zip(result.names("motions"), result.names("motion_units"), strict=True))
+    return "N m" if units[name] == "rad" else "N"

@@ -2,21 +2,90 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from math import ceil
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import NullFormatter
 
-from mbproj.analysis.thinned import MANY, thinned
-from mbproj.arrays import Array
-from mbproj.figures.fitted_text import fitted, literal
-from mbproj.figures.margins import put_legend, small_print
-from mbproj.figures.style import AXIS_HEIGHT, PANEL_HEIGHT, label_size, line, page_height, page_width
-from mbproj.figures.units import tick_degrees
+from mbproj.base.arrays import Array
+from mbproj.results.analysis.tables import MANY, thinned
+from mbproj.results.record import Results
+from mbproj.show.figures.fitted_text import fitted, literal, width
+from mbproj.show.figures.style import (
+    AXIS_HEIGHT,
+    PANEL_HEIGHT,
+    SHADE,
+    STYLE,
+    label_size,
+    legend_size,
+    line,
+    page_height,
+    page_width,
+    print_size,
+    styled,
+    tick_degrees,
+)
+
+# --- The legend above the panels and the small print below them -------------------------------------------------------
+# The figure grows by their height.
+
+
+#: The free width at both sides of the page together, inches.
+SIDES = 0.3
+#: The height of a line of text, in font sizes.
+LINE = 1.3
+#: The most lines of one remark, and of one label in the legend.
+MOST_LINES, MOST_LEGEND_LINES = 4, 2
+#: The width beside the text of a legend's entry, in font sizes: the line sample, its gap, and the gap of columns.
+BESIDE = STYLE["legend.handlelength"] + 0.8 + STYLE["legend.columnspacing"]
+
+
+@styled
+def small_print(figure: Figure, text: str) -> None:
+    """Put `text` below the panels, above earlier small print. An empty text does nothing."""
+    if not text:
+        return
+    lines = fitted(text, figure.get_figwidth() - SIDES, print_size(), MOST_LINES)
+    below = figure.get_supxlabel()
+    figure.supxlabel(f"{lines}\n{below}" if below else lines, fontsize=print_size(), color="#555555")
+    _grow(figure, len(lines.split("\n")) * LINE * print_size() / 72.0)
+
+
+@styled
+def put_legend(figure: Figure | SubFigure, entries: Mapping[str, Any]) -> None:
+    """Put a legend above the panels, from handles by label, in as many columns as fit."""
+    if not entries:
+        return
+    whole = figure.get_figure(root=True) if isinstance(figure, SubFigure) else figure
+    assert whole is not None
+    room, beside = whole.get_figwidth() - SIDES, BESIDE * legend_size() / 72.0
+    texts = [_entry(label, room - beside) for label in entries]
+    widest = max(width(line, legend_size()) for text in texts for line in text.split("\n"))
+    columns = max(1, min(len(texts), int(room / (widest + beside))))
+    columns = ceil(len(texts) / ceil(len(texts) / columns))
+    figure.legend(list(entries.values()), texts, loc="outside upper center", ncols=columns)
+    lines = max(text.count("\n") + 1 for text in texts) * ceil(len(texts) / columns)
+    _grow(whole, (1.5 * lines + 0.5) * legend_size() / 72.0)
+
+
+def _entry(label: str, room: float) -> str:
+    """The label as the legend shows it. A label with mathematics is one of mbproj's and short, so that it is not
+    wrapped."""
+    plain = label.replace(r"\$", "")
+    return label if "$" in plain else fitted(label.replace(r"\$", "$"), room, legend_size(), MOST_LEGEND_LINES)
+
+
+def _grow(figure: Figure, height: float) -> None:
+    figure.set_figheight(figure.get_figheight() + height)
+
+
+# --- Figures of panels over a common time axis, with the legend above them, where it covers no ------------------------
+
 
 TIME = "time (s)"
 #: Smaller violations are drawn at this value: a logarithm has no zero, and smaller values tell nothing more.
@@ -180,3 +249,70 @@ def _with_gaps(axis: Axes) -> None:
     for drawn in axis.lines:
         x, y = (np.asarray(values, dtype=float) for values in drawn.get_data())
         drawn.set_data(*by_turns(x, y))
+
+
+# --- Events as thin lines across all panels over time, where there are not too many -----------------------------------
+
+
+#: The most event times that are drawn. More would cover the curves.
+MOST = 30
+
+
+def mark_events(figure: Figure, results: Sequence[Results]) -> None:
+    """Draw a line at each event time in the panels over time. Their limits stay."""
+    shown = [result.time for result in results if len(result.time)]
+    times = {event.time for result in results for event in result.events}
+    if not shown or not 0 < len(times) <= MOST:
+        return
+    first, last = min(time[0] for time in shown), max(time[-1] for time in shown)
+    over_time = {id(axis) for axis in figure.axes if axis.get_xlabel() == TIME}
+    columns = {axis.get_position().x0 for axis in figure.axes if id(axis) in over_time}
+    for axis in figure.axes:
+        if id(axis) in over_time or (axis.get_position().x0 in columns and not axis.get_xlabel()):
+            limits = axis.get_xlim()
+            for time in sorted(times):
+                if first <= time <= last:
+                    axis.axvline(time, color="#000000", linewidth=0.4, alpha=0.35, zorder=0.5)
+            axis.set_xlim(limits)
+
+
+# --- Marks for the untrusted part of a certified run ------------------------------------------------------------------
+# From the time on at which its error may exceed a limit.
+
+
+def since(result: Results, limit: float, name: str | None = None) -> float | None:
+    """The time (s) from which on the error of a marker, or of any marker, may exceed the limit. None where it never
+    does, or the run was not certified."""
+    trust = result.trust
+    return None if trust is None else trust.untrusted_from(limit, name)
+
+
+def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
+    """Shade all panels from the first time on at which a marker of a run is not trusted. Return a text on it."""
+    return shade({"": figure.axes}, results, limit)
+
+
+def shade(axes: Mapping[str, Sequence[Axes]], results: Sequence[Results], limit: float) -> str:
+    """Shade the axes of each marker ("": of all) from its first untrusted time in any run. Return a text on it, or
+    ""."""
+    shaded = False
+    end = max(float(result.time[-1]) for result in results)
+    for name, own in axes.items():
+        times = [time for result in results if (time := since(result, limit, name)) is not None]
+        for axis in own if times and min(times) < end else ():
+            left, right = axis.get_xlim()
+            axis.axvspan(max(min(times), left), end, color=SHADE, linewidth=0, zorder=0)
+            axis.set_xlim(left, right)
+            shaded = True
+    return f"shaded: {exceeds(limit)}" if shaded else ""
+
+
+def exceeds(limit: float) -> str:
+    """The text for untrusted parts."""
+    return f"the error may exceed {limit:g} m"
+
+
+def explain(figure: Figure, text: str) -> None:
+    """Put the text on marks below the panels."""
+    if text:
+        small_print(figure, text)

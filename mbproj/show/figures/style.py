@@ -1,22 +1,33 @@
 """The look of every picture: for a report's text width, readable in black and white and by the colour-blind. A document
-can change it by style sheets, a size and a font (`figure_style`)."""
+can change it by style sheets, a size and a font (`figure_style`).
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import field, replace
 from functools import cache, wraps
+from math import pi
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem, choose_from, did_you_mean
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from, did_you_mean
+from mbproj.results.analysis.comparison import floors
+from mbproj.results.output_files import MARK, picture, replacing
+from mbproj.results.record import Results
 
 Parameters = ParamSpec("Parameters")
 Returned = TypeVar("Returned")
@@ -176,7 +187,7 @@ def _present(font: str) -> str:
     """Return the font's name. Raises InputError where it is not installed."""
     from matplotlib.font_manager import fontManager
 
-    from mbproj.errors import choose_from
+    from mbproj.base.errors import choose_from
 
     names = sorted(set(fontManager.get_font_names()))
     if font not in names:
@@ -313,3 +324,91 @@ def _pair(line: str, place: Place, problems: list[Problem]) -> Iterator[tuple[st
             yield key, mpl.rcParams.validate[key](value.strip('"') if value.startswith('"') else value)
         except ValueError as error:
             problems.append(Problem(f"'{key}': {error}", place))
+
+
+# --- Units for a person -----------------------------------------------------------------------------------------------
+# Angles in degrees, or in turns where there are many. Recorded values stay in SI.
+
+
+@dataclass(frozen=True)
+class AxisUnit:
+    """A unit on an axis: its text, and the factor from `si` to it."""
+
+    reads: str
+    si: str
+    factor: float = 1.0
+
+
+@dataclass(frozen=True)
+class UnitPair:
+    """The units of a coordinate and of its speed."""
+
+    value: AxisUnit
+    speed: AxisUnit
+
+
+DEGREES = UnitPair(AxisUnit("°", "rad", 180.0 / pi), AxisUnit("°/s", "rad/s", 180.0 / pi))
+TURNS = UnitPair(AxisUnit("turns", "rad", 0.5 / pi), AxisUnit("rpm", "rad/s", 30.0 / pi))
+METRES = UnitPair(AxisUnit("m", "m"), AxisUnit("m/s", "m/s"))
+#: The angle in rad above which turns are used: beyond ten turns, 3600°, degrees tell nothing.
+MANY = 20.0 * pi
+#: The distances of ticks in degrees, and the most intervals on an axis. A short axis has decimal ticks.
+STEPS = (15, 30, 45, 90, 180, 360, 720, 1440)
+MOST_PARTS = 6
+
+
+def units_of(si: str, values: Iterable[Array]) -> UnitPair:
+    """The units for a coordinate in `si`, rad or m, with these values."""
+    if si == "m":
+        return METRES
+    largest = max((float(np.max(np.abs(each), where=np.isfinite(each), initial=0.0)) for each in values), default=0.0)
+    return TURNS if largest > MANY else DEGREES
+
+
+def tick_degrees(axis: Axes, *, along_x: bool = False) -> None:
+    """Put the ticks of the vertical, or the horizontal, axis at parts of a turn, where its range is large enough."""
+    low, high = axis.get_xlim() if along_x else axis.get_ylim()
+    step = next((step for step in STEPS if high - low <= MOST_PARTS * step), None)
+    if step is not None and high - low >= 2 * STEPS[0]:
+        (axis.xaxis if along_x else axis.yaxis).set_major_locator(MultipleLocator(step))
+
+
+def sizes(results: Sequence[Results]) -> dict[str, float]:
+    """The mechanism's own size in each SI unit, from its extent, duration and energy. A panel in which nothing moves
+    has this range. The size is 1 where the results do not tell it."""
+    largest: dict[str, float] = {}
+    with np.errstate(all="ignore"):
+        for result in results:
+            for unit, size in floors(result, result).items():
+                largest[unit] = max(largest.get(unit, 0.0), size if np.isfinite(size) else 0.0)
+    return {unit: size or 1.0 for unit, size in largest.items()}
+
+
+# --- Writing a picture to a file --------------------------------------------------------------------------------------
+
+
+#: The metadata of each format: mbproj's mark, by which it recognises its files, and no date, so that the same results
+#: give the same file.
+METADATA = {
+    "png": {"Software": MARK},
+    "svg": {"Title": MARK, "Date": None},
+    "pdf": {"Creator": MARK, "CreationDate": None},
+}
+
+
+@styled
+def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
+    """Writes `figure` in the format that the suffix names.
+
+    Raises InputError where the file cannot be written. Without `force`, it also refuses to replace a file that is no
+    picture of mbproj."""
+    file_format = path.suffix[1:]
+    hint = "choose another directory with -o"
+    with replacing(path, picture(file_format), force=force, hint=hint) as draft, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")  # the picture shows a box instead
+        asked = look()
+        if asked.height is not None:
+            figure.set_size_inches(page_width(), asked.height)
+        exact: dict[str, Any] = {"bbox_inches": figure.bbox_inches} if asked.width is not None else {}
+        figure.savefig(draft, format=file_format, metadata=METADATA[file_format], **exact)
+    return path

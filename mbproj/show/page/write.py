@@ -3,14 +3,52 @@
 from __future__ import annotations
 
 import json
+import re
+import zipfile
 from collections.abc import Mapping
+from functools import cache
 from html import escape
 from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
-from mbproj.pages.data.packing import Packer
-from mbproj.pages.page.three_js import three_js
-from mbproj.version import __version__
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.version import __version__
+from mbproj.show.page.series import Packer
+
+# --- three.js from the package trimesh --------------------------------------------------------------------------------
+# A classic script in the template of trimesh's own viewer.
+
+
+HINT = "install it with: pip install 'mbproj[animate]'"
+TEMPLATE = Path("resources", "templates", "viewer.zip")
+#: The pattern of the script: its licence, and one line that defines the global name THREE. Loaders and the viewer
+#: follow it.
+SCRIPT = re.compile(r"(/\*\*\s*\* @license\s[^/]*Three\.js Authors[^/]*\*/\s*!function[^\n]*\}\)\);)\n")
+
+
+def three_js() -> str:
+    """The text of three.js with its licence. Raises InputError where trimesh is missing, or has no such script."""
+    spec = find_spec("trimesh")
+    place = None if spec is None or spec.origin is None else Path(spec.origin).parent / TEMPLATE
+    if place is None or not place.is_file():
+        raise InputError(Problem("a page needs three.js, which comes with trimesh", hint=HINT))
+    return _script(place)
+
+
+@cache
+def _script(place: Path) -> str:
+    with zipfile.ZipFile(place) as archive:
+        template = archive.read(archive.namelist()[0]).decode("utf-8")
+    script = SCRIPT.search(template)
+    if script is None:
+        raise InputError(Problem("this version of trimesh has no three.js in its viewer", hint=HINT))
+    return script[1]
+
+
+# --- The HTML of a page, made from its data ---------------------------------------------------------------------------
+
 
 #: The page's own scripts, in the order in which they need each other.
 SCRIPTS = (
@@ -71,7 +109,7 @@ def waiting(title: str) -> str:
 
 
 def designs_page(title: str, data: Mapping[str, Any]) -> str:
-    """The page of designs with this data, which `mbproj.studies.synthesis.page_data` makes."""
+    """The page of designs with this data, which `mbproj.studies.synthesis.synthesise` makes."""
     pieces = {
         "title": escape(title),
         "policy": POLICY,
@@ -101,4 +139,4 @@ def as_json(data: Mapping[str, Any]) -> str:
 
 def page_source(name: str) -> str:
     """The text of a file of the page's own scripts and style."""
-    return (files("mbproj.pages") / "browser" / name).read_text(encoding="utf-8")
+    return (files("mbproj.show") / "browser" / name).read_text(encoding="utf-8")

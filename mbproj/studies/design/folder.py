@@ -2,22 +2,80 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mbproj.errors import InputError, Problem
-from mbproj.output_files import DESIGN_DRAWN, DESIGNED, check_replaceable, csv, make_folder, write_csv, write_text
-from mbproj.results.design_file import FILE
-from mbproj.results.views.table import Table
-from mbproj.scene.ranges.family import column_of, with_unit
-from mbproj.scene.read import SceneText, read_scene_text
-from mbproj.scene.text.rewrite import Changes, with_changes
-from mbproj.studies.design.figure_data import data_to_draw
+from mbproj.base.arrays import Array
+from mbproj.base.errors import InputError, Problem
+from mbproj.results.design_file import FILE, Drawn, Matched
+from mbproj.results.output_files import DESIGN_DRAWN, DESIGNED, check_replaceable, csv, make_folder, write_text
+from mbproj.results.table_files import write_csv
+from mbproj.results.views import Table
+from mbproj.scene.changes import Changes, text_with_changes
+from mbproj.scene.ranges import column_of, with_unit
+from mbproj.scene.scene import SceneText, read_scene_text
 from mbproj.studies.design.run import FoundDesign
-from mbproj.studies.design.spec import DesignSpec
+from mbproj.studies.design.spec import DesignSpec, Goal
+from mbproj.studies.design.target import PATH, TIME
 from mbproj.studies.measure.setting import shortest
+
+# --- The data of a design's figures -----------------------------------------------------------------------------------
+
+
+def data_to_draw(design: FoundDesign) -> Drawn:
+    """The data to draw: for matches the run beside the data, for several goals their front; and the traces of the
+    searches."""
+    names = tuple(column_of(path) for path in design.spec.paths)
+    if design.searches[0].goals.size:
+        front = np.stack([signs(design) * each.goals for each in design.searches])
+        goals = tuple(_axis_label(goal) for goal in design.spec.goals)
+        return Drawn(f"{design.engine}, {design.runs} runs", goals[0], names, goals=goals, front=front)
+    return Drawn(
+        remark=f"{design.engine}, {len(design.searches)} starts, {design.runs} runs",
+        value="rms of the residuals" if design.spec.targets else _axis_label(design.spec.goals[0]),
+        names=names,
+        matches=tuple(_matched(design)),
+        traces=tuple(_trace(design, each.trace) for each in design.searches),
+        correlation=None if design.knowledge is None else design.knowledge.correlation,
+    )
+
+
+def signs(design: FoundDesign) -> Array:
+    """The signs, (g,), by which goals to be minimised become measured values."""
+    return np.array([goal.sign for goal in design.spec.goals])
+
+
+def _axis_label(goal: Goal) -> str:
+    """The label of an axis."""
+    return with_unit(goal.measure.name, goal.measure.unit)
+
+
+def _trace(design: FoundDesign, trace: Array) -> Array:
+    """The numbers of runs and the values to draw, (n, 2): the rms of residuals, or the measured goal."""
+    runs, values = trace[:, 0], trace[:, 1]
+    if design.spec.targets:
+        return np.stack([runs, np.sqrt(2.0 * values / len(design.trial.residuals))], axis=1)
+    return np.stack([runs, design.spec.goals[0].sign * values], axis=1)
+
+
+def _matched(design: FoundDesign) -> Iterator[Matched]:
+    for target, off in design.deviations:
+        yield Matched(
+            name=target.name,
+            abscissa=None if target.over == PATH else target.abscissa,
+            along="time (s)" if target.over == TIME else target.over,
+            unit=target.unit,
+            components=tuple(each.component for each in target.measures),
+            given=target.values,
+            reached=target.values + off,
+        )
+
+
+# --- The files of a design --------------------------------------------------------------------------------------------
+
 
 OTHER = "choose another folder with -o"
 #: The relative difference of numbers after writing and reading: the last digit at most.
@@ -55,7 +113,7 @@ def best_scene(design: FoundDesign) -> str:
     message, hint = "a number cannot be written into the scene's text", "vary parameters, which have a line each"
     failed = Problem(message, spec.place("vary"), hint)
     try:
-        text += with_changes(spec.scene.text, _changes(design))
+        text += text_with_changes(spec.scene.text, _changes(design))
         read = SceneText(text, "best.yaml", spec.scene.path)
         read_scene_text(text, "best.yaml")
         numbers = read.numbers(spec.paths)

@@ -8,32 +8,30 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.analysis.observed import datasets
-from mbproj.arrays import Array, Integers, may_overflow
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.adjust import compile_system
-from mbproj.dynamics.assembly.assemble import coordinate_values, turns_of
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.observe.recorded import Block, Observer
-from mbproj.dynamics.observe.samples import GivenMotion, Samples, join
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate import simulate
-from mbproj.integrate.events.breaks import breaks_of
-from mbproj.integrate.events.time_events import Event
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.planar import InPlane
-from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.kernel_run import FollowedSteps, Trace, TracedSteps
-from mbproj.integrate.tangents import Directions, numbers_of, slopes_along, structure_of
-from mbproj.linear.equilibrium.started import start_state
-from mbproj.model.planar import Plane, planar_reduction
+from mbproj.base.arrays import Array, Integers, may_overflow
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.registry import EQUILIBRIUM, is_explicit
+from mbproj.equations.assembly.assemble import coordinate_values, turns_of
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.recorded import Block, Observer
+from mbproj.equations.samples import GivenMotion, Samples, join
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
 from mbproj.model.system import System
-from mbproj.registry import EQUILIBRIUM, is_explicit
-from mbproj.scene.read import Scene
+from mbproj.motion import simulate
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.reduced import InPlane, Reduced
+from mbproj.motion.kernel_run import FollowedSteps, Trace, TracedSteps
+from mbproj.motion.tangents import Directions, numbers_of, slopes_along, structure_of
+from mbproj.motion.time_events import Event, breaks_of
+from mbproj.results.analysis.expectations import datasets
 from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.scene import Scene
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.measure.measured_samples import MeasuredSamples
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.solve import MeasuredSamples, Mechanism
 
 #: Datasets that depend on the state alone, not on contacts, works or tolerances.
 SEEN = (

@@ -9,29 +9,34 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place
-from mbproj.scene.blocks.expectations import EXPECTATION, MEASURE, SUBJECTS, Given, Measure
-from mbproj.scene.blocks.measures import MEASURE as RECORD_OF_MEASURE
-from mbproj.scene.blocks.measures import complaints, items_of, measures_of, untimely
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place
+from mbproj.scene.blocks.expectations import A_MEASURE as RECORD_OF_MEASURE
+from mbproj.scene.blocks.expectations import (
+    EXPECTATION,
+    MEASURE,
+    SUBJECTS,
+    Given,
+    Measure,
+    complaints,
+    items_of,
+    measures_of,
+    untimely,
+)
+from mbproj.scene.changes import Change
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import Dimension
-from mbproj.scene.fields.choices import NameChoice
-from mbproj.scene.fields.containers import ByPath, Named, OneOf, Record
-from mbproj.scene.fields.fields import Text
+from mbproj.scene.fields.fields import ByPath, NameChoice, Named, OneOf, Record, Text
 from mbproj.scene.fields.quantities import Integer, Number, agrees, dimension_of, unit_text
 from mbproj.scene.fields.reading import Reading, in_text_order
-from mbproj.scene.ranges import BOUNDS, Uniform
-from mbproj.scene.ranges.family import column_of, read_mapping, scene_named, units_of
-from mbproj.scene.read import Scene, SceneText
+from mbproj.scene.ranges import BOUNDS, Uniform, column_of, read_mapping, scene_named, units_of
 from mbproj.scene.records import Expectation, KeyPath
+from mbproj.scene.scene import Scene, SceneText
 from mbproj.scene.settings import settings_to_run
-from mbproj.scene.text.changes import Change
 from mbproj.scene.text.nodes import MappingNode
-from mbproj.studies.design.matches import Match
-from mbproj.studies.design.target import Target
+from mbproj.studies.design.target import Match, Target
 
 #: The default number of starts, and the default seed of their points.
 STARTS, SEED = 20, 0

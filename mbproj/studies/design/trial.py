@@ -12,28 +12,26 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.analysis.expectations import measured
-from mbproj.analysis.observed import SampleSource
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.adjust import compile_system
-from mbproj.dynamics.assembly.assemble import nearest
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.kernel_run import FollowedSteps
-from mbproj.model import initial_guess
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.equations.assembly.assemble import nearest
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.motions import drive_at
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.kernel_run import FollowedSteps
+from mbproj.results.analysis.expectations import SampleSource, measured
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.read import Scene, SceneText
 from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.scene import Scene, SceneText
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.cases.array import case_of
-from mbproj.studies.cases.block import CaseBlock, values_of
-from mbproj.studies.cases.groups import by_arrays, common_values
-from mbproj.studies.design.slopes.neighbours import Followed
+from mbproj.studies.case_arrays import case_of
+from mbproj.studies.case_blocks import CaseBlock, by_arrays, common_values, values_of
+from mbproj.studies.design.neighbours import Followed
 from mbproj.studies.design.spec import DesignLimit, DesignSpec, Goal
 from mbproj.studies.design.target import Target
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.solve import Mechanism
 
 #: The number of parsed scenes in the cache of a process.
 SCENES = 4

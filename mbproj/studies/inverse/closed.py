@@ -15,19 +15,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State, coordinate_values, is_angle
-from mbproj.dynamics.blocks import Rows, stacked
-from mbproj.dynamics.derivatives.linear_equations import MotionAtTime
-from mbproj.dynamics.derivatives.row_derivatives import rows_at, tilde
-from mbproj.dynamics.derivatives.tangent import moved
-from mbproj.dynamics.derivatives.tangent_space import TangentSpace, tangent_space
-from mbproj.dynamics.equations.constraint_equations import constraint, set_bias, set_velocity
-from mbproj.dynamics.equations.kinematics import Pose, pose_of
-from mbproj.errors import InputError, Problem, SimulationError
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem, SimulationError
+from mbproj.equations.assembly.assemble import State, coordinate_values, is_angle
+from mbproj.equations.blocks import Rows, stacked
+from mbproj.equations.constraints import constraint, set_bias, set_velocity
+from mbproj.equations.derivatives import MotionAtTime, rows_at, tilde
+from mbproj.equations.kinematics import Pose, pose_of
+from mbproj.equations.tangent_space import TangentSpace, moved, tangent_space
 from mbproj.model.system import System
-from mbproj.studies.inverse.spline import Smoothed
+from mbproj.studies.inverse.given_motion import Smoothed
 
 #: A step between two poses is divided until the given coordinates change by at most this in each part, in rad and
 #: lengths.

@@ -1,19 +1,27 @@
-"""Reading a CSV table of measurements: headings such as `time (s)`, then lines of numbers."""
+"""Given motions: columns of a CSV file, or the joint coordinates of a results file."""
 
 from __future__ import annotations
 
 import csv
 import re
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem
-from mbproj.plain_number import plain_number
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.base.text import plain_number
+from mbproj.model.system import System
+from mbproj.results.record import Results
 from mbproj.scene.expressions.units import unit_of
 from mbproj.scene.fields.quantities import agrees
+
+# --- Reading a CSV table of measurements ------------------------------------------------------------------------------
+# Headings such as `time (s)`, then lines of numbers.
+
 
 #: The largest CSV file that is read, bytes.
 MOST_BYTES = 2**28
@@ -111,3 +119,163 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+# --- Given motions ----------------------------------------------------------------------------------------------------
+
+
+#: The fewest samples for a spline of degree 5.
+FEWEST = 6
+_MARKER = re.compile(r"(?P<marker>.+)\.(?:position_)?(?P<axis>[xyz])")
+
+
+@dataclass(frozen=True, eq=False)
+class GivenMotion:
+    """Samples at the times (T,) in s. `values` (T, c) are joint coordinates such as "crank.angle" and positions of
+    markers such as "tip.x". `units` are rad or m."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    time: Array
+    values: Array
+
+
+def known_columns(system: System) -> dict[str, str]:
+    """The names of all coordinates whose motion can be given, with their SI units."""
+    names = system.names
+    units = dict(zip(names.coordinates, names.coordinate_units, strict=True))
+    return units | {f"{marker}.{axis}": "m" for marker in names.markers for axis in "xyz"}
+
+
+def from_csv(system: System, path: Path) -> GivenMotion:
+    """Read a motion from a CSV file. Its first line names the columns: `time (s), crank.angle (deg), tip.x (mm)`.
+    Without a unit they are in s, rad and m. Raises InputError with file and line where a cell is no number, a column is
+    unknown to the scene, or times do not ascend."""
+    table = read_columns(path, "--given")
+    place = Place(str(path), table.heading_line)
+    columns = [_column(system, name, unit, place) for name, unit in table.headings]
+    names = [name for name, _, _ in columns]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(Problem(f"two columns are of '{name}'", place, "leave one of them out"))
+    if "time" not in names or len(names) < 2:
+        raise InputError(Problem("it needs a column 'time (s)' and one of the motion", place, _columns_hint(system)))
+    rows = table.rows * [factor for _, _, factor in columns]
+    at = names.index("time")
+    given = GivenMotion(
+        tuple(name for name in names if name != "time"),
+        tuple(unit for name, unit, _ in columns if name != "time"),
+        rows[:, at],
+        np.delete(rows, at, axis=1),
+    )
+    return _checked(given, path, table)
+
+
+def from_results(system: System, results: Results) -> GivenMotion:
+    """The motion of all joint coordinates that the results share with the scene. Raises InputError where there are
+    none."""
+    shared = [name for name in system.names.coordinates if name in results.names("coordinates")]
+    if not shared:
+        have = choose_from("", system.names.coordinates, "the scene has")
+        raise InputError(Problem(f"'{results.path}' has no joint coordinate of the scene", hint=have))
+    units = dict(zip(system.names.coordinates, system.names.coordinate_units, strict=True))
+    last = np.append(np.diff(results.time) > 0.0, True)  # of two samples at an event take the one after it
+    values = np.stack([results.coordinate(name).value for name in shared], axis=1)
+    motion = GivenMotion(tuple(shared), tuple(units[name] for name in shared), results.time[last], values[last])
+    return _checked(motion, results.path, None)
+
+
+def _column(system: System, name: str, unit: str, place: Place) -> tuple[str, str, float]:
+    """The name of a column's coordinate, its SI unit, and the factor from the column's unit to it."""
+    known = known_columns(system)
+    marker = _MARKER.fullmatch(name)
+    if name not in known and marker and f"{marker['marker']}.{marker['axis']}" in known:
+        name = f"{marker['marker']}.{marker['axis']}"
+    if name.lower() in TIME_NAMES:
+        return "time", "s", factor_of(name, unit, "s", place)
+    if name not in known:
+        message = f"column '{name}' is no joint coordinate and no component of a marker"
+        raise InputError(Problem(message, place, f"leave it out, or rename it; {choose_from(name, known)}"))
+    return name, known[name], factor_of(name, unit, known[name], place)
+
+
+def _columns_hint(system: System) -> str:
+    return choose_from("", known_columns(system), "columns may be")
+
+
+def _checked(given: GivenMotion, path: Path, columns: CsvTable | None) -> GivenMotion:
+    if len(given.time) < FEWEST:
+        message = f"it has {len(given.time)} samples, and a spline of degree 5 needs {FEWEST}"
+        raise InputError(Problem(message, Place(str(path)), "give more samples"))
+    wrong = np.flatnonzero(~(np.diff(given.time) > 0.0))
+    if len(wrong):
+        place = Place(str(path), None if columns is None else columns.lines[int(wrong[0]) + 1])
+        raise InputError(Problem("its time is not after the one before", place, "sort the samples by time"))
+    return given
+
+
+# --- Splines of degree 5 through measured samples, whose second derivatives are smooth --------------------------------
+# Only noise is smoothed, and the change is reported.
+# A least-squares spline of FITPACK (Dierckx 1993) has the fewest knots for which the root mean square change is at
+# most σ. Where σ is not given, it is estimated from divided differences of order 6, which vanish for polynomials of
+# degree 5. Differences of noise do not become smaller with their order. Those of a smooth motion do, and such a
+# motion is interpolated.
+
+
+DEGREE = 5
+#: The orders of differences that tell noise from a smooth motion. In a smooth motion the differences of the higher
+#: order are smaller by at least this factor; in noise both are alike.
+ORDERS, SMOOTH = (6, 8), 0.3
+#: Noise below this part of the largest value is round-off, and is interpolated.
+ROUND_OFF = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Smoothed:
+    """A spline. `at` returns its value, first and second derivative at times (T,), (3, T). `noise` is σ, the largest
+    root mean square change. `change` (T,) is the difference of the spline from each sample."""
+
+    at: Callable[[Array], Array]
+    noise: float
+    change: Array
+
+
+def smoothed(time: Array, values: Array, noise: float | None) -> Smoothed:
+    """Fit a spline to samples (T,) with noise of this root mean square. None estimates the noise, 0 interpolates.
+    Raises InputError where FITPACK finds no spline."""
+    σ = _estimated(time, values) if noise is None else noise
+    from scipy.interpolate import BSpline, make_interp_spline, splrep
+
+    if σ == 0.0:
+        spline = make_interp_spline(time, values, k=DEGREE)
+    else:
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            knots, coefficients, degree = splrep(time, values, k=DEGREE, s=len(time) * σ**2)
+        spline = BSpline(knots, coefficients, degree)
+        if said and not np.sqrt(np.mean((spline(time) - values) ** 2)) <= 1.01 * σ:
+            problem = Problem(f"no spline is as near as {σ:.3g} to the samples", Place("--smooth"), "give a larger one")
+            raise InputError(problem)
+    derivatives = [spline, spline.derivative(1), spline.derivative(2)]
+    return Smoothed(lambda t: np.array([each(t) for each in derivatives]), σ, spline(time) - values)
+
+
+def _estimated(time: Array, values: Array) -> float:
+    """Estimate σ of the noise; 0 for samples of a smooth motion, or too few samples."""
+    if len(time) <= 2 * ORDERS[1]:
+        return 0.0
+    lower, higher = (_difference_rms(time, values, order) for order in ORDERS)
+    is_smooth = higher < SMOOTH * lower or lower <= ROUND_OFF * float(np.abs(values).max(initial=0.0))
+    return 0.0 if is_smooth else lower
+
+
+def _difference_rms(time: Array, values: Array, order: int) -> float:
+    """The root mean square of divided differences of an order, weighted so that white noise of σ gives σ."""
+    rows = np.lib.stride_tricks.sliding_window_view
+    nodes, node_values = rows(time, order + 1), rows(values, order + 1)
+    apart = nodes[:, :, None] - nodes[:, None, :]
+    apart[:, np.arange(order + 1), np.arange(order + 1)] = 1.0
+    span = (nodes[:, -1] - nodes[:, 0])[:, None, None]
+    weights = 1.0 / np.prod(apart / span, axis=2)
+    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
+    return float(np.sqrt(np.mean(np.sum(weights * node_values, axis=1) ** 2)))

@@ -1,1 +1,1 @@
-"""Measuring, for every study: a mechanism, a setting, its solution, a reference for it, the errors and the times."""
+"""Measuring, for every study: a mechanism, a setting, its solution, a reference for it, the cost."""

@@ -1,19 +1,104 @@
-"""The cost of settings: processor time of the thread, each setting in turn, several rounds."""
+"""A measurement: the errors and the cost of one setting on a mechanism, as numbers that fit in a line of JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import nan
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
+from functools import cached_property
+from math import inf, nan
 from statistics import median
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.report_schema.studies import CPU_SECONDS
-from mbproj.studies.measure.mechanism import Mechanism
+import numpy as np
+
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.results.report_schema.studies import CPU_SECONDS
+from mbproj.scene.scene import Scene
+from mbproj.studies.measure.reference import Reference, error, stride_for
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import sample_times, solve
+from mbproj.studies.measure.solve import Mechanism, Solution, sample_times, solve
+from mbproj.studies.parallel.hand_out import Where, resumable
 from mbproj.studies.parallel.progress import TIMING, Tell, silent
 from mbproj.studies.store import ValueCache
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """The errors and the cost of one setting.
+
+    `error` is the largest error of each point (m), `when` the time of it (s). Violations are the largest in m or rad,
+    and per s. The energy drift is in J, and relative. `seconds` is the processor time of the steps, on a machine that
+    others may use too.
+
+    Where the run stopped early, `failure` is the cause, errors are infinite and counters empty. `doubt` is the energy
+    drift over the limit from which `mbproj run` warns that the motion may be wrong."""
+
+    setting: Setting
+    error: Mapping[str, float]
+    when: Mapping[str, float]
+    position_violation: float = inf
+    velocity_violation: float = inf
+    energy_drift: float = inf
+    energy_drift_relative: float = inf
+    counters: Mapping[str, int] = field(default_factory=dict)
+    seconds: float = inf
+    formulation: str = ""
+    failure: str | None = None
+    doubt: float = 0.0
+
+    def at(self, points: tuple[str, ...] | None = None) -> float:
+        """The largest error (m) of the given points, or of all points."""
+        return self.error[self.worst(points)]
+
+    def worst(self, points: tuple[str, ...] | None = None) -> str:
+        """The name of the point with the largest error, among the given points or all."""
+        return max(points or tuple(self.error), key=self.error.__getitem__)
+
+    @property
+    def evaluations(self) -> float:
+        """The number of evaluations of the accelerations; infinite where the run failed."""
+        return self.counters.get("evaluations", inf)
+
+    def of(self, points: tuple[str, ...]) -> Measurement:
+        """Return this measurement with the errors of the given points only."""
+        error, when = ({name: values[name] for name in points} for values in (self.error, self.when))
+        return replace(self, error=error, when=when)
+
+    def timed(self, seconds: float) -> Measurement:
+        """Return this measurement with other `seconds`."""
+        return replace(self, seconds=seconds)
+
+
+#: The classes of a measurement and its parts, which the store has to know.
+MEASUREMENT_RECORDS = (Measurement, Setting)
+
+
+def measured(solution: Solution, reference: Reference) -> Measurement:
+    """Measure the errors of a solution against the reference at all its times."""
+    distance, report = error(solution, reference), solution.report
+    largest, rows = distance.max(axis=0), np.argmax(distance, axis=0)
+    by_point = dict(zip(reference.points, largest.tolist(), strict=True))
+    when = dict(zip(reference.points, reference.times[rows].tolist(), strict=True))
+    if report is None:
+        return Measurement(solution.setting, dict.fromkeys(by_point, inf), when, failure=str(solution.failure))
+    return Measurement(
+        setting=solution.setting,
+        error=by_point,
+        when=when,
+        position_violation=report.position_violation.value,
+        velocity_violation=report.velocity_violation.value,
+        energy_drift=report.energy_drift,
+        energy_drift_relative=report.energy_drift_relative,
+        counters=report.counters,
+        seconds=report.integration_cpu_seconds,
+        formulation=report.formulation,
+        doubt=report.doubt,
+    )
+
+
+# --- The cost of settings ---------------------------------------------------------------------------------------------
+# Processor time of the thread, each setting in turn, several rounds.
+
 
 #: A shorter run is repeated until this time (s) has passed.
 SHORTEST = 15e-3
@@ -87,3 +172,50 @@ def kept_timings(
         kept.add(key, time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell))
     timings: list[Timing] = kept[key]
     return timings
+
+
+# --- The accuracy of many settings against one reference, in parallel -------------------------------------------------
+# Measurements that are stored are not taken again.
+
+
+@dataclass
+class Yardstick:
+    """A scene and the reference for the errors of all measurements. It can be sent to another process."""
+
+    scene: Scene
+    reference: Reference
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        """The mechanism, compiled and assembled once in each process."""
+        return Mechanism.of(self.scene)
+
+    def measure(self, setting: Setting) -> Measurement:
+        """Measure one setting at the times of the reference, or at those of them that its fixed steps meet.
+
+        With error control, its counters and seconds come from a second run without samples between the steps, as these
+        cost evaluations."""
+        times = self.reference.times
+        stride = 1 if setting.step is None else stride_for(times, setting.step) or 1
+        measurement = measured(solve(self.mechanism, setting, times[::stride]), self.reference.at_every(stride))
+        if setting.tolerance is None or measurement.failure:
+            return measurement
+        report = solve(self.mechanism, setting, sample_times(float(times[-1]), 1)).report
+        if report is None:
+            return measurement
+        return replace(measurement, counters=report.counters, seconds=report.integration_cpu_seconds)
+
+
+def attempt(
+    mechanism: Mechanism,
+    settings: Sequence[Setting],
+    reference: Reference,
+    kept: ValueCache | None = None,
+    processes: Where = None,
+    tell: Tell = silent,
+) -> list[Measurement]:
+    """Measure each setting against the reference; return the measurements in the order of `settings`. Those in the
+    store `kept` are not run again."""
+    keys = [f"measurement {setting.command_line()}" for setting in settings]
+    items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
+    return [*resumable(Yardstick.measure, yardstick, items, kept or ValueCache(), processes, "runs", tell).values()]

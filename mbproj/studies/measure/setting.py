@@ -6,14 +6,14 @@ from collections.abc import Iterable
 from dataclasses import asdict, fields
 from typing import Any
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Problem, choose_from
-from mbproj.registry import PROJECTIONS
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem, choose_from
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import SETTINGS, option_name
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Settings
 from mbproj.scene.settings import Merged, check_settings, read_options, settings_of, takes
 from mbproj.scene.text.nodes import plain
-from mbproj.settings import SETTINGS, option_name
 
 #: A threshold below every violation of a run: it switches off the scene's own one.
 NO_THRESHOLD = 1e-50

@@ -2,22 +2,112 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from mbproj.arrays import Array
-from mbproj.dataclass import brief, dataclass
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate import Report, simulate
-from mbproj.integrate.reporting.report import EnergyAccount, Worst
-from mbproj.integrate.reporting.tally import RowsKept
-from mbproj.scene.read import Scene
-from mbproj.scene.records import ProjectionSettings, Settings
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import brief, dataclass
+from mbproj.base.errors import InputError, Problem, SimulationError, choose_from
+from mbproj.base.settings import MECHANISM, SETTINGS
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.recorded import Block
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.system import System
+from mbproj.motion import simulate
+from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.report import EnergyAccount, Report, RowsKept, Worst
+from mbproj.motion.simulate import EventRecorder, Recorder
+from mbproj.motion.time_events import Event
+from mbproj.results.analysis.expectations import datasets
+from mbproj.scene.records import Expectation, ProjectionSettings, Settings
+from mbproj.scene.scene import Scene
 from mbproj.studies.measure.setting import Setting
-from mbproj.thresholds import THRESHOLDS
+
+# --- A mechanism that is compiled and assembled once, ready to be run many times --------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanism:
+    """A scene with its system and its consistent start. `points` names its markers, or its bodies where it has none."""
+
+    scene: Scene
+    system: System
+    state: State
+
+    __repr__ = brief
+
+    @classmethod
+    def of(cls, scene: Scene) -> Mechanism:
+        """Compile and assemble a scene. Raises InputError where the mechanism cannot be assembled."""
+        system = compile_system(scene)
+        return cls(scene, system, start_state(scene, system))
+
+    @classmethod
+    def to_choose_for(cls, scene: Scene) -> Mechanism:
+        """Compile and assemble a scene for a study of settings. Raises InputError where the run is kinematic, as no
+        setting matters then."""
+        mechanism = cls.of(scene)
+        if mechanism.choice(scene.settings).kinematic:
+            message = "0 degrees of freedom: the run is kinematic, exact at any setting; there is none to choose"
+            hint = "simply run it; --set simulation.kinematic=false integrates it all the same"
+            raise InputError(Problem(message, scene.place("simulation"), hint))
+        return mechanism
+
+    def choice(self, settings: Settings) -> Choice:
+        """Return the result of `choose` for a run from the start."""
+        return choose(self.system, self.state, settings)
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """The names of the points at which errors are measured, (k,): markers, or bodies where the scene has no
+        marker."""
+        return tuple(self.system.names.markers or self.system.names.bodies)
+
+    @property
+    def kind(self) -> str:
+        """The kind of the points: "markers" or "bodies"."""
+        return "markers" if self.system.names.markers else "bodies"
+
+    def columns(self, names: Sequence[str] = ()) -> tuple[int, ...]:
+        """The numbers of the named points, or of all points where no name is given. Raises InputError for an unknown
+        name."""
+        for name in names:
+            if name not in self.points:
+                problem = Problem(f"there is no '{name}' among the {self.kind}", hint=choose_from(name, self.points))
+                raise InputError(problem)
+        return tuple(k for k, name in enumerate(self.points) if not names or name in names)
+
+    def settings(self, setting: Setting, duration: float, output_step: float) -> Settings:
+        """The settings of a run of the scene with `setting`, both times in s. Raises InputError where
+        `setting.settings` does."""
+        return of_scene(self.scene, setting.settings(duration, output_step))
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """All that the mechanism follows from, as the key of the store."""
+        scene = self.scene
+        settings = {entry.name: entry.of(scene.settings) for entry in _OF_SCENE}
+        elements = repr(scene.elements) if scene.elements else ""
+        return {"scene": scene.text, "parameters": dict(scene.overrides), "settings": settings, "elements": elements}
+
+
+#: The settings that belong to the mechanism: no study varies them.
+_OF_SCENE = [entry for entry in SETTINGS.values() if entry.decides == MECHANISM]
+
+
+def of_scene(scene: Scene, settings: Settings) -> Settings:
+    """Return the settings with those of the scene that belong to its mechanism."""
+    return replace(settings, **{entry.key: entry.of(scene.settings) for entry in _OF_SCENE})
+
+
+# --- solve(): run a mechanism with a setting and return plain arrays --------------------------------------------------
+
 
 #: The datasets of markers and bodies, with the count of numbers for each marker or body.
 _PLACES = {
@@ -155,3 +245,38 @@ class _SolutionRecorder:
 def _name(path: str) -> str:
     group, _, name = path.partition("/")
     return name if group == "diagnostics" else f"{'marker' if group == 'markers' else 'body'}_{name}"
+
+
+# --- A recorder of the datasets that the measures of a study read -----------------------------------------------------
+
+
+class MeasuredSamples:
+    """A recorder of the datasets that `measures` read. It passes each block on to `recorder`, which records
+    everything."""
+
+    def __init__(self, mechanism: Mechanism, measures: Sequence[Expectation], recorder: Recorder | None = None) -> None:
+        self._names: Mapping[str, tuple[str, ...]] = mechanism.system.names.as_mapping()
+        wanted = (path for each in measures for path in datasets(each, self.names("coordinates")))
+        self._parts: dict[str, list[npt.NDArray[Any]]] = {path: [] for path in ("time", *wanted)}
+        self._recorder = recorder
+        self.event_times = np.zeros(0)
+
+    def names(self, kind: str) -> tuple[str, ...]:
+        """The names of the columns of a kind, for example of "markers"."""
+        return self._names[kind]
+
+    def write(self, block: Block) -> None:
+        """Record a block of T samples."""
+        for path, parts in self._parts.items():
+            parts.append(block[path])
+        if self._recorder is not None:
+            self._recorder.write(block)
+
+    def events(self, events: Sequence[Event]) -> None:
+        """Record the times of the run's events in `event_times` (n,), s."""
+        self.event_times = np.array([event.time for event in events])
+        if isinstance(self._recorder, EventRecorder):
+            self._recorder.events(events)
+
+    def __getitem__(self, path: str) -> npt.NDArray[Any]:
+        return np.concatenate(self._parts[path])

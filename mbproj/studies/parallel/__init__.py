@@ -1,1 +1,1 @@
-"""Many simulations at once: worker processes, the messages to them, progress, and stored results."""
+"""Many simulations at once: worker processes, a cluster, progress, and results that are stored as they come."""

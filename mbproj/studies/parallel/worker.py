@@ -10,7 +10,7 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any, BinaryIO
 
-from mbproj.errors import MbprojWarning
+from mbproj.base.errors import MbprojWarning
 
 #: The first answer. The time of an item counts from it, not from the start of the process.
 READY = "ready"

@@ -17,16 +17,25 @@ from time import strftime
 from typing import Any
 from zlib import crc32
 
-from mbproj.errors import ExitCode, InputError, MbprojError, Problem
+from mbproj.base.errors import ExitCode, InputError, MbprojError, Problem
+from mbproj.base.version import __version__
 from mbproj.kernel import build_info
-from mbproj.output_files import make_folder
-from mbproj.results.file.lock import is_locked
-from mbproj.results.file.whole import as_text
-from mbproj.results.sweep.layout import NAME
-from mbproj.studies.sweep.database import FORMAT, open_whole, sealed, whole_values
-from mbproj.studies.sweep.row import CaseRow, Status, as_stored, from_stored, identity
+from mbproj.results.file.checksums import as_text
+from mbproj.results.file.opening import is_locked
+from mbproj.results.output_files import make_folder
+from mbproj.results.sweep_table import NAME
 from mbproj.studies.sweep.spec import SweepSpec
-from mbproj.version import __version__
+from mbproj.studies.sweep.store import (
+    FORMAT,
+    CaseRow,
+    Status,
+    as_stored,
+    from_stored,
+    identity,
+    open_whole,
+    sealed,
+    whole_values,
+)
 
 STORE, CASES, TABLE = "store.sqlite", "cases", "summary.csv"
 #: Names of the results files of cases, complete and unfinished.

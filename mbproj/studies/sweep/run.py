@@ -12,29 +12,26 @@ from uuid import uuid4
 
 import numpy as np
 
-from mbproj.analysis.expectations import measured
-from mbproj.dataclass import dataclass
-from mbproj.errors import ExitCode, InputError, MbprojError, SimulationError, message_and_code
-from mbproj.integrate import simulate
-from mbproj.integrate.interruption import TimeIsUp, time_limit
-from mbproj.integrate.reporting.report import Report
-from mbproj.results import OutputError
-from mbproj.results.files import part_path
-from mbproj.runs.record import record_run
-from mbproj.scene.read import Scene, SceneText
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import ExitCode, InputError, MbprojError, SimulationError, message_and_code
+from mbproj.motion import simulate
+from mbproj.motion.interruption import TimeIsUp, time_limit
+from mbproj.motion.report import Report
+from mbproj.results.analysis.expectations import measured
+from mbproj.results.crash_safety import part_path
+from mbproj.results.faults import OutputError
 from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.sampling import whole_steps
+from mbproj.scene.scene import Scene, SceneText
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.cases.block import CaseBlock, values_of
-from mbproj.studies.cases.groups import FEWEST, by_arrays, common_values
-from mbproj.studies.measure.measured_samples import MeasuredSamples
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.parallel.bundles import in_bundles
-from mbproj.studies.parallel.hand_out import Where
+from mbproj.studies.case_blocks import FEWEST, CaseBlock, by_arrays, common_values, values_of
+from mbproj.studies.measure.solve import MeasuredSamples, Mechanism
+from mbproj.studies.parallel.hand_out import Where, in_bundles
 from mbproj.studies.parallel.workers import OVERDUE
+from mbproj.studies.record import record_run
 from mbproj.studies.sweep.folder import Folder
-from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.spec import SweepSpec
+from mbproj.studies.sweep.store import CaseRow, Keys, Status
 
 # --- One case of a sweep ----------------------------------------------------------------------------------------------
 # The scene with its values, run and measured. Any error is in its row.

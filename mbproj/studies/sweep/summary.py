@@ -1,29 +1,47 @@
 """The summary of a sweep: a CSV table with a row for each case, and arrays over the varied values in HDF5, in the
-layout of netCDF-4."""
+layout of netCDF-4.
+"""
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.control_characters import escaped
-from mbproj.dataclass import dataclass
-from mbproj.output_files import FileKind, check_replaceable, csv, hdf5, replacing, write_csv
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.text import escaped
+from mbproj.base.version import __version__
+from mbproj.results.check import check_results
 from mbproj.results.file.checksums import crc32, describe, stamp, stamp_attributes
-from mbproj.results.sweep.layout import CASE, ENDINGS, FORMAT, NOT_RUN, SCHEMA_VERSION
-from mbproj.scene.ranges.family import column_of, with_unit
-from mbproj.studies.sweep.design import Case, Grid, Sampled
-from mbproj.studies.sweep.folder import OTHER, TABLE, Folder, checksum_of
-from mbproj.studies.sweep.row import CaseRow, Keys, Status
-from mbproj.studies.sweep.spec import COLUMNS, SweepSpec
-from mbproj.version import __version__
+from mbproj.results.output_files import FileKind, check_replaceable, csv, hdf5, replacing
+from mbproj.results.reader import open_results
+from mbproj.results.sweep_table import (
+    CASE,
+    ENDINGS,
+    FORMAT,
+    NAME,
+    NOT_RUN,
+    SCHEMA_VERSION,
+    WITHOUT_CHECKSUMS,
+    read_table,
+    version_of_table,
+)
+from mbproj.results.table_files import write_csv
+from mbproj.scene.ranges import column_of, with_unit
+from mbproj.studies.sweep import store as database
+from mbproj.studies.sweep.folder import CASES, OTHER, STORE, TABLE, Folder, checksum_of
+from mbproj.studies.sweep.spec import COLUMNS, Case, Grid, Sampled, SweepSpec
+from mbproj.studies.sweep.store import CaseRow, Keys, Status
 
 if TYPE_CHECKING:
     import h5py
+
 
 #: The kind of our table, recognised for any varied values.
 KIND: FileKind = csv(COLUMNS[:1], COLUMNS[1:])
@@ -201,3 +219,80 @@ def _variable(
     for number, axis in enumerate(axes):
         made.dims[number].attach_scale(axis)
     return made
+
+
+# --- Checks all files of a sweep against their checksums (`info --check DIR`) -----------------------------------------
+# Nothing is changed.
+
+
+@dataclass(frozen=True)
+class SweepSoundness:
+    """The result of the check. `faults`: a sentence for each. `rows`: the number of rows of the store; `files`: of
+    results files read. `unguarded`: the files of older versions of mbproj, without checksums. `damaged`: the damaged
+    results files, which a sweep keeps until they are deleted."""
+
+    faults: tuple[str, ...]
+    rows: int
+    files: int
+    unguarded: tuple[str, ...]
+    damaged: tuple[str, ...]
+
+
+def check_sweep(folder: Path) -> SweepSoundness:
+    """Reads the store, both tables and all results files. Raises InputError where there is no sweep."""
+    store, table, arrays = folder / STORE, folder / TABLE, folder / NAME
+    if not store.is_file():
+        hint = "give a results file, or the folder that 'mbproj sweep SPEC' has written"
+        raise InputError(Problem(f"'{folder}' is not the folder of a sweep: it has no '{STORE}'", hint=hint))
+    faults, unguarded, rows, checksum = [], [], 0, None
+    try:
+        looked, checksum = _look_at(store)
+        rows = looked.cases
+        faults += [f"{STORE}: {fault}" for fault in looked.faults]
+        faults += [f"{STORE}: {looked.damaged} of {rows} rows are damaged"] if looked.damaged else []
+        unguarded += [STORE] if looked.version == database.WITHOUT_CHECKSUMS else []
+    except sqlite3.Error as error:
+        if not database.is_damage(store, error):
+            raise database.refused(store, error) from error
+        faults.append(f"{STORE}: {error}")
+    if table.is_file():
+        unguarded += [TABLE] if checksum is None else []
+        if checksum not in (None, checksum_of(table)):
+            next_step = "" if KIND.is_ours(table) else ", and not to be told from another program's: remove it"
+            faults.append(f"{TABLE}: it is not as it was written{next_step}")
+    if arrays.is_file():
+        try:
+            read_table(folder)
+            unguarded += [NAME] if version_of_table(folder) == WITHOUT_CHECKSUMS else []
+        except InputError as error:
+            faults += [f"{NAME}: {problem.message}" for problem in error.problems]
+    cases = sorted((folder / CASES).glob("[0-9a-f]*.h5"))
+    of_cases = {f"{CASES}/{case.name}": list(_of_results(case)) for case in cases}
+    faults += [f"{name}: {fault}" for name, case_faults in of_cases.items() for fault in case_faults]
+    damaged = tuple(name for name, case_faults in of_cases.items() if case_faults)
+    return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
+
+
+def _look_at(store: Path) -> tuple[database.Looked, str | None]:
+    """The check of the store, and the table's checksum, if any. A log of SQLite beside the store means that a sweep is
+    running, or was killed: then the store is opened with a lock."""
+    database.check_no_links(store)
+    if store.with_name(store.name + "-wal").exists():
+        with closing(database.locked(store)) as opened:
+            return database.look(opened), _checksum(opened)
+    with closing(sqlite3.connect(f"{store.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as opened:
+        database.prepare(opened)
+        return database.look(opened), _checksum(opened)
+
+
+def _checksum(opened: sqlite3.Connection) -> str | None:
+    row = opened.execute("SELECT value FROM about WHERE name = ?", [TABLE]).fetchone()
+    return None if row is None else str(row[0])
+
+
+def _of_results(case: Path) -> Iterator[str]:
+    try:
+        with open_results(case) as results:
+            yield from check_results(results).faults
+    except InputError as error:
+        yield from (problem.message for problem in error.problems)

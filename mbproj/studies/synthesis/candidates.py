@@ -11,12 +11,20 @@ from typing import Any, TypeAlias
 import numpy as np
 from scipy.stats import qmc
 
-from mbproj.arrays import Array, Flags
-from mbproj.dataclass import dataclass
-from mbproj.studies.synthesis.linkage import Linkage, Numbers, Points
-from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.base.arrays import Array, Flags
+from mbproj.base.dataclass import dataclass
+from mbproj.studies.synthesis.linkage import (
+    FUNCTION,
+    PATH,
+    POSITIONS,
+    TOPOLOGIES,
+    Linkage,
+    Numbers,
+    Points,
+    SpatialFourBar,
+    bounds,
+)
 from mbproj.studies.synthesis.spec import Wanted
-from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES, bounds
 
 #: The number of random designs for each one that is optimised, and the steps of its optimisation, with given and with
 #: free timing of a path.

@@ -1,5 +1,6 @@
 """Linkages of a crank and dyads: their points in closed form, for many designs and crank angles at once. Points are
-complex numbers, x + iz."""
+complex numbers, x + iz.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
 
 #: Numbers (B, 1) of B designs by their names.
 Numbers = Mapping[str, Array]
@@ -116,3 +117,126 @@ def _slid(origin: Points, pivot: Points, p: Numbers, step: Slide, link: Link) ->
     ahead = seen.real + p[step.side] * np.sqrt(p[link.length] ** 2 - across**2)
     points: Points = pivot + line * (ahead + 1j * p[step.offset])
     return points
+
+
+# --- A spatial four-bar -----------------------------------------------------------------------------------------------
+# Two levers on axes that are skew, and a rod between balls at their ends (RSSR), in closed form.
+# The crank turns about -y at the origin; its end is a (cos θ, 0, sin θ). The lever turns about an axis that is tilted
+# by `twist` about x, at the point (1, y, z) in m; its end is b (cos ψ e1 + sin ψ e2) from there.
+
+
+LENGTHS = ("crank_length", "rod_length", "lever_length")
+
+
+class SpatialFourBar:
+    """A spatial four-bar, for functions only: the rod may turn about its axis, so that its points have no unique
+    path."""
+
+    sides = ("side",)
+
+    def angle(self, p: Numbers, crank: Array) -> Array:
+        """The lever's angle ψ (B, N) at crank angles; NaN where the rod is too long or too short."""
+        a, rod, b = (p[name] for name in LENGTHS)
+        x, y, z = a * np.cos(crank) - 1.0, -p["dy"], a * np.sin(crank) - p["dz"]
+        across = y * np.sin(p["twist"]) + z * np.cos(p["twist"])
+        wanted = (x**2 + y**2 + z**2 + b**2 - rod**2) / (2.0 * b)
+        with np.errstate(all="ignore"):
+            return np.asarray(np.arctan2(across, x) + p["side"] * np.arccos(wanted / np.hypot(x, across)))
+
+    def bounds(self) -> dict[str, tuple[float, float]]:
+        """The bounds of its numbers; the axes are 1 m apart along x."""
+        near = dict.fromkeys(LENGTHS, (0.05, 3.0))
+        return {**near, "dy": (-2.0, 2.0), "dz": (-2.0, 2.0), "twist": (-np.pi, np.pi), "start": (-np.pi, np.pi)}
+
+
+# --- The library of topologies, and the bounds of their numbers -------------------------------------------------------
+
+
+PATH, FUNCTION, POSITIONS = "path", "function", "positions"
+_A, _D, _H = ("ax", "az"), ("dx", "dz"), ("hx", "hz")
+_P, _E, _F = ("px", "pz"), ("ex", "ez"), ("fx", "fz")
+_CRANK = Link("crank", "A", "B", "crank_length")
+_ROCKER = Link("rocker", "D", "C", "rocker_length")
+
+
+def _coupler(**carries: tuple[str, str]) -> Link:
+    return Link("coupler", "B", "C", "coupler_length", MappingProxyType(carries))
+
+
+def _second(**carries: tuple[str, str]) -> Link:
+    return Link("rod", "E", "G", "rod_length", MappingProxyType(carries))
+
+
+_LOOP = Dyad("coupler", "rocker", "side")
+_NEXT = Dyad("rod", "lever", "next_side")
+_LEVER = Link("lever", "H", "G", "lever_length")
+_FOUR_BAR = Linkage({"A": _A, "D": _D}, (_CRANK, _coupler(P=_P), _ROCKER), (_LOOP,), "rocker", "coupler")
+_SLIDER_CRANK = Linkage(
+    {"A": _A}, (_CRANK, _coupler(P=_P)), (Slide("coupler", "tilt", "offset", "side"),), traced="coupler"
+)
+_WATT = Linkage(
+    {"A": _A, "D": _D},
+    (
+        _CRANK,
+        _coupler(E=_E),
+        Link("rocker", "D", "C", "rocker_length", MappingProxyType({"F": _F})),
+        _second(P=_P),
+        Link("lever", "F", "G", "lever_length"),
+    ),
+    (_LOOP, _NEXT),
+    traced="rod",
+)
+_STEPHENSON = Linkage(
+    {"A": _A, "D": _D, "H": _H},
+    (_CRANK, _coupler(E=_E), _ROCKER, _second(P=_P), _LEVER),
+    (_LOOP, _NEXT),
+    "lever",
+    "rod",
+)
+#: The topologies by name and kind of task. The kinds differ in the link that carries the point of a path, or has the
+#: angle of a function.
+TOPOLOGIES: Mapping[str, Mapping[str, Linkage]] = MappingProxyType(
+    {
+        "four_bar": {PATH: _FOUR_BAR, FUNCTION: _FOUR_BAR, POSITIONS: _FOUR_BAR},
+        "slider_crank": {PATH: _SLIDER_CRANK, POSITIONS: _SLIDER_CRANK},
+        "watt": {
+            PATH: _WATT,
+            POSITIONS: _WATT,
+            FUNCTION: Linkage(
+                {"A": _A, "D": _D, "H": _H},
+                (
+                    _CRANK,
+                    _coupler(),
+                    Link("rocker", "D", "C", "rocker_length", MappingProxyType({"E": _E})),
+                    _second(),
+                    _LEVER,
+                ),
+                (_LOOP, _NEXT),
+                "lever",
+            ),
+        },
+        "stephenson": {PATH: _STEPHENSON, FUNCTION: _STEPHENSON, POSITIONS: _STEPHENSON},
+    }
+)
+#: Fixed numbers of a function, which only shift, turn or scale the mechanism: its frame is 1 m.
+_STILL = {"ax": 0.0, "az": 0.0, "dx": 1.0, "dz": 0.0}
+
+
+def bounds(linkage: Linkage, wanted: str, centre: complex, size: float) -> dict[str, tuple[float, float]]:
+    """Return the bounds of each number for a task with this centre and extent; a number with equal bounds is fixed."""
+    limits: dict[str, tuple[float, float]] = {}
+    for x, z in linkage.pivots.values():
+        limits[x] = (centre.real - 2.0 * size, centre.real + 2.0 * size)
+        limits[z] = (centre.imag - 2.0 * size, centre.imag + 2.0 * size)
+    for link in linkage.links:
+        limits[link.length] = (0.05 * size, 3.0 * size)
+        for name, (x, z) in link.carries.items():
+            idle = wanted == FUNCTION and name == "P"
+            limits[x] = limits[z] = (0.0, 0.0) if idle else (-2.0 * size, 2.0 * size)
+    for step in linkage.steps:
+        if isinstance(step, Slide):
+            limits[step.tilt], limits[step.offset] = (-np.pi, np.pi), (-size, size)
+    limits["start"] = (-np.pi, np.pi)
+    if wanted == FUNCTION:
+        limits |= {name: (value, value) for name, value in _STILL.items() if name in limits}
+    return limits

@@ -9,10 +9,8 @@ import numpy as np
 
 from mbproj.studies.measure.setting import shortest
 from mbproj.studies.synthesis.candidates import ARM, period
-from mbproj.studies.synthesis.linkage import Dyad, Linkage, Slide
-from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.linkage import FUNCTION, PATH, POSITIONS, Dyad, Linkage, Slide, SpatialFourBar
 from mbproj.studies.synthesis.spec import Wanted
-from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
 
 #: The beginnings of names of angles. Other numbers are lengths, except those without a unit.
 ANGLES = ("start", "tilt", "twist", "lean", "angle", "swing")

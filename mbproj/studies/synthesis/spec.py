@@ -8,17 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.errors import InputError, Place, Problem, choose_from
-from mbproj.scene.fields.choices import NameChoice
-from mbproj.scene.fields.containers import OneOf, Record
-from mbproj.scene.fields.fields import Text
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.scene.fields.fields import NameChoice, OneOf, Record, Text
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
-from mbproj.scene.ranges.family import read_mapping
-from mbproj.studies.inverse.columns import CsvTable, factor_of, read_columns
-from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS
+from mbproj.scene.ranges import read_mapping
+from mbproj.studies.inverse.given_motion import CsvTable, factor_of, read_columns
+from mbproj.studies.synthesis.linkage import FUNCTION, PATH, POSITIONS
 
 #: The columns of each kind, with their units. A path has times where its timing is given.
 COLUMNS: Mapping[str, tuple[tuple[str, str], ...]] = {

@@ -7,15 +7,14 @@ from types import MappingProxyType
 
 import numpy as np
 
-from mbproj.dataclass import dataclass
-from mbproj.errors import SimulationError
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import SimulationError
 from mbproj.results.verification import Check, Verification
-from mbproj.scene.read import Scene
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.scene.scene import Scene
+from mbproj.studies.measure.solve import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.verify import accelerations, balance, corrections, invariance, order, small_motions, turns
-from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.finding import Found
+from mbproj.studies.verify import corrections, invariance, motion, short_runs
+from mbproj.studies.verify.case import Case, Found
 
 
 @dataclass(frozen=True)
@@ -36,21 +35,21 @@ CHECKS: Mapping[str, CheckEntry] = MappingProxyType(
             corrections.orthogonal, "corrections are orthogonal to what joints allow (Eqs. 38, 43)"
         ),
         "kernel-correction": CheckEntry(corrections.kernel_correction, "the kernel's correction = Eq. 73"),
-        "eliminated": CheckEntry(accelerations.eliminated_is_bordered, "Eqs. 80-81 = Eq. 14"),
-        "reduced": CheckEntry(accelerations.reduced_is_bordered, "reduced solve = Eq. 14"),
-        "planar": CheckEntry(accelerations.planar_is_bordered, "planar solve = Eq. 14"),
-        "power": CheckEntry(balance.power, "joints do no work"),
-        "momentum": CheckEntry(balance.momentum, "momentum changes by what acts from outside"),
-        "reaction": CheckEntry(balance.action_is_reaction, "action = reaction in every joint"),
+        "eliminated": CheckEntry(motion.eliminated_is_bordered, "Eqs. 80-81 = Eq. 14"),
+        "reduced": CheckEntry(motion.reduced_is_bordered, "reduced solve = Eq. 14"),
+        "planar": CheckEntry(motion.planar_is_bordered, "planar solve = Eq. 14"),
+        "power": CheckEntry(motion.power, "joints do no work"),
+        "momentum": CheckEntry(motion.momentum, "momentum changes by what acts from outside"),
+        "reaction": CheckEntry(motion.action_is_reaction, "action = reaction in every joint"),
         "units": CheckEntry(invariance.units, "millimetres change nothing in GPOPM"),
         "rotation": CheckEntry(invariance.rotation, "turning the whole changes nothing"),
         "translation": CheckEntry(invariance.translation, "shifting the whole changes nothing"),
         "renumbering": CheckEntry(invariance.renumbering, "another order of the parts changes nothing"),
-        "order": CheckEntry(order.observed_order, "the integrator keeps its order"),
-        "energy": CheckEntry(order.energy_balance, "the energy balance converges"),
-        "closed": CheckEntry(order.joints_closed, "joints are closed after every step"),
-        "linear": CheckEntry(small_motions.small_motions, "the linear model = small motions"),
-        "turns": CheckEntry(turns.teeth_kept, "gears keep their teeth, driven angles their turns"),
+        "order": CheckEntry(short_runs.observed_order, "the integrator keeps its order"),
+        "energy": CheckEntry(short_runs.energy_balance, "the energy balance converges"),
+        "closed": CheckEntry(short_runs.joints_closed, "joints are closed after every step"),
+        "linear": CheckEntry(short_runs.small_motions, "the linear model = small motions"),
+        "turns": CheckEntry(short_runs.teeth_kept, "gears keep their teeth, driven angles their turns"),
     }
 )
 

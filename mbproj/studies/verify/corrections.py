@@ -8,18 +8,16 @@ from types import MappingProxyType
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dynamics.equations.constraint_equations import constraint, jacobian
-from mbproj.dynamics.equations.equations_of_motion import mass_matrix, tangent_mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.equations.motions import drive_at
+from mbproj.base.arrays import Array
+from mbproj.equations.constraints import constraint, jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import drive_at
+from mbproj.equations.of_motion import mass_matrix, tangent_mass_matrix
 from mbproj.model.euler_parameters import matrix_L
-from mbproj.projection import Projection, make_method
+from mbproj.motion.projection import Projection, make_method
 from mbproj.scene.records import ProjectionSettings
-from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.equations import correction, penalised
-from mbproj.studies.verify.finding import Finding, Found, difference, worse
-from mbproj.studies.verify.rounded import Rounded
+from mbproj.studies.verify.case import Case, Finding, Found, difference, worse
+from mbproj.studies.verify.equations import Rounded, correction, penalised
 
 #: Penalties α of Eq. 78: from weak ones to that of ref. 28.
 ALPHAS = (1e-3, 1e3, 1e7)

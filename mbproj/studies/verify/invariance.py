@@ -8,21 +8,26 @@ from typing import TypeVar
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers
-from mbproj.dynamics import State
-from mbproj.dynamics.assembly.adjust import compile_system
-from mbproj.dynamics.equations.constraint_equations import constraint_at
-from mbproj.model import System
+from mbproj.base.arrays import Array, Integers
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at
 from mbproj.model.euler_parameters import product
-from mbproj.projection.methods import Gopm, Gpopm
-from mbproj.scene.blocks.control.known_names import names_channels
-from mbproj.scene.read import Scene
-from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.rescaled import rescaled
-from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.equations import OPERATIONS, RoundedEquations, correction, equations_at, penalised
-from mbproj.studies.verify.finding import Finding, Found, difference, worse
-from mbproj.studies.verify.rounded import EPS, Rounded
+from mbproj.model.system import System
+from mbproj.motion.projection import Gopm, Gpopm
+from mbproj.scene.blocks.signals import names_channels
+from mbproj.scene.scene import Scene
+from mbproj.studies.variants import RigidMotion, rescaled
+from mbproj.studies.verify.case import Case, Finding, Found, difference, worse
+from mbproj.studies.verify.equations import (
+    EPS,
+    OPERATIONS,
+    Rounded,
+    RoundedEquations,
+    correction,
+    equations_at,
+    penalised,
+)
 
 #: The reason why a mechanism cannot be moved.
 PLACES = "an element reads places on the ground, or distances of its own, which are not moved"

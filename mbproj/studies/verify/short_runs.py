@@ -6,15 +6,29 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.dynamics import State
-from mbproj.integrate.events.law_switches import switches_of
-from mbproj.registry import PROJECTIONS, integrators, with_fixed_steps
+from mbproj.base.arrays import Array, Integers, Numbers
+from mbproj.base.errors import InputError
+from mbproj.base.registry import EQUILIBRIUM, PROJECTIONS, integrators, with_fixed_steps
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.derivatives import tangent_force
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import drive_at
+from mbproj.equations.recorded import Block
+from mbproj.equations.tangent_space import moved, velocities
+from mbproj.linear.equilibrium.find import Equilibrium, equilibrium
+from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.equilibrium.start import consistent
+from mbproj.linear.modes import Modes, modes
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.system import System
+from mbproj.motion import simulate
+from mbproj.motion.law_switches import switches_of
+from mbproj.scene.records import Settings
+from mbproj.scene.settings import settings_to_run
 from mbproj.studies.measure.solve import Solution
-from mbproj.studies.verify.case import Case, ShortRun
-from mbproj.studies.verify.finding import Finding, Found
-from mbproj.studies.verify.rounded import EPS
-from mbproj.studies.verify.runs import ABOVE, Order, ShortRuns
-from mbproj.thresholds import THRESHOLDS
+from mbproj.studies.verify.case import ABOVE, Case, Finding, Found, Order, ShortRun, ShortRuns
+from mbproj.studies.verify.equations import EPS
 
 #: An observed order is rounded to the nearest whole number.
 ROUNDED = 0.5
@@ -126,3 +140,156 @@ def _edge_at_start(case: Case, state: State) -> str:
         return ""
     free = np.flatnonzero(np.isnan(switches.branches(state.instant(case.system))))
     return f"{switches.owner(free[0])}: {switches.what(free[0])}, at the start" if len(free) else ""
+
+
+# --- Check of the scene's own steps -----------------------------------------------------------------------------------
+# Gears do not slip by teeth, screws by threads, or driven angles by turns.
+
+
+#: Length of the run: this many of the scene's steps, or with error control this many radians of its fastest part.
+TURN_STEPS, RADIANS = 64, 20.0
+#: A deviation below this part of a tooth or turn is an error that the projection leaves, not a slip.
+WHOLE = 0.5
+
+
+def teeth_kept(case: Case) -> Found:
+    """Count the teeth, threads or turns by which recorded coordinates leave what gears, screws and motions prescribe.
+    The largest count over the scene's first steps is the finding."""
+    if not (case.system.couplings.size or _driven_angles(case.system).size):
+        return "there are no gears, screws or driven angles"
+    recorder = TurnRecorder()
+    simulate(case.system, case.mechanism.state, _short(case), recorder)
+    away = slipped(case.system, recorder.coordinate, recorder.prescribed)
+    return Finding(away, WHOLE, f"teeth or turns, in {len(recorder.coordinate) - 1} samples")
+
+
+def slipped(system: System, coordinate: Array, prescribed: Array) -> float:
+    """The largest number of teeth, threads or turns by which any sample differs from the first. `coordinate` (T, nc)
+    are the joints' coordinates, `prescribed` (T, k) the values of motions."""
+    sums, angles = system.couplings.sums(coordinate), _driven_angles(system)
+    teeth = np.abs(sums - sums[0]) / np.where(system.couplings.period > 0.0, system.couplings.period, system.length)
+    turns = np.abs(coordinate[:, system.motions.joint_coordinate] - prescribed)[:, angles] / (2.0 * np.pi)
+    return float(max(teeth.max(initial=0.0), turns.max(initial=0.0)))
+
+
+def _driven_angles(system: System) -> Integers:
+    """The numbers of the motions that drive an angle."""
+    return np.flatnonzero(~system.rows.is_length[system.joints.size :])
+
+
+def _short(case: Case) -> Settings:
+    """The scene's own settings, shortened to its first steps."""
+    own = settings_to_run(case.scene)
+    assert own.duration is not None
+    if own.step is not None:
+        return replace(own, duration=min(own.duration, TURN_STEPS * own.step), output_step=None)
+    duration = min(own.duration, RADIANS / case.rate)
+    return replace(own, duration=duration, output_step=duration / TURN_STEPS)
+
+
+class TurnRecorder:
+    """A recorder of the joints' coordinates and of the prescribed values of motions."""
+
+    def __init__(self) -> None:
+        self._blocks: list[Block] = []
+
+    def write(self, block: Block) -> None:
+        """Record a block of T samples."""
+        self._blocks.append(block)
+
+    @property
+    def coordinate(self) -> Array:
+        """The joints' coordinates, (T, nc)."""
+        return np.concatenate([block["joints/coordinate"] for block in self._blocks])
+
+    @property
+    def prescribed(self) -> Array:
+        """The prescribed values of motions, (T, k)."""
+        return np.concatenate([block["motions/value"] for block in self._blocks])
+
+
+# --- Check of the linear model ----------------------------------------------------------------------------------------
+# Near its equilibrium a run follows the mode in which it starts.
+
+
+#: Amplitude of the motion (the mechanism's length, or rad), number of steps, and duration as a part of the slowest
+#: mode's period. Half the difference of two runs with opposite amplitudes has an error of the amplitude squared; the
+#: steps have the fourth order.
+AMPLITUDE, MODE_STEPS, PART = 6e-5, 400, 0.25
+ALLOWED = 1e-6
+#: The largest phase of the fastest mode in one step, rad, and the most steps of a run.
+STABLE, MOST_STEPS = 1.0, 20_000
+
+
+def small_motions(case: Case) -> Found:
+    """Check the joint coordinates after a part of the slowest oscillation against the mode. The error is relative to
+    the amplitude."""
+    if case.too_large:
+        return case.too_large
+    if not case.system.coordinates.size:
+        return "there are no joint coordinates to compare"
+    try:
+        rest = equilibrium(case.system, case.mechanism.state)
+        modal = modes(rest.reference)
+    except (NoEquilibrium, InputError) as error:
+        return f"there is nothing to linearise: {str(error).splitlines()[0].removeprefix('error: ')}"
+    if rest.reference.held:
+        return f"dry friction holds it: {', '.join(rest.reference.held)}"
+    slow = np.flatnonzero((modal.eigenvalues.imag > 0.0) & np.any(np.abs(modal.coordinates) > 0.0, axis=1))
+    if not len(slow):
+        return "no mode oscillates"
+    mode = int(slow[0])
+    time = PART * 2.0 * np.pi / float(abs(modal.eigenvalues[mode]))
+    if _depends_on_time(case, rest, time):
+        return "forces or motions change with time, and the linear model with them"
+    steps = max(MODE_STEPS, int(np.ceil(time * float(np.abs(modal.eigenvalues).max()) / STABLE)))
+    if steps > MOST_STEPS:
+        return f"its modes are so far apart that following the slowest takes {steps} steps"
+    sides = [_displaced_along(case, rest, modal, mode, size) for size in (AMPLITUDE, -AMPLITUDE)]
+    edge = _edge_between(case.system, *sides)
+    if edge:
+        return f"it rests at the edge of a law, and moves differently on its two sides: {edge}"
+    ends = [_final_coordinates(case, side, time, steps) for side in sides]
+    moves: Numbers = modal.coordinates[mode]
+    expected = (moves * np.exp(modal.eigenvalues[mode] * time)).real
+    off = np.abs((ends[0] - ends[1]) / (2.0 * AMPLITUDE) - expected).max() / np.abs(moves).max()
+    return Finding(float(off), ALLOWED, f"in the mode of {modal.frequencies[mode]:.4g} Hz")
+
+
+def _displaced_along(case: Case, rest: Equilibrium, modal: Modes, mode: int, size: float) -> State:
+    """The equilibrium, displaced by `size` along a mode and moving in that mode."""
+    motion, λ = rest.reference.motion, modal.eigenvalues[mode]
+    ξ = modal.shapes[mode].copy()
+    ξ[:, 3:] = np.einsum("bji,bj->bi", motion.pose.rotation[:-1], ξ[:, 3:])
+    q = moved(motion.q, size * ξ.real.ravel())
+    v = velocities(pose_of(q), size * (λ * ξ).real.ravel())
+    state = consistent(case.system, replace(initial_guess(case.scene, case.system), q=q, v=v))
+    return state.changed(turns=rest.state.turns, states=rest.state.x + size * modal.states[mode].real)
+
+
+def _edge_between(system: System, one: State, other: State) -> str:
+    """The law whose branch differs between two states; "" where no branch does."""
+    switches = switches_of(system)
+    if switches is None:
+        return ""
+    branches = [switches.branches(state.instant(system)) for state in (one, other)]
+    differ = np.flatnonzero(branches[0] != branches[1])
+    return f"{switches.owner(differ[0])}: {switches.what(differ[0])}" if len(differ) else ""
+
+
+def _depends_on_time(case: Case, rest: Equilibrium, time: float) -> bool:
+    """Whether the forces, or the prescribed motions, change within `time`."""
+    motion, system = rest.reference.motion, case.system
+    forces = [tangent_force(system, replace(motion, t=t)) for t in (motion.t, motion.t + 0.5 * time, motion.t + time)]
+    drives = [drive_at(system, t) for t in (motion.t, motion.t + time)]
+    moves = any(drive.rate.any() or drive.acceleration.any() for drive in drives)
+    return moves or any(not np.array_equal(forces[0], other) for other in forces[1:])
+
+
+def _final_coordinates(case: Case, start: State, time: float, steps: int) -> Array:
+    """The joints' coordinates at the end of a run of length `time` (s)."""
+    recorder = TurnRecorder()
+    formulation = case.scene.settings.formulation
+    settings = Settings(duration=time, step=time / steps, output_step=time, formulation=formulation, start=EQUILIBRIUM)
+    simulate(case.system, start, settings, recorder)
+    return recorder.coordinate[-1]

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mbproj.analysis import energy_drift
-from mbproj.cli.simulate.run import command
-from mbproj.errors import InputError
-from mbproj.integrate import EnergyWatch
-from mbproj.studies import Task, run_task
+from mbproj.base.errors import InputError
+from mbproj.commands.run import command
+from mbproj.motion.report import EnergyWatch
+from mbproj.results.analysis.summary import energy_drift
+from mbproj.studies.batch import Task, run_task
 from tests.cli.commands import mbproj
 
 HEAD = "mbproj: 1\ngravity: [1, 2, -9.81]\nsimulation: {duration: 1, step: 1 ms, formulation: auto}\nbodies:\n"

@@ -8,16 +8,13 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from mbproj.integrate import simulate
-from mbproj.integrate.formulations.choice import Choice
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.studies.measure.accuracy import attempt
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.motion import simulate
+from mbproj.motion.formulations.choice import Choice
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, attempt, time_settings
 from mbproj.studies.measure.reference import _checked, _Fine, error, reference
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import sample_times, solve
-from mbproj.studies.measure.timing import time_settings
+from mbproj.studies.measure.solve import Mechanism, sample_times, solve
 from mbproj.studies.store import ValueCache
 from tests.support import ROOT, Recorder
 

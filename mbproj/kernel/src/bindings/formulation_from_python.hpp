@@ -1,4 +1,4 @@
-// A formulation in Python, as mbproj.integrate.formulations.full_in_loop has it, for the time loop. The loop runs without the
+// A formulation in Python, as mbproj.motion.formulations.full_in_loop has it, for the time loop. The loop runs without the
 // interpreter's lock and without small numbers: both are as usual while Python answers. What it throws stops the run, and is
 // thrown when the loop has come back.
 #pragma once

@@ -1,5 +1,5 @@
 // Changes of elements' states at instants, by controllers and from outside, as in
-// mbproj.integrate.point.
+// mbproj.motion.point.
 #pragma once
 
 #include <optional>

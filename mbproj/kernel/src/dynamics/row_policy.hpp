@@ -1,10 +1,10 @@
 // The rows that a step holds, a function of the pose at which it begins. Nothing comes from the steps before, so that a
 // run which starts at any of its states goes on the same.
 //
-// The usual rows are found before the run (mbproj.integrate.formulations.redundant_rows). Where these are
+// The usual rows are found before the run (mbproj.motion.formulations.redundant_rows). Where these are
 // ill-conditioned, the step holds the best-conditioned rows of its pose; off the constraints each choice is another
 // differential equation. The rows change within a step only where it cannot be made with them: `hold_others`. The
-// reference is mbproj.dynamics.rank.row_policy. It judges by singular values of C_q and holds combinations of rows;
+// reference is mbproj.equations.rank.row_policy. It judges by singular values of C_q and holds combinations of rows;
 // here single rows are held, by pivots of S, squares of distances in the metric of the masses. Both solve the same
 // equations where the rows are independent. Near a singular pose each errs by the distance σ of the rows that it leaves
 // out, and so they may differ by that.

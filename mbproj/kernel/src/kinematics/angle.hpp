@@ -1,4 +1,4 @@
-// The angle of x2 about x0 × x1, from x0 towards x1, as in mbproj.constraints.basic.
+// The angle of x2 about x0 × x1, from x0 towards x1, as in mbproj.joints.primitives.basic.
 #pragma once
 
 #include "model/dimension.hpp"

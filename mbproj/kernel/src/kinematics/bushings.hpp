@@ -1,4 +1,4 @@
-// Bushings, as in mbproj.dynamics.equations.bushings: elastic elements between two frames. Their coordinates are seen from the
+// Bushings, as in mbproj.equations.forces: elastic elements between two frames. Their coordinates are seen from the
 // frame midway between both.
 #pragma once
 

@@ -1,5 +1,5 @@
 // The variables of the scene's functions at a state: the time, the coordinate and rate of a force, and channels, as in
-// mbproj.dynamics.equations.instant.
+// mbproj.equations.instant.
 #pragma once
 
 #include "kinematics/coordinate.hpp"

@@ -1,5 +1,5 @@
 // Rows that couple coordinates. A pose gives them up to whole teeth or threads, which follow from counted turns. The
-// definitions are those of mbproj.dynamics.equations.teeth.
+// definitions are those of mbproj.equations.turning.
 #pragma once
 
 #include "kinematics/coordinate.hpp"

@@ -1,4 +1,4 @@
-// Forces of a scene without gravity, as in mbproj.dynamics.equations.forces: laws on coordinates, forces on bodies.
+// Forces of a scene without gravity, as in mbproj.equations.forces: laws on coordinates, forces on bodies.
 #pragma once
 
 #include "kinematics/channels.hpp"

@@ -1,4 +1,4 @@
-// Lengths and angles of a rope over points and circles in a plane. The definitions are those of mbproj.constraints.rope, which
+// Lengths and angles of a rope over points and circles in a plane. The definitions are those of mbproj.joints.primitives.rope, which
 // explains them.
 #pragma once
 

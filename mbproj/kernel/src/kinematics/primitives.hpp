@@ -1,5 +1,5 @@
 // The constraint primitives: value, gradient, and curvature as functions of the points and vectors x of an instance. The
-// definitions are those of mbproj.constraints, which explains them; a test holds this copy against them.
+// definitions are those of mbproj.joints.primitives.table, which explains them; a test holds this copy against them.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // Rolling bodies, and bodies that slide on an edge: the height of a wheel, and slip, a component of the relative velocity of two
-// bodies at their contact. The definitions are those of mbproj.constraints: wheel_height, ellipsoid and slip.
+// bodies at their contact. The definitions are those of mbproj.joints.primitives.table: wheel_height, ellipsoid and slip.
 #pragma once
 
 #include <cmath>

@@ -7,7 +7,7 @@
 
 namespace mbproj {
 
-// The primitives of the kernel: their names in mbproj.constraints, and the number of points and vectors and of parameters of
+// The primitives of the kernel: their names in mbproj.joints.primitives.table, and the number of points and vectors and of parameters of
 // each. Couplings are sums of instances of these.
 enum class Kind : int {
     coincident,

@@ -1,4 +1,4 @@
-// The path of a rope: the radii of its circles and the directions of its spans. See mbproj.constraints.rope.
+// The path of a rope: the radii of its circles and the directions of its spans. See mbproj.joints.primitives.rope.
 #pragma once
 
 #include <vector>

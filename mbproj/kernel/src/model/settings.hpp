@@ -13,8 +13,8 @@ namespace mbproj {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Butcher's tableau with error weights and continuous extension, as in mbproj.integrate.steppers.tableau. An implicit
-// method (mbproj.integrate.steppers.implicit_tableau) has f at the start of the step as its first stage. Its last stage
+// Butcher's tableau with error weights and continuous extension, as in mbproj.motion.steppers.tableau. An implicit
+// method (mbproj.motion.steppers.tableau) has f at the start of the step as its first stage. Its last stage
 // is the end of the step, where f is not evaluated again.
 struct Tableau {
     int order, error_order;

@@ -1,5 +1,5 @@
 // Space curves: cubic pieces with their derivatives, the foot of a point, arc length. The definitions are those of
-// mbproj.functions.curves.space_curve, which explains them.
+// mbproj.functions.space_curve, which explains them.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The branches of switches, as in mbproj.functions.switches: the interval of each branch, the branch at an argument, and the
+// The branches of switches, as in mbproj.functions.program: the interval of each branch, the branch at an argument, and the
 // branch beyond each end.
 #pragma once
 

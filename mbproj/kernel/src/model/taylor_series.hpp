@@ -1,5 +1,5 @@
 // Taylor arithmetic, truncated after the second order: a value with its first and second derivative in time. The rules
-// are those of mbproj.functions.taylor.
+// are those of mbproj.functions.series.
 #pragma once
 
 #include "algebra/scalar.hpp"

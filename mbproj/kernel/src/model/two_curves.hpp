@@ -1,4 +1,4 @@
-// The feet of two curves. The definitions are those of mbproj.functions.curves.plane_curve, which explains them.
+// The feet of two curves. The definitions are those of mbproj.functions.plane_curve, which explains them.
 #pragma once
 
 #include <vector>

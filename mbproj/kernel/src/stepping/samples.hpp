@@ -11,7 +11,7 @@
 
 namespace mbproj {
 
-// What a run has done besides its steps, in the order of the fields of mbproj.integrate.reporting.tally.Tally. Work that led to no
+// What a run has done besides its steps, in the order of the fields of mbproj.motion.report.Tally. Work that led to no
 // step counts, too.
 struct Counters {
     long rejected_steps = 0, evaluations = 0, projections = 0, projection_iterations = 0, velocity_iterations = 0,

@@ -1,5 +1,5 @@
 // Whole turns of the joints' angles, counted step by step. The definitions are those of
-// mbproj.dynamics.equations.turning: rates predict an angle after a step, by the trapezoidal rule; where the pose does
+// mbproj.equations.turning: rates predict an angle after a step, by the trapezoidal rule; where the pose does
 // not agree, by the stages of the step, or by the angle that y follows. Its motion predicts a driven angle. Where the
 // pose does not agree then either, the step is too coarse to tell the turns.
 #pragma once

@@ -1,4 +1,4 @@
-// The numbers of the page: base 64, compressed, as mbproj/pages/data/packing.py writes them.
+// The numbers of the page: base 64, compressed, as mbproj/show/page/series.py writes them.
 
 const NO_NUMBER = -(2 ** 31);
 

@@ -1,5 +1,5 @@
 // Points that follow a space curve: their distance beside the curve, and their arc length along it. The definitions are those of
-// mbproj.constraints.curves.in_space, which explains them.
+// mbproj.joints.primitives.space_curves, which explains them.
 #pragma once
 
 #include "kinematics/curves/on_face.hpp"

@@ -1,5 +1,5 @@
 // Points that follow a plane curve: the contact point, the distance from the curve, and the arc length. The definitions are those
-// of mbproj.constraints.curves.profile, which explains them.
+// of mbproj.joints.primitives.plane_curves, which explains them.
 #pragma once
 
 #include "kinematics/curves/in_space.hpp"

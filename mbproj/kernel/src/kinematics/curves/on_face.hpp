@@ -1,5 +1,5 @@
 // A flat face on a closed convex curve: its distance, and where it touches. The definitions are those of
-// mbproj.constraints.curves.face, which explains them.
+// mbproj.joints.primitives.plane_curves, which explains them.
 #pragma once
 
 #include "model/model.hpp"

@@ -1,5 +1,5 @@
 // Two curves that touch: their distance, and the arc length of the contact along each. The definitions are those of
-// mbproj.constraints.curves.two_curves, which explains them.
+// mbproj.joints.primitives.plane_curves, which explains them.
 #pragma once
 
 #include "kinematics/angle.hpp"

@@ -1,4 +1,4 @@
-// Whether two curves that touch overlap elsewhere. The definition is that of mbproj.dynamics.overlap, which explains it.
+// Whether two curves that touch overlap elsewhere. The definition is that of mbproj.equations.curve_checks, which explains it.
 #pragma once
 
 #include "kinematics/angle.hpp"

@@ -1,1 +1,0 @@
-"""The contacts of a run: what its stops and dry frictions have done."""

@@ -1,0 +1,1 @@
+"""What every other room may import: errors with places, the registry, plug-ins, thresholds, the version."""

@@ -1,1 +1,0 @@
-"""Commands for designers: `curve`, `fit`, `optimise`, `sensitivity`."""

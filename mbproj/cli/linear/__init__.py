@@ -1,1 +1,0 @@
-"""Commands on equilibria, modes and linear models, one module for each command."""

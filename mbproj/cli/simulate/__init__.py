@@ -1,1 +1,0 @@
-"""The commands that simulate one scene: run, rerun, continue and others."""

@@ -1,1 +1,0 @@
-"""Commands that run many simulations, one file each with the object `command`."""

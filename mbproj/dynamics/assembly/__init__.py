@@ -1,1 +1,0 @@
-"""Assembly: the consistent initial state nearest to the scene's guess."""

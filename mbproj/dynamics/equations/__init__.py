@@ -1,1 +1,0 @@
-"""The paper's equations at one state: constraints, motion, forces, energy. Pure functions of (t, q, v)."""

@@ -1,1 +1,0 @@
-"""Converts samples of a run to the quantities of a results file."""

@@ -1,2 +1,0 @@
-"""Time events: the times at which functions of time begin, end or have a kink. Steps end there, in every
-formulation."""

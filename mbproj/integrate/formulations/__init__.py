@@ -1,1 +1,0 @@
-"""The coordinates of a run: full in NumPy, reduced and planar in the kernel, and the choice between them."""

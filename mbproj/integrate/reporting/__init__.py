@@ -1,2 +1,0 @@
-"""The reporting of a run: its counts, the error where it cannot go on, its report, and marks from which it
-continues."""

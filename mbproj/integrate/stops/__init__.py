@@ -1,1 +1,0 @@
-"""Runs of mechanisms with stops: legs between the times at which something is struck, held or released."""

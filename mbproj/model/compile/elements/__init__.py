@@ -1,1 +1,0 @@
-"""Compiles elements, signals and controllers to arrays, and resolves the names in their functions."""

@@ -1,0 +1,1 @@
+"""Runge-Kutta methods: a method is a tableau, a file of `tableaus` or of `implicit_tableaus`."""

@@ -1,0 +1,1 @@
+"""Pure functions of results: energy, violations, comparison, loads, contacts, expectations."""

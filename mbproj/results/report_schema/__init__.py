@@ -1,0 +1,1 @@
+"""The schema of reports: what each command with --json says, each fact with its key, type, unit and words."""

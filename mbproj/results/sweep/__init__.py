@@ -1,1 +1,0 @@
-"""The summary of a sweep, summary.h5: its names, and its reader."""

@@ -1,1 +1,0 @@
-"""The blocks `signals`, `states` and `controllers`, and the names that expressions may use."""

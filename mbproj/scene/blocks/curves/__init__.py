@@ -1,1 +1,0 @@
-"""The `curves` block, and rules on the joints that follow a curve."""

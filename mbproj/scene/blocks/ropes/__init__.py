@@ -1,1 +1,0 @@
-"""Ropes: the keys of a rope in a scene, its path, and the rules on both."""

@@ -1,1 +1,0 @@
-"""Shapes of bodies with their mass and inertia, and appearances. A shape is an entry of `shapes.SHAPES`."""

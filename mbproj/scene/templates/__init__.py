@@ -1,0 +1,1 @@
+"""Scene files to begin with, written by `mbproj new`: readable, commented, and with expected results."""

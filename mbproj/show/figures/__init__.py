@@ -1,0 +1,1 @@
+"""Pictures of results, of studies and of sweeps, by matplotlib."""

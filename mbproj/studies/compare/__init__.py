@@ -1,1 +1,0 @@
-"""The comparison of chosen settings on one mechanism, side by side."""

@@ -1,1 +1,0 @@
-"""The search for the cheapest setting that keeps an error below a goal."""
