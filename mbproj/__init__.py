@@ -18,10 +18,146 @@ import gc
 from collections.abc import Mapping
 from importlib import import_module
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from mbproj.base.version import __version__
 
-#: The public names by the module that defines them; `__init__.pyi` says the same to editors and type checkers.
+if TYPE_CHECKING:
+    from mbproj.base.errors import InputError as InputError, SimulationError as SimulationError
+    from mbproj.commands.python.check import SceneCheck as SceneCheck, branches as branches, check as check
+    from mbproj.commands.python.files import (
+        compare_results as compare_results,
+        export as export,
+        largest_loads as largest_loads,
+    )
+    from mbproj.commands.python.linear import (
+        equilibria as equilibria,
+        equilibrium as equilibrium,
+        linearize as linearize,
+        loads as loads,
+        modes as modes,
+        traces as traces,
+    )
+    from mbproj.commands.python.models import (
+        Exported as Exported,
+        Imported as Imported,
+        export_model as export_model,
+        import_model as import_model,
+        new as new,
+        schema as schema,
+    )
+    from mbproj.commands.python.pictures import paper as paper
+    from mbproj.commands.python.results import Results as Results, open_results as open_results
+    from mbproj.commands.python.run import continue_run as continue_run, rerun as rerun, run as run, start as start
+    from mbproj.commands.python.studies import (
+        Batch as Batch,
+        SweepTable as SweepTable,
+        batch as batch,
+        compare as compare,
+        fit as fit,
+        optimise as optimise,
+        recommend as recommend,
+        sensitivity as sensitivity,
+        stability as stability,
+        sweep as sweep,
+        threshold as threshold,
+        tradeoff as tradeoff,
+        verify as verify,
+    )
+    from mbproj.equations.assembly.assemble import State as State, assemble as assemble
+    from mbproj.equations.assembly.compiled import compile_system as compile_system
+    from mbproj.equations.rank.mobility import mobility as mobility
+    from mbproj.equations.rank.uniqueness import unique_components as unique_components
+    from mbproj.model.compile.mechanism import initial_guess as initial_guess
+    from mbproj.model.system import System as System
+    from mbproj.motion.projection import Projection as Projection, register_projection as register_projection
+    from mbproj.motion.report import Report as Report
+    from mbproj.motion.simulate import simulate as simulate
+    from mbproj.motion.steppers.plugin import register_integrator as register_integrator
+    from mbproj.results.notes import Note as Note
+    from mbproj.results.trust import Trust as Trust
+    from mbproj.results.verification import Verification as Verification
+    from mbproj.results.views import Table as Table
+    from mbproj.results.writer import ResultsWriter as ResultsWriter
+    from mbproj.scene.blocks.plugin_forces import register_element as register_element, register_force as register_force
+    from mbproj.scene.parts import (
+        Belt as Belt,
+        Body as Body,
+        Bushing as Bushing,
+        Cam as Cam,
+        CamContact as CamContact,
+        Coupler as Coupler,
+        Curve as Curve,
+        CurveContact as CurveContact,
+        CurveOnCurve as CurveOnCurve,
+        Cylindrical as Cylindrical,
+        DcMotor as DcMotor,
+        Differential as Differential,
+        Distance as Distance,
+        Expectation as Expectation,
+        Fixed as Fixed,
+        FlatContact as FlatContact,
+        FlatFollower as FlatFollower,
+        Force as Force,
+        Friction as Friction,
+        Gear as Gear,
+        Geneva as Geneva,
+        HydraulicCylinder as HydraulicCylinder,
+        KnifeEdge as KnifeEdge,
+        LinearServo as LinearServo,
+        LinearSpringDamper as LinearSpringDamper,
+        Marker as Marker,
+        Maxwell as Maxwell,
+        Motion as Motion,
+        Planar as Planar,
+        PneumaticSpring as PneumaticSpring,
+        PointInPlane as PointInPlane,
+        PointOnLine as PointOnLine,
+        Prismatic as Prismatic,
+        Rack as Rack,
+        Revolute as Revolute,
+        RevoluteSpherical as RevoluteSpherical,
+        RollingBall as RollingBall,
+        RollingEllipsoid as RollingEllipsoid,
+        RollingOnCurve as RollingOnCurve,
+        RollingOnLine as RollingOnLine,
+        RollingWheel as RollingWheel,
+        Rope as Rope,
+        Screw as Screw,
+        Servo as Servo,
+        Simulation as Simulation,
+        Slot as Slot,
+        SpaceSlot as SpaceSlot,
+        SpeedTorque as SpeedTorque,
+        Spherical as Spherical,
+        SpringDamper as SpringDamper,
+        Stop as Stop,
+        Telescope as Telescope,
+        Torque as Torque,
+        TorsionMaxwell as TorsionMaxwell,
+        TorsionSpringDamper as TorsionSpringDamper,
+        Universal as Universal,
+    )
+    from mbproj.scene.scene import Scene as Scene, read_scene as read_scene, read_scene_text as read_scene_text
+    from mbproj.scene.settings import settings_to_run as settings_to_run
+    from mbproj.show.figures.style import figure_style as figure_style
+    from mbproj.studies.certify import simulate_certified as simulate_certified
+    from mbproj.studies.compare import Comparison as Comparison
+    from mbproj.studies.measure.reference import Reference as Reference, reference as reference
+    from mbproj.studies.measure.setting import Setting as Setting
+    from mbproj.studies.measure.solve import (
+        Mechanism as Mechanism,
+        Solution as Solution,
+        sample_times as sample_times,
+        solve as solve,
+    )
+    from mbproj.studies.recommend import Recommendation as Recommendation
+    from mbproj.studies.record import Run as Run, record_run as record_run
+    from mbproj.studies.stability import StabilityMap as StabilityMap
+    from mbproj.studies.threshold import ThresholdStudy as ThresholdStudy, threshold_study as threshold_study
+    from mbproj.studies.tradeoff import Tradeoff as Tradeoff
+
+#: The public names by the module that defines them; the imports above say the same to editors and type checkers.
 HOMES: Mapping[str, str] = MappingProxyType(
     {
         "mbproj.base.errors": "InputError SimulationError",
@@ -32,7 +168,9 @@ HOMES: Mapping[str, str] = MappingProxyType(
         "mbproj.commands.python.pictures": "paper",
         "mbproj.commands.python.results": "Results open_results",
         "mbproj.commands.python.run": "continue_run rerun run start",
-        "mbproj.commands.python.studies": "Batch SweepTable batch compare fit optimise recommend sensitivity stability sweep threshold tradeoff verify",
+        "mbproj.commands.python.studies": "Batch SweepTable batch compare fit optimise recommend sensitivity "
+        "stability sweep threshold tradeoff "
+        "verify",
         "mbproj.equations.assembly.assemble": "State assemble",
         "mbproj.equations.assembly.compiled": "compile_system",
         "mbproj.equations.rank.mobility": "mobility",
@@ -49,7 +187,13 @@ HOMES: Mapping[str, str] = MappingProxyType(
         "mbproj.results.views": "Table",
         "mbproj.results.writer": "ResultsWriter",
         "mbproj.scene.blocks.plugin_forces": "register_element register_force",
-        "mbproj.scene.parts": "Belt Body Bushing Cam CamContact Coupler Curve CurveContact CurveOnCurve Cylindrical DcMotor Differential Distance Expectation Fixed FlatContact FlatFollower Force Friction Gear Geneva HydraulicCylinder KnifeEdge LinearServo LinearSpringDamper Marker Maxwell Motion Planar PneumaticSpring PointInPlane PointOnLine Prismatic Rack Revolute RevoluteSpherical RollingBall RollingEllipsoid RollingOnCurve RollingOnLine RollingWheel Rope Screw Servo Simulation Slot SpaceSlot SpeedTorque Spherical SpringDamper Stop Telescope Torque TorsionMaxwell TorsionSpringDamper Universal",
+        "mbproj.scene.parts": "Belt Body Bushing Cam CamContact Coupler Curve CurveContact CurveOnCurve Cylindrical "
+        "DcMotor Differential "
+        "Distance Expectation Fixed FlatContact FlatFollower Force Friction Gear Geneva HydraulicCylinder "
+        "KnifeEdge LinearServo LinearSpringDamper Marker Maxwell Motion Planar PneumaticSpring PointInPlane "
+        "PointOnLine Prismatic Rack Revolute RevoluteSpherical RollingBall RollingEllipsoid RollingOnCurve "
+        "RollingOnLine RollingWheel Rope Screw Servo Simulation Slot SpaceSlot SpeedTorque Spherical SpringDamper "
+        "Stop Telescope Torque TorsionMaxwell TorsionSpringDamper Universal",
         "mbproj.scene.scene": "Scene read_scene read_scene_text",
         "mbproj.scene.settings": "settings_to_run",
         "mbproj.show.figures.style": "figure_style",

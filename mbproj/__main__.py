@@ -17,7 +17,7 @@ def main() -> None:
     is_usual = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not so where a shell ignores it
     if is_usual:
         signal.signal(signal.SIGINT, _interrupted)
-    from mbproj.commands import main as run_command
+    from mbproj.commands.main import main as run_command
 
     if is_usual:
         signal.signal(signal.SIGINT, signal.default_int_handler)

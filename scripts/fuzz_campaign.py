@@ -31,8 +31,8 @@ from fuzz.scenes import changed
 from fuzz.surroundings import environment, furnish, untouched
 from fuzz.trial import Ending, trial
 
-import mbproj.figures.save
-import mbproj.studies.verify  # noqa: F401
+import mbproj.show.figures.style
+import mbproj.studies.verify.checks  # noqa: F401
 
 MECHANISMS = Path(__file__).resolve().parent.parent / "mechanisms"
 #: Scenes to change: small ones.

@@ -28,8 +28,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from kernel_bench.scenes import chain
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj.base.settings import Settings
 from mbproj.results.writer import ResultsWriter, chunk_rows
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import Scene
 
 ROOT = Path(__file__).parents[1]

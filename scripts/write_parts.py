@@ -9,9 +9,9 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from mbproj.scene.parts import CLASSES, ScenePart
+from mbproj.scene.part_classes import CLASSES, ScenePart
 
-STUB = Path(__file__).parent.parent / "mbproj" / "parts" / "__init__.pyi"
+STUB = Path(__file__).parent.parent / "mbproj" / "scene" / "parts.pyi"
 HEAD = '''"""Written by scripts/write_parts.py from the tables that read a scene."""
 
 from collections.abc import Mapping, Sequence

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 
 from mbproj import Scene
+from mbproj.base.settings import Settings
 from mbproj.functions.space_curve import SpaceTrack, Track
 from mbproj.joints.table import JOINTS, TWO_ANGLES, Parameter, Ratio
 from mbproj.scene.blocks.ropes import Node
 from mbproj.scene.blocks.ropes import Path as RopePath
-from mbproj.scene.records import Body, Coupled, Joint, Marker, OfBody, Pair, Settings
+from mbproj.scene.records import Body, Coupled, Joint, Marker, OfBody, Pair
 from tests.constraints.lines import LINES, WIRES
 
 ROOT = Path(__file__).parents[1]

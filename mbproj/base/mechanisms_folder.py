@@ -7,7 +7,7 @@ from pathlib import Path
 
 def folder() -> Path:
     """The folder of the example scenes; its folder `validation` has scenes with results of other programs."""
-    package = Path(__file__).parent
+    package = Path(__file__).parents[1]
     for place in (package / "mechanisms", package.parent / "mechanisms"):
         if place.is_dir():
             return place

@@ -1,5 +1,4 @@
-"""Plug-ins: entries that other packages add to the registries, by an entry point of the group `mbproj.base.plugins` or by a
-call.
+"""Plug-ins: entries that other packages add to the registries, by an entry point of the group `mbproj.plugins` or by a call.
 
 An entry point names a module that registers its entries when it is imported, or a function that does so when it is
 called. The search for entry points takes 10 ms, so that names of mbproj itself are found without it.
@@ -15,7 +14,7 @@ from typing import Generic, TypeVar, final
 
 from mbproj.base.errors import InputError, MbprojError, Place, Problem, warn_once
 
-GROUP = "mbproj.base.plugins"
+GROUP = "mbproj.plugins"
 Entry = TypeVar("Entry")
 #: The module that registered each plug-in, and the checksum of its code, by kind and name.
 _origins: dict[tuple[str, str], tuple[str, str]] = {}

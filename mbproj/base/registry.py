@@ -144,7 +144,7 @@ def integrators() -> Registry[IntegratorEntry]:
     """Every integrator by name: the explicit ones of the tableaus on disk, by order, then the implicit ones, by order;
     last those of plug-ins."""
     entries = {}
-    steppers = Path(__file__).parent / "integrate" / "steppers"
+    steppers = Path(__file__).parents[1] / "motion" / "steppers"
     for path in (*steppers.glob("tableaus/*.json"), *steppers.glob("implicit_tableaus/*.json")):
         data, implicit = read_json(path), path.parent.name.startswith("implicit")
         entries[path.stem] = IntegratorEntry(data["order"], "error" in data, data["summary"], path, implicit)

@@ -15,8 +15,9 @@ from mbproj.commands.report.text import json_text
 from mbproj.joints.table import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 
 if TYPE_CHECKING:
+    from mbproj.base.settings import Settings
     from mbproj.model.system import System
-    from mbproj.scene.records import Body, Joint, Settings
+    from mbproj.scene.records import Body, Joint
     from mbproj.scene.scene import Scene
 
 #: The most rows of bodies, joints or coordinates that are listed.

@@ -127,8 +127,8 @@ def command(
         if steps or energy:
             from mbproj.commands.report import step_limits
 
-            said = step_limits if steps else energy_parts
-            click.echo(_json(said.facts(opened)) if as_json else "\n".join(said.lines(opened)))
+            said, told = (step_limits.facts, step_limits.lines) if steps else (energy_facts, energy_lines)
+            click.echo(_json(said(opened)) if as_json else "\n".join(told(opened)))
             return int(ExitCode.DONE)
         if loads:
             words = _json(loads_facts(opened, over, level, rainflow=rainflow)) if as_json else None
@@ -150,7 +150,6 @@ def _build(as_json: bool) -> str:
 
 
 def _thresholds(as_json: bool) -> str:
-
     return _json(threshold_facts()) if as_json else "\n".join(threshold_lines())
 
 

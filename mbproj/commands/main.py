@@ -9,13 +9,13 @@ import sys
 import warnings
 from collections.abc import Mapping
 from contextlib import suppress
-from importlib import import_module
 from types import MappingProxyType
 from typing import Any
 
 import click
 
 from mbproj.base.errors import ExitCode, MbprojWarning, message_and_code
+from mbproj.base.registry import load
 from mbproj.base.version import __version__
 from mbproj.commands.streams import protect_streams
 
@@ -74,20 +74,8 @@ GROUPS: Mapping[str, Mapping[str, str]] = MappingProxyType(
     }
 )
 COMMANDS = tuple(name for names in GROUPS.values() for name in names)
-#: Commands that run many simulations.
-STUDIES = frozenset({"batch", "compare", "paper", "recommend", "stability", "sweep", "threshold", "tradeoff", "verify"})
-#: Commands on equilibria, modes and linear models.
-LINEAR = frozenset({"equilibrium", "linearize", "modes"})
-#: Commands whose module has another name.
+#: The modules of commands that have other names.
 MODULES = {"continue": "continue_run", "import": "import_model"}
-#: Commands for designers.
-DESIGN = frozenset({"curve", "fit", "optimise", "sensitivity"})
-#: Commands that simulate one scene.
-SIMULATE = frozenset({"run", "rerun", "continue", "loads"})
-#: The folders of `mbproj.commands` and their commands; other commands are in `commands`.
-FOLDERS: Mapping[str, frozenset[str]] = MappingProxyType(
-    {"simulate": SIMULATE, "studies": STUDIES, "linear": LINEAR, "design": DESIGN}
-)
 
 
 class CommandsOnDemand(click.Group):
@@ -99,9 +87,7 @@ class CommandsOnDemand(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        folder = next((folder for folder, names in FOLDERS.items() if cmd_name in names), "commands")
-        module = import_module(f"mbproj.commands.{folder}.{MODULES.get(cmd_name, cmd_name.replace('-', '_'))}")
-        command: click.Command = module.command
+        command: click.Command = load(f"mbproj.commands.{MODULES.get(cmd_name, cmd_name.replace('-', '_'))}:command")
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:

@@ -199,7 +199,7 @@ def option(part: Part, *names: str, **attributes: Any) -> Callable[[Any], Any]:
 # --- The common options of commands on a scene ------------------------------------------------------------------------
 
 
-Decorated = TypeVar("Command", bound=Callable[..., Any])
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 #: The parts of the help that options stand in, where not with integration, or projection.
 PARTS = {"duration": Part.WHAT, "start": Part.WHAT, "adjust_joints": Part.WHAT, "output_step": Part.OUTPUT}

@@ -1,7 +1,7 @@
 """The joint types, each a list of constraint primitives between two frames: the one place that knows a joint's name.
 
 Body 1 and body 2 carry a point p and a right-handed triad x, y, z each; z1 and z2 are the joint's axes. A row names a
-primitive of `mbproj.joints.primitives.table` and the points and vectors that it binds; "-y2" is minus y2. A coupling of joints
+primitive of `joints.primitives` and the points and vectors that it binds; "-y2" is minus y2. A coupling of joints
 binds the points and vectors of their coordinates. The rows are those of Haug (1989), ch. 9: `coincident` (3 rows),
 `along` (the line from p1 to p2 has no component along a vector) and `distance` in m, `perpendicular` in rad to first
 order.

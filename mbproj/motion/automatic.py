@@ -12,6 +12,7 @@ from mbproj.base.arrays import Array, Flags
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, SimulationError
 from mbproj.base.registry import WHERE_SMOOTH, WHERE_STIFF
+from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.samples import Samples
@@ -24,7 +25,6 @@ from mbproj.motion.marks import START, Mark, Marks, resuming
 from mbproj.motion.report import Tally
 from mbproj.motion.stiffness import FastModes, against, can_be_fast
 from mbproj.motion.time_events import Event, Leg
-from mbproj.scene.records import Settings
 
 # --- The plan of `integrator ------------------------------------------------------------------------------------------
 # Auto`: the method in use, since when, and the next look. It is saved with a run's marks.

@@ -16,6 +16,7 @@ from mbproj.base.arrays import Array, Flags, Integers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem, SimulationError
 from mbproj.base.registry import EQUILIBRIUM, IMPACT_LAWS, USUAL_IMPACT_LAW
+from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.bearings import load, supports
@@ -31,7 +32,6 @@ from mbproj.motion.failures import no_unique_sliding
 from mbproj.motion.formulations.choice import Choice, choose
 from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.time_events import SHARED, Event
-from mbproj.scene.records import Settings
 
 # --- The largest speed of a mechanism, and the energy stored in its stops ---------------------------------------------
 

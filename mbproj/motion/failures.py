@@ -12,6 +12,7 @@ from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import SimulationError
 from mbproj.base.registry import PROJECTIONS, explicit_integrators, implicit_integrators
+from mbproj.base.settings import ProjectionSettings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import nearest
 from mbproj.equations.assembly.gauss_newton import moved
@@ -21,7 +22,6 @@ from mbproj.equations.rank.mobility import least_inertia
 from mbproj.model.system import System
 from mbproj.motion.steppers.runge_kutta import reach
 from mbproj.motion.steppers.tableau import tableau_of
-from mbproj.scene.records import ProjectionSettings
 
 if TYPE_CHECKING:
     from mbproj.equations.assembly.assemble import State

@@ -17,6 +17,7 @@ from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import SimulationError
 from mbproj.base.registry import is_explicit
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.samples import Samples, block_samples, stack
 from mbproj.model.system import System
@@ -25,7 +26,6 @@ from mbproj.motion.formulations.compiled import PHASES, Compiled
 from mbproj.motion.marks import START, Mark, Marks, restored_events, resuming, saved_events
 from mbproj.motion.report import Halved, Passed, Peak, RowsKept, Tally, with_another
 from mbproj.motion.time_events import SHARED, Event, Leg
-from mbproj.scene.records import Settings
 from mbproj.scene.sampling import output_interval
 
 #: The kernel returns for Ctrl-C and for progress at least this often, in s.

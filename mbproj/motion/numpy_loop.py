@@ -1,7 +1,7 @@
 """The paper's time loop in NumPy: explicit steps, fixed or controlled, with the paper's projections.
 
     step  = stages of the tableau       q'' from Eq. 14, or Eqs. 80-81, at each: `formulations/full.py`
-    q     = correct_position(q)         Δq of Eqs. 39, 44, 52, 60, 65 or 73, iterated until C = 0: `motion/projection.py`
+    q     = correct_position(q)         Δq of Eqs. 39, 44, 52, 60, 65 or 73, iterated until C = 0: `projection.py`
     v     = correct_velocity(q, v)      Δq' of the same formula, in one pass (Eq. 46)
     point = q'' and λ at (q, v)         after checks: joints closed, branch kept, turns counted
     h     = size of the next step       the given one, or by the error of this one; steps end at breaks

@@ -18,6 +18,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem
 from mbproj.base.plugins import blamed
 from mbproj.base.registry import PROJECTIONS, ProjectionEntry
+from mbproj.base.settings import ProjectionSettings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.constraints import constraint, jacobian, position_grain, time_derivative
 from mbproj.equations.kinematics import Pose, pose_of
@@ -25,7 +26,6 @@ from mbproj.equations.motions import NO_DRIVE, Drive
 from mbproj.equations.of_motion import mass_matrix
 from mbproj.equations.rank.row_policy import RowSet
 from mbproj.model.system import System
-from mbproj.scene.records import ProjectionSettings
 
 
 class Method(ABC):

@@ -11,6 +11,7 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import shortened
+from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.recorded import Block
@@ -18,7 +19,6 @@ from mbproj.model.system import System
 from mbproj.motion.time_events import DECIDES, SHARED, Event
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.runs import RECORDED, ROWS
-from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
     from mbproj.motion.projection import ProjectedState

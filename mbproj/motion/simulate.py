@@ -13,6 +13,7 @@ import numpy as np
 from mbproj.base.arrays import Array, may_overflow
 from mbproj.base.errors import SimulationError
 from mbproj.base.registry import AUTOMATIC
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.constraints import has_light_bodies, position_grain, velocity_grain
 from mbproj.equations.kinematics import pose_of, twist_of
@@ -36,7 +37,6 @@ from mbproj.motion.report import (
     worst_joint,
 )
 from mbproj.motion.time_events import DECIDES, SHARED, Event, crowded, events_of, splits_of, unresolved
-from mbproj.scene.records import Settings
 
 if TYPE_CHECKING:
     from mbproj.motion.automatic import AutomaticMarch
@@ -239,9 +239,9 @@ def _stiffness(choice: Choice, system: System, settings: Settings) -> StiffnessW
 
 
 def _automatic() -> AutomaticMarch:
-    from mbproj.motion import automatic as march
+    from mbproj.motion.automatic import AutomaticMarch
 
-    return march.AutomaticMarch()
+    return AutomaticMarch()
 
 
 def _march(

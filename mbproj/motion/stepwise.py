@@ -12,6 +12,7 @@ from typing import Any, final
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem, choose_from
 from mbproj.base.registry import AUTOMATIC
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.samples import Samples
 from mbproj.functions.program import CHANNELS
@@ -23,7 +24,6 @@ from mbproj.motion.kernel_run import march
 from mbproj.motion.marks import Marks
 from mbproj.motion.report import Tally
 from mbproj.motion.time_events import Leg
-from mbproj.scene.records import Settings
 
 # --- Inputs to a run from Python --------------------------------------------------------------------------------------
 # A controller that reads signals at instants and sets states, or the caller's own loop.

@@ -17,6 +17,7 @@ from mbproj.base.arrays import Array, Flags, Integers, may_overflow
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import SimulationError, shortened
 from mbproj.base.registry import AUTOMATIC, WHERE_SMOOTH, WHERE_STIFF, explicit_integrators, is_explicit
+from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.derivatives import state_slopes
@@ -31,7 +32,6 @@ from mbproj.motion.numpy_loop import attempted, error_norm, first_point
 from mbproj.motion.report import Tally
 from mbproj.motion.steppers.runge_kutta import ExplicitRungeKutta, amplification, reach
 from mbproj.motion.steppers.tableau import ImplicitTableau, load_tableau, tableau_of
-from mbproj.scene.records import Settings
 
 #: The number of samples of a block that are kept, and of a run.
 OF_A_BLOCK, KEPT = 4, 8

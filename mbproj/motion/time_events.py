@@ -18,13 +18,13 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.registry import with_fixed_steps
+from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.program import ProgramSet
 from mbproj.model.channels import ElementStates, Motions
 from mbproj.model.forces import Forces
 from mbproj.model.system import Names, System
 from mbproj.motion.steppers.tableau import Tableau
-from mbproj.scene.records import Settings
 from mbproj.scene.sampling import SampleTimes, output_every, output_interval, output_times, whole_steps
 
 if TYPE_CHECKING:

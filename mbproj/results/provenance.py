@@ -18,13 +18,13 @@ import h5py
 import numpy as np
 
 from mbproj.base.errors import InputError, Place, Problem
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.base.version import __version__
 from mbproj.results.file.checksums import crc32, create_text, describe, stamp
 from mbproj.results.file.contents import Contents
 from mbproj.results.layout import FORMAT, SCHEMA_VERSION
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.grammar import SIMULATION
-from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
 

@@ -15,6 +15,7 @@ import numpy.typing as npt
 from mbproj.base.arrays import Array, Integers
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import choose_from
+from mbproj.base.settings import Settings
 from mbproj.results import crash_safety as restarting
 from mbproj.results import events as happening
 from mbproj.results import largest_loads, provenance
@@ -29,7 +30,7 @@ from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER, MARKS, 
 from mbproj.results.notes import Note
 from mbproj.results.provenance import UnfitSettings, settings_from
 from mbproj.results.trust import Poses, Trust
-from mbproj.scene.records import Settings, Vector
+from mbproj.scene.records import Vector
 from mbproj.scene.scene import Scene
 
 if TYPE_CHECKING:

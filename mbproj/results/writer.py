@@ -235,7 +235,7 @@ class ResultsWriter:
 
     The end of the block renames OUT.part to OUT with the status "complete". Where an exception ends it, the status is
     "failed: cause" or "interrupted", with the samples so far; an InputError before the first sample leaves OUT as it
-    was. `constants` are the layout's marks by path (`mbproj.equations.rank.uniqueness.unique_components`), as far as they are known.
+    was. `constants` are the layout's marks by path (`equations.rank.uniqueness`), as far as they are known.
     Raises InputError where `path` cannot or must not be written (see `check_output`), OutputError where writing fails
     later. `certified` are the limits in m of a run that is certified; its `trust` is added at its end. `marks` are
     attributes that the file has from the start.

@@ -8,7 +8,7 @@ from typing import overload
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem
-from mbproj.scene.records import Settings
+from mbproj.base.settings import Settings
 
 #: The number of intervals between samples of an error-controlled run whose scene gives no output step.
 DEFAULT_SAMPLES = 1000

@@ -17,12 +17,13 @@ from mbproj.base.arrays import cases_in
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.registry import calling, load
+from mbproj.base.settings import Settings
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.expectations import expectations_of, unsampled
 from mbproj.scene.changes import changed
 from mbproj.scene.fields.reading import Reading, declares_units, in_text_order, items_of, number_at
 from mbproj.scene.grammar import SCENE, SIMULATION
-from mbproj.scene.records import Body, Expectation, Force, Joint, JointForce, KeyPath, Marker, Motion, Settings, Vector
+from mbproj.scene.records import Body, Expectation, Force, Joint, JointForce, KeyPath, Marker, Motion, Vector
 from mbproj.scene.settings import Merged, by_name, check_settings, merge, place_of, read_options, settings_of, values_of
 from mbproj.scene.text.document import MAX_BYTES, compose, read_text
 from mbproj.scene.text.nodes import MappingNode, ScalarNode, describe, document, flow, from_value, mapping
@@ -131,7 +132,7 @@ def read_scene(
     """The scene in the file at `path`.
 
     `parameters` replaces parameters of the scene, or any value by its path, as "bodies.bar1.mass" (text of an
-    expression, a number, or an array of NumPy). `simulation` replaces settings, by their names in `mbproj.base.settings`;
+    expression, a number, or an array of NumPy). `simulation` replaces settings, by their names in `base.settings`;
     None is as if not given. Raises InputError with every problem, in text order.
     """
     return _taken_apart(read_text(Path(path)), str(path), Path(path)).scene(parameters, simulation)

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.base.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
-from mbproj.base.settings import SETTINGS, option_name
+from mbproj.base.settings import SETTINGS, ProjectionSettings, Settings, option_name
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.grammar import SIMULATION
-from mbproj.scene.records import KeyPath, ProjectionSettings, Settings
+from mbproj.scene.records import KeyPath
 from mbproj.scene.sampling import too_many
 from mbproj.scene.text.nodes import MappingNode, Node, from_value
 

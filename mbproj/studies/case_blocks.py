@@ -16,6 +16,7 @@ import numpy as np
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import MbprojError, warn_once
 from mbproj.base.registry import AUTOMATIC, EQUILIBRIUM
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.recorded import Block, Observer
 from mbproj.equations.samples import block_samples
@@ -29,7 +30,7 @@ from mbproj.motion.law_switches import switches_of
 from mbproj.motion.time_events import events_of
 from mbproj.results.analysis.expectations import measured
 from mbproj.scene.changes import SIMULATION
-from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.scene.text.reading_cache import same_bits
 from mbproj.studies.case_arrays import CaseArray, CasesDiffer, KernelOfCases, OneCaseOnly, case_of, stacked

@@ -17,6 +17,7 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import SimulationError
+from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS, Thresholds
 from mbproj.equations.assembly.assemble import State, moved_by, nearest, scaled_rows
 from mbproj.equations.assembly.gauss_newton import moved, shortest
@@ -26,14 +27,12 @@ from mbproj.equations.motions import drive_at
 from mbproj.equations.rank.row_space import NO_CONDITIONS
 from mbproj.equations.recorded import Block
 from mbproj.model.system import System
-from mbproj.motion import simulate
 from mbproj.motion.failures import branch_untold
 from mbproj.motion.report import Report, sharing_stops
-from mbproj.motion.simulate import EventRecorder, Keep, Progress
+from mbproj.motion.simulate import EventRecorder, Keep, Progress, simulate
 from mbproj.motion.time_events import Event
 from mbproj.results.analysis.trust import Growth, growth, horizons, settled
 from mbproj.results.trust import Poses, Trust
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.reference import TIGHTEST, largest_distance, not_smooth, round_off_bound, uneven
 from mbproj.studies.measure.setting import Setting

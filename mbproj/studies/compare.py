@@ -14,19 +14,19 @@ from mbproj.base.arrays import Array, Integers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError
 from mbproj.base.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.energy import total_energy
 from mbproj.equations.recorded import Block
-from mbproj.motion import simulate
 from mbproj.motion.formulations.choice import Choice, choose
 from mbproj.motion.formulations.full import FullFormulation
 from mbproj.motion.marks import START, Mark
 from mbproj.motion.numpy_loop import march
 from mbproj.motion.report import Tally
+from mbproj.motion.simulate import simulate
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import COMPARED, ENERGY_ROW
 from mbproj.results.views import Table, Tabled
-from mbproj.scene.records import Settings
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.measurement import REPETITIONS, Measurement, Timing, kept_timings, measured, timing_columns

@@ -27,13 +27,12 @@ from mbproj.base.registry import (
     integrators,
     with_fixed_steps,
 )
-from mbproj.base.settings import HOW, SETTINGS
+from mbproj.base.settings import HOW, SETTINGS, Settings
 from mbproj.motion.steppers.tableau import tableau_of
 from mbproj.motion.stiffness import steps_for_stability
 from mbproj.results.output_files import SCENE, check_rewritable, write_text
 from mbproj.results.views import Table, Tabled
 from mbproj.scene.changes import Changes, with_simulation
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.scene.text.document import read_text
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement, measured, time_settings

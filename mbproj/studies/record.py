@@ -13,6 +13,7 @@ import numpy as np
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import SimulationError
 from mbproj.base.registry import EQUILIBRIUM, is_explicit
+from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State, assemble
 from mbproj.equations.assembly.compiled import compile_system
@@ -26,7 +27,7 @@ from mbproj.motion.simulate import Keep, Progress, simulate
 from mbproj.results.notes import KEY, Note, as_attribute
 from mbproj.results.writer import ResultsWriter
 from mbproj.scene.blocks.oversights import notes_on as notes_on_scene
-from mbproj.scene.records import JointForce, PlaneStop, Settings
+from mbproj.scene.records import JointForce, PlaneStop
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import placed_in, settings_to_run
 

@@ -20,7 +20,7 @@ from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, MbprojError, Problem, SimulationError, choose_from
 from mbproj.base.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fixed_steps
-from mbproj.base.settings import SETTINGS
+from mbproj.base.settings import SETTINGS, Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.constraints import constraint_at
 from mbproj.equations.recorded import Block
@@ -30,14 +30,13 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.model.system import System
-from mbproj.motion import simulate
 from mbproj.motion.formulations.choice import choose
 from mbproj.motion.formulations.reduced import InPlane
 from mbproj.motion.report import Report
+from mbproj.motion.simulate import simulate
 from mbproj.motion.steppers.runge_kutta import real_axis_limit
 from mbproj.motion.steppers.tableau import tableau_of
 from mbproj.results.views import Table, Tabled
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import Scene, SceneText
 from mbproj.studies.case_arrays import OneCaseOnly, case_of
 from mbproj.studies.case_blocks import CaseBlock, as_one, by_arrays

@@ -33,7 +33,7 @@ from mbproj.functions.program import (
 )
 from mbproj.functions.space_curve import SpaceTrack, Track
 from mbproj.joints.table import COORDINATE_UNITS, JOINTS
-from mbproj.scene.blocks import elements as element_type
+from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.blocks.ropes import Path
 from mbproj.scene.blocks.signals import names_channels
 from mbproj.scene.expressions.units import DAMPING, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS

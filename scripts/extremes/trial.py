@@ -12,12 +12,11 @@ import numpy as np
 from mbproj import InputError, SimulationError, assemble, compile_system, initial_guess, settings_to_run, simulate
 from mbproj.base.arrays import Array
 from mbproj.base.registry import PROJECTIONS
-from mbproj.base.settings import SETTINGS
+from mbproj.base.settings import SETTINGS, ProjectionSettings, Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.model.system import System
 from mbproj.motion.report import Report
-from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.studies.record import notes_on
 

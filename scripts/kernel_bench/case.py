@@ -10,12 +10,12 @@ from peers.problem import MECHANISMS
 from kernel_bench import scenes
 from kernel_bench.frequency import highest_frequency
 from mbproj import State, System, assemble, compile_system, initial_guess, read_scene
+from mbproj.base.settings import Settings
 from mbproj.kernel import core
 from mbproj.model.planar.reduction import NotPlanar, planar_reduction
 from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.formulations.reduced import InPlane, Reduced
 from mbproj.motion.formulations.redundant_rows import settle_rows
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import Scene
 
 #: The step in radians of the highest frequency; steps of a run: as many as keep the work of all runs alike.

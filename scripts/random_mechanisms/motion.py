@@ -9,6 +9,7 @@ import numpy as np
 
 from mbproj import State, System
 from mbproj.base.arrays import Array, Integers
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import coordinate_values
 from mbproj.equations.kinematics import pose_of
 from mbproj.equations.recorded import Block, Observer
@@ -18,7 +19,6 @@ from mbproj.motion.formulations.full import Accelerations, FullFormulation
 from mbproj.motion.kernel_run import march_in_kernel
 from mbproj.motion.numpy_loop import march
 from mbproj.motion.report import Tally
-from mbproj.scene.records import Settings
 
 
 @dataclass(frozen=True, eq=False)

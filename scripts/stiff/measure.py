@@ -8,9 +8,9 @@ import numpy as np
 
 from mbproj.base.arrays import Array
 from mbproj.base.errors import SimulationError
+from mbproj.base.settings import Settings
 from mbproj.equations.recorded import Block, Observation
-from mbproj.motion import simulate
-from mbproj.scene.records import Settings
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.solve import Mechanism
 

@@ -14,7 +14,7 @@ from mbproj.functions.program import Instruction, Op, Program, flatten, spline, 
 from mbproj.kernel import core
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene_text
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.verify.case import Case

@@ -7,7 +7,7 @@ from mbproj.equations.assembly.compiled import compile_system
 from mbproj.kernel import core
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene_text
 from mbproj.scene.settings import settings_to_run
 from tests.crossed import full

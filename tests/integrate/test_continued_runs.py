@@ -12,11 +12,11 @@ from mbproj.base.errors import InputError
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion import simulate
 from mbproj.motion.formulations.full import FullFormulation
 from mbproj.motion.marks import Marks
 from mbproj.motion.numpy_loop import march
 from mbproj.motion.report import Tally
+from mbproj.motion.simulate import simulate
 from mbproj.motion.time_events import time_events
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.scene.settings import settings_to_run

@@ -12,7 +12,7 @@ from mbproj.base.errors import SimulationError
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene_text
 from tests.crossed import crossed, full
 from tests.support import Recorder

@@ -12,11 +12,12 @@ import pytest
 
 from mbproj.base.errors import InputError, SimulationError
 from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion import simulate
-from mbproj.scene.records import Body, Joint, Pair, ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
+from mbproj.scene.records import Body, Joint, Pair
 from mbproj.scene.sampling import output_times, whole_steps
 from mbproj.scene.scene import read_scene
 from tests.integrate.wheel import ROUND, spinner

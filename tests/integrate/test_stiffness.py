@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mbproj.base.errors import SimulationError
-from mbproj.motion import simulate
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
 from mbproj.motion.steppers.runge_kutta import reach
 from mbproj.motion.steppers.tableau import load_tableau
-from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.scene import read_scene
 from mbproj.scene.settings import settings_to_run
 from tests.crossed import crossed, full

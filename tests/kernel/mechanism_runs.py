@@ -8,9 +8,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from mbproj import Scene
-from mbproj.motion import simulate
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.motion.report import Report
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import assembled
 from tests.support import MECHANISMS, Recorder

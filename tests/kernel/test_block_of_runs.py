@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.kernel import core
 from mbproj.motion.formulations.choice import choose
-from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.scene import read_scene, read_scene_text
 from tests.crossed import crossed
 from tests.kernel.scenes import assembled, needs_kernel

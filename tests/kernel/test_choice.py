@@ -11,11 +11,11 @@ import pytest
 from mbproj import Scene
 from mbproj.base.errors import InputError, MbprojWarning, warn_once
 from mbproj.base.registry import PROJECTIONS, ProjectionEntry
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.kernel import core
-from mbproj.motion import simulate
 from mbproj.motion.formulations import choice as module
 from mbproj.motion.formulations.choice import Choice, choose
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing

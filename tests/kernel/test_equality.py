@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
 from mbproj.equations.assembly.assemble import coordinate_values
 from mbproj.equations.constraints import constraint, constraint_velocity, gamma, jacobian
 from mbproj.equations.forces import applied, generalised
@@ -16,7 +17,6 @@ from mbproj.model.euler_parameters import matrix_E, matrix_L
 from mbproj.model.system import System
 from mbproj.motion.formulations.reduced import space_acceleration
 from mbproj.motion.projection import make_method
-from mbproj.scene.records import ProjectionSettings
 from tests.kernel.scenes import SCENES, needs_kernel, opened
 from tests.kernel.tangent import tangent_jacobian
 

@@ -14,8 +14,8 @@ import pytest
 
 from mbproj import Scene, open_results
 from mbproj.base.errors import SimulationError
-from mbproj.motion import simulate
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene
 from tests.cli.commands import FIVE_BAR
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
 from mbproj.equations.constraints import constraint
 from mbproj.equations.kinematics import pose_of
 from mbproj.model.euler_parameters import matrix_E, matrix_L
-from mbproj.scene.records import ProjectionSettings
 from tests.kernel.scenes import Case, loops, needs_kernel, opened, star, tree
 from tests.kernel.tangent import tangent_jacobian
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.kernel import core
 from mbproj.model.planar.plane import Plane
 from mbproj.model.planar.reduction import planar_reduction
@@ -16,7 +17,6 @@ from mbproj.motion.formulations.reduced import InPlane, Reduced
 from mbproj.motion.formulations.redundant_rows import settle_rows
 from mbproj.motion.steppers.tableau import load_tableau
 from mbproj.motion.time_events import kernel_tableau
-from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.scene import read_scene, read_scene_text
 from scripts.large_mechanisms.scenes import scissor_grid
 from tests.kernel.scenes import assembled, needs_kernel

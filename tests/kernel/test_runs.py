@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.motion import simulate
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
 from mbproj.motion.steppers.tableau import load_tableau
-from mbproj.scene.records import ProjectionSettings, Settings
 from tests.crossed import crossed, full
 from tests.kernel.mechanism_runs import bits, mechanism, print_bits, run
 from tests.kernel.scenes import SCENES, assembled, needs_kernel

@@ -19,7 +19,7 @@ from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space import linear_model
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from mbproj.results.linear_files import read_model
 from mbproj.scene.scene import read_scene_text
 from mbproj.scene.settings import settings_to_run

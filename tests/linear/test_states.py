@@ -17,7 +17,7 @@ from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.linear.modes import modes, notes_on, stored
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space import linear_model
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from mbproj.results.linear_files import read_modes, write_modes
 from mbproj.results.reader import open_results
 from mbproj.studies.record import record_equilibrium

@@ -21,8 +21,8 @@ from matplotlib.figure import Figure
 
 from mbproj import compile_system, read_scene
 from mbproj.base.errors import MbprojError
+from mbproj.base.settings import Settings
 from mbproj.commands.main import mbproj
-from mbproj.scene.records import Settings
 from mbproj.studies.measure.measurement import time_settings
 from tests.crossed import some
 from tests.report_schema.reports import refuse_what_no_table_says

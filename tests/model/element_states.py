@@ -12,7 +12,7 @@ from mbproj.functions.program import CHANNELS, Program, flatten
 from mbproj.kernel import core
 from mbproj.model.channels import ChannelKind, Channels, ElementStates
 from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.scene import read_scene_text

@@ -1,4 +1,4 @@
-"""C, C_p and γ in the coordinates of the plane, by the primitives of `mbproj.joints.primitives.table` on vectors (x, y, 0).
+"""C, C_p and γ in the coordinates of the plane, by the primitives of `joints.primitives` on vectors (x, y, 0).
 
 No row is defined a second time: the plane selects rows and columns. The kernel is tested against these.
 """

@@ -10,7 +10,7 @@ import pytest
 
 from mbproj.equations.derivatives import channel_slopes
 from mbproj.kernel import core
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from tests.crossed import full
 from tests.model.driven_pendulum import RATES, driven
 from tests.support import Recorder

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess
+from mbproj.base.settings import ProjectionSettings
 from mbproj.equations.assembly.assemble import State
 from mbproj.model.system import System
-from mbproj.motion import simulate
 from mbproj.motion.formulations import choice as module
 from mbproj.motion.formulations.choice import choose
-from mbproj.scene.records import ProjectionSettings
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT, Recorder

@@ -8,8 +8,8 @@ import pytest
 
 from mbproj.base.errors import SimulationError
 from mbproj.linear.states import stored_state
-from mbproj.motion import simulate
 from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.simulate import simulate
 from mbproj.results.reader import open_results
 from mbproj.results.writer import ResultsWriter
 from tests.crossed import crossed, full

@@ -8,7 +8,7 @@ from mbproj import Report
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.scene.settings import settings_to_run, with_options
 from tests.support import ROOT, Recorder

@@ -12,10 +12,10 @@ from mbproj import Report
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion import simulate
 from mbproj.motion.formulations import choice
 from mbproj.motion.formulations.invariants import momenta_of
 from mbproj.motion.marks import Mark
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.scene.settings import settings_to_run, with_options
 from mbproj.studies.record import notes_on_rows

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.constraints import jacobian
 from mbproj.equations.kinematics import pose_of
 from mbproj.equations.of_motion import mass_matrix
 from mbproj.motion.projection import Projection, make_method
-from mbproj.scene.records import ProjectionSettings
 from tests.support import random_chain
 
 OPTIONS = {"alpha": 1e7, "gains": (25.0, 25.0)}

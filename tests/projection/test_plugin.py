@@ -62,7 +62,7 @@ def environment(tmp_path) -> dict[str, str]:
     about = site / "mbproj_lumped-1.0.dist-info"
     about.mkdir(parents=True)
     found = [fence.text for fence in fences(pages()["write_a_plugin"]) if fence.language == "python"]
-    points = "[mbproj.base.plugins]\n"
+    points = "[mbproj.plugins]\n"
     for module, code in zip(MODULES, found, strict=True):
         assert len([line for line in code.splitlines() if line]) <= 40
         (site / f"{module}.py").write_text(code, encoding="utf-8")

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.constraints import constraint_at, constraint_velocity_at
 from mbproj.equations.kinematics import pose_of
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.motion.projection import make_method, project_after, row_tolerances
-from mbproj.scene.records import ProjectionSettings
 from tests.support import random_body, random_chain, scene_of
 
 METHODS = [name for name, entry in PROJECTIONS.items() if entry.corrects and name != "popm"]

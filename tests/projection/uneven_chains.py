@@ -10,11 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.model.planar.plane import Plane
 from mbproj.model.planar.reduction import planar_reduction
 from mbproj.model.system import System
-from mbproj.scene.records import Body, Joint, Pair, ProjectionSettings
+from mbproj.scene.records import Body, Joint, Pair
 from tests.support import scene_of
 
 #: mbproj.motion.projection's methods that have a penalty need one to suit the masses.

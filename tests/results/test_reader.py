@@ -220,7 +220,7 @@ def test_import_is_light():
     import subprocess
     import sys
 
-    code = "import mbproj.results, mbproj.results.analysis, sys; print('matplotlib' in sys.modules, 'scipy' in sys.modules)"
+    code = "import mbproj.results.reader, sys; print('matplotlib' in sys.modules, 'scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False False\n"
 

@@ -11,7 +11,7 @@ from scipy.special import ellipeinc, ellipj, ellipk
 import mbproj
 from mbproj import Mechanism
 from mbproj.base.errors import InputError
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from tests.crossed import crossed
 from tests.rolling import scenes
 

@@ -10,7 +10,8 @@ import sys
 import pytest
 
 from mbproj.base.errors import InputError, Place
-from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Settings
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.scene.records import Body, Joint, Marker, Pair
 from tests.scene.good_scene import GOOD, changed, read, read_with
 
 X, NOWHERE = (1.0, 0.0, 0.0), (0.2, 0.0, 0.0)

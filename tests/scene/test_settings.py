@@ -8,7 +8,7 @@ import pytest
 
 from mbproj.base.errors import InputError, Place
 from mbproj.base.registry import PROJECTIONS
-from mbproj.scene.records import ProjectionSettings
+from mbproj.base.settings import ProjectionSettings
 from mbproj.scene.settings import settings_to_run
 from tests.scene.good_scene import GOOD, changed, errors, read, read_with
 

@@ -361,7 +361,7 @@ def test_slipped_teeth_are_seen(monkeypatch):
     its turns notices, and the step is refused."""
     gears = Case(Mechanism.of(read_scene_text(GEARS)))
     assert outcome("turns", gears).measured <= 1e-9
-    monkeypatch.setattr(turning, "to_the_tooth", lambda system, pose, turning, rows: rows)
+    monkeypatch.setattr(turning, "to_the_tooth", lambda system, pose, teeth, rows: rows)
     with pytest.raises(SimulationError, match="the step is too long to tell its turns"):
         outcome("turns", gears)
 

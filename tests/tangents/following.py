@@ -9,12 +9,12 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.kernel_run import Trace
 from mbproj.motion.tangents import Directions, numbers_of, slopes_along
 from mbproj.motion.time_events import Leg
-from mbproj.scene.records import Settings
 
 #: Neighbours of a model on either side, and their weights: the central difference of fourth order.
 NEIGHBOURS = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from mbproj.base.registry import PROJECTIONS, is_explicit
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.model.system import System
 from mbproj.motion.report import Report, Worst
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.runs import EXPECTATIONS
-from mbproj.scene.records import Passage, ProjectionSettings, Settings
+from mbproj.scene.records import Passage
 
 if TYPE_CHECKING:
     from mbproj.base.arrays import Array

@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -37,6 +37,7 @@ from mbproj.model.system import System
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.scene.fields.rotations import from_matrix, to_matrix
+from mbproj.scene.records import Matrix
 from mbproj.scene.scene import read_scene_text
 
 #: The row of the table on accelerations.
@@ -206,7 +207,7 @@ class _Moving:
         """The scene with its start at the closed pose nearest to these points (n, 3) and axes (n, 3, 3) of the frames.
         Raises InputError where there is none."""
         q = _with_ground(self.start.q.reshape(-1, 7))
-        turned = [from_matrix(tuple(map(tuple, each.tolist()))) for each in axes]
+        turned = [from_matrix(cast("Matrix", each.tolist())) for each in axes]
         q[self.carriers] = np.concatenate([places, turned], axis=1)
         return replace(self, start=assemble(self.system, replace(self.guess, q=q[:-1].ravel())))
 

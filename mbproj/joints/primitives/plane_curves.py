@@ -409,7 +409,7 @@ class Rates(NamedTuple):
     ω_bias: Numbers
 
 
-OwnOfTwo = TypeVar("Own", bound="TwoCurves")
+OwnOfTwo = TypeVar("OwnOfTwo", bound="TwoCurves")
 
 
 @dataclass(frozen=True)

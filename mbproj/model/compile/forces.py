@@ -18,8 +18,7 @@ from mbproj.model.compile.contacts import SmoothFriction
 from mbproj.model.compile.frames import Pose, Seat
 from mbproj.model.forces import COORDINATES, BodyForces, Bushings, Forces, Laws
 from mbproj.model.primitive_set import Binding, bind
-from mbproj.scene.blocks import elements as element_type
-from mbproj.scene.blocks.elements import SPRINGS
+from mbproj.scene.blocks.elements import SPRINGS, element_type
 from mbproj.scene.fields.rotations import from_matrix, to_matrix
 from mbproj.scene.records import GROUND, BodyForce, Bushing, JointForce, Law, Matrix, PointForce
 from mbproj.scene.scene import Scene

@@ -127,16 +127,14 @@ def _offset(
     return value
 
 
-def _coupling_constant(couplings: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
+def _coupling_constant(coupled: Coupled, parts: Sequence[Binding], groups: RigidGroups) -> float:
     """Return the constant of a coupling. Where none is given, weighted lengths keep the sum they have at the scene's
     pose."""
-    if couplings.constant is not None:
-        return couplings.constant
-    weighted = zip(couplings.of.values(), parts, strict=True)
+    if coupled.constant is not None:
+        return coupled.constant
+    weighted = zip(coupled.of.values(), parts, strict=True)
     return (
-        0.0
-        if couplings.function is not None
-        else sum(weight * at_scenes_pose(part, groups) for weight, part in weighted)
+        0.0 if coupled.function is not None else sum(weight * at_scenes_pose(part, groups) for weight, part in weighted)
     )
 
 

@@ -14,6 +14,7 @@ from mbproj.base.arrays import Array, Integers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem
 from mbproj.base.registry import PROJECTIONS, is_explicit
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.kinematics import pose_of
@@ -26,7 +27,6 @@ from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.formulations.reduced import InPlane, Reduced
 from mbproj.motion.formulations.redundant_rows import settle_rows
 from mbproj.motion.steppers.tableau import QUADRATURE
-from mbproj.scene.records import ProjectionSettings, Settings
 from mbproj.scene.sampling import output_interval
 
 #: The reason for a formulation that the settings name.

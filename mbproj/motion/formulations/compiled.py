@@ -12,6 +12,7 @@ import numpy as np
 from mbproj.base.arrays import Array, Integers, contiguous, may_overflow
 from mbproj.base.errors import SimulationError
 from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.equations.assembly.assemble import State, turns_of
 from mbproj.equations.forces import require_values
 from mbproj.equations.motions import drive_at
@@ -21,7 +22,6 @@ from mbproj.model.planar.plane import Plane
 from mbproj.model.system import System
 from mbproj.motion.steppers.tableau import tableau_of
 from mbproj.motion.time_events import Leg, kernel_steps, kernel_tableau
-from mbproj.scene.records import ProjectionSettings, Settings
 
 PHASES = ("accelerations", "position projection", "velocity projection", "rest")
 

@@ -13,6 +13,7 @@ import numpy as np
 from mbproj.base.arrays import Array, Integers, may_overflow
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.bearings import supports
 from mbproj.equations.constraints import constraint, constraint_velocity, gamma, jacobian
@@ -32,7 +33,6 @@ from mbproj.motion.failures import ill_conditioned, jammed, not_finite, singular
 from mbproj.motion.law_switches import on_branches
 from mbproj.motion.projection import Method, ProjectedState, Projection, make_method, project_after
 from mbproj.motion.time_events import TimeWindow
-from mbproj.scene.records import ProjectionSettings, Settings
 
 
 class Accelerations(NamedTuple):

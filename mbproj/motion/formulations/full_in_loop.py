@@ -12,6 +12,7 @@ import numpy as np
 from mbproj.base.arrays import Array, may_overflow
 from mbproj.base.errors import SimulationError
 from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.constraints import set_jacobian
@@ -22,7 +23,6 @@ from mbproj.model.system import System
 from mbproj.motion.formulations.full import FullFormulation
 from mbproj.motion.formulations.reduced import Reduced, space_state
 from mbproj.motion.time_events import Leg, TimeWindow
-from mbproj.scene.records import ProjectionSettings, Settings
 
 
 class Asked(NamedTuple):

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.motions import drive_at
 from mbproj.equations.rank.row_policy import RowSet
@@ -14,7 +15,6 @@ from mbproj.equations.symmetries import Fields, kept_fields, rigid_fields
 from mbproj.equations.turning import Teeth, sums_at_start
 from mbproj.model.system import System
 from mbproj.motion.projection import Gpopm, correct_position
-from mbproj.scene.records import ProjectionSettings
 
 
 def momenta_of(system: System, state: State, fields: Fields = rigid_fields) -> Array:

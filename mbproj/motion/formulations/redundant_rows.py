@@ -15,11 +15,11 @@ import numpy as np
 
 from mbproj.base.arrays import Array, may_overflow, numbers
 from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.settings import ProjectionSettings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State, assemble
 from mbproj.model.compile.mechanism import Guess
 from mbproj.motion.formulations.compiled import Compiled
-from mbproj.scene.records import ProjectionSettings
 
 #: The number of random directions that are tried.
 TRIALS = 3

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from
 from mbproj.base.registry import load
+from mbproj.base.settings import Settings
 from mbproj.joints.table import JOINTS
 from mbproj.scene.blocks.coordinates import COORDINATES, coordinates_in, with_coordinates
 from mbproj.scene.blocks.observables import (
@@ -52,18 +53,7 @@ from mbproj.scene.fields.fields import (
 )
 from mbproj.scene.fields.quantities import Number, agrees
 from mbproj.scene.fields.reading import Reading, Unfit, either, label
-from mbproj.scene.records import (
-    BodyForce,
-    Bushing,
-    Expectation,
-    Force,
-    Joint,
-    JointForce,
-    KeyPath,
-    Motion,
-    PointForce,
-    Settings,
-)
+from mbproj.scene.records import BodyForce, Bushing, Expectation, Force, Joint, JointForce, KeyPath, Motion, PointForce
 from mbproj.scene.sampling import nearest_samples
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 
@@ -399,7 +389,7 @@ def state_units(blocks: Mapping[str, Any]) -> dict[str, str]:
     of_elements: dict[str, str] = {}
     for name, force in blocks.get("forces", {}).items():
         if isinstance(force, PointForce | JointForce) and force.element is not None:
-            from mbproj.scene.blocks import elements as element_type
+            from mbproj.scene.blocks.elements import element_type
 
             element = element_type(force.element.type).make(name, "s", **force.element.values)
             of_elements |= {f"{name}.{state.name}": state.unit for state in element.states}

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 
 from mbproj.base.dataclass import dataclass
 from mbproj.functions.program import Program
-from mbproj.scene.blocks import elements as element_type
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.blocks.elements import ELEMENTS, SPRINGS
+from mbproj.scene.blocks.elements import ELEMENTS, SPRINGS, element_type
 from mbproj.scene.expressions.dimensions import Found, called
 from mbproj.scene.expressions.evaluate import RESERVED, Unavailable, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse

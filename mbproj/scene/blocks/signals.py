@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import Problem, choose_from
+from mbproj.base.settings import Settings
 from mbproj.functions.elements import Controller, Held, ScalarState, Signal
 from mbproj.functions.program import Program
 from mbproj.joints.table import JOINTS
-from mbproj.scene.blocks import elements as element_type
 from mbproj.scene.blocks.control_blocks import BLOCKS, ControlBlock, Expanded
 from mbproj.scene.blocks.coordinates import with_coordinates
+from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.blocks.expectations import MEASURE, Measure
 from mbproj.scene.blocks.expression_names import NOT_FREE, VALUE, unit_name
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
@@ -30,7 +31,7 @@ from mbproj.scene.expressions.units import BARE, TIME, Dimension, unit_at
 from mbproj.scene.fields.fields import Alternatives, Converted, Field, Named, OneOf, Record, Schema, Text
 from mbproj.scene.fields.quantities import Number
 from mbproj.scene.fields.reading import Reading, Unfit
-from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce, Settings
+from mbproj.scene.records import BodyForce, Force, JointForce, KeyPath, PointForce
 from mbproj.scene.text.nodes import Node, as_mapping
 
 if TYPE_CHECKING:

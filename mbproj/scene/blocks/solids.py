@@ -174,7 +174,7 @@ class SolidBody:
 
     mass: float
     centre: Vector
-    rotations: Matrix
+    inertia: Matrix
     parts: tuple[SolidPart, ...] = ()
 
 

@@ -393,13 +393,13 @@ def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> 
     drawn = [(result, name) for result in results for name in names if name in result.names("markers")]
     pale = False
     for axis in figure.axes:
-        for line, (result, name) in zip(list(axis.lines), drawn, strict=True):
+        for drawn_line, (result, name) in zip(list(axis.lines), drawn, strict=True):
             since = panels.since(result, limit, name)
             if since is not None:
                 pale, late = True, result.time >= since
-                x, y = (np.asarray(values) for values in line.get_data())
-                axis.plot(x[late], y[late], color=line.get_color(), alpha=PALE, linewidth=0.8)
-                line.set_data(np.where(late, np.nan, x), np.where(late, np.nan, y))
+                x, y = (np.asarray(values) for values in drawn_line.get_data())
+                axis.plot(x[late], y[late], color=drawn_line.get_color(), alpha=PALE, linewidth=0.8)
+                drawn_line.set_data(np.where(late, np.nan, x), np.where(late, np.nan, y))
     return f"pale: {panels.exceeds(limit)}" if pale else ""
 
 

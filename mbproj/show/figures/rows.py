@@ -35,7 +35,7 @@ def comparable(results: Sequence[Results]) -> bool:
     return any(len(common_samples(results[0].time, other.time)[0]) for other in results[1:])
 
 
-def remark(results: Sequence[Results], labels: Sequence[str]) -> str:
+def differences_remark(results: Sequence[Results], labels: Sequence[str]) -> str:
     """A remark that names the first result, or tells why there are no differences."""
     if comparable(results):
         return f"{SIGN}: difference from {labels[0]}, at the times of both"
@@ -168,7 +168,7 @@ def draw_rows(
     _scale(shown, results)
     for column in axes.T:
         _time_below(column)
-    said = [remark, remark(results, labels)] if len(results) > 1 else [remark]
+    said = [remark, differences_remark(results, labels)] if len(results) > 1 else [remark]
     with_legend = len(results) > 1 or any(quantity and quantity.parts for _, row, _ in listed for quantity in row)
     return panels.finish(figure, remark="; ".join(filter(None, said)), with_legend=with_legend)
 

@@ -484,8 +484,8 @@ def _pairs(axis: Axes, sobol: Indices, varying: list[Column]) -> None:
         (sobol.first, sobol.first_between, -0.18, line(0)["color"], ALONE),
         (sobol.total, sobol.total_between, 0.18, LIGHT_ORANGE, WITH_OTHERS),
     )
-    for values, between, aside, colour, label in pairs:
-        axis.barh(places + aside, np.nan_to_num(values[order]), height=0.34, color=colour, linewidth=0, label=label)
+    for values, between, aside, colour, words in pairs:
+        axis.barh(places + aside, np.nan_to_num(values[order]), height=0.34, color=colour, linewidth=0, label=words)
         whiskers(axis, values[order], between[:, order], places + aside)
     label(axis, [varying[number].name for number in order])
     axis.axvline(0.0, color="#000000", linewidth=0.7)

@@ -139,4 +139,4 @@ def as_json(data: Mapping[str, Any]) -> str:
 
 def page_source(name: str) -> str:
     """The text of a file of the page's own scripts and style."""
-    return (files("mbproj.show") / "browser" / name).read_text(encoding="utf-8")
+    return (files("mbproj.show.page") / "browser" / name).read_text(encoding="utf-8")

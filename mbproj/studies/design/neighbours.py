@@ -12,6 +12,7 @@ from mbproj.base.arrays import Array, Integers, may_overflow
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, SimulationError
 from mbproj.base.registry import EQUILIBRIUM, is_explicit
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import coordinate_values, turns_of
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.kinematics import pose_of
@@ -21,14 +22,14 @@ from mbproj.linear.equilibrium.start import start_state
 from mbproj.model.planar.plane import Plane
 from mbproj.model.planar.reduction import planar_reduction
 from mbproj.model.system import System
-from mbproj.motion import simulate
 from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.formulations.reduced import InPlane, Reduced
 from mbproj.motion.kernel_run import FollowedSteps, Trace, TracedSteps
+from mbproj.motion.simulate import simulate
 from mbproj.motion.tangents import Directions, numbers_of, slopes_along, structure_of
 from mbproj.motion.time_events import Event, breaks_of
 from mbproj.results.analysis.expectations import datasets
-from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.measure.solve import MeasuredSamples, Mechanism

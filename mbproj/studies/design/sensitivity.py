@@ -10,11 +10,12 @@ import numpy as np
 from mbproj.base.arrays import Array, Integers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError, choose_from
+from mbproj.base.settings import Settings
 from mbproj.results.analysis.expectations import components, measured, series
 from mbproj.results.report_schema.studies import SENSITIVITY
 from mbproj.results.views import Table
 from mbproj.scene.ranges import column_of, units_of
-from mbproj.scene.records import Expectation, Passage, Settings
+from mbproj.scene.records import Expectation, Passage
 from mbproj.scene.sampling import output_every, output_interval, whole_steps
 from mbproj.scene.scene import Scene, SceneText
 from mbproj.scene.settings import settings_to_run

@@ -12,11 +12,12 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError
-from mbproj.motion import simulate
+from mbproj.base.settings import Settings
 from mbproj.motion.kernel_run import FollowedSteps
+from mbproj.motion.simulate import simulate
 from mbproj.results.analysis.expectations import measured
 from mbproj.scene.ranges import column_of
-from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.neighbours import FORMULAS, SIDES, VariedNumber

@@ -15,6 +15,7 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import nearest
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.motions import drive_at
@@ -23,7 +24,7 @@ from mbproj.motion.kernel_run import FollowedSteps
 from mbproj.results.analysis.expectations import SampleSource, measured
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene, SceneText
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.case_arrays import case_of

@@ -9,9 +9,8 @@ from typing import Any
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem, choose_from
 from mbproj.base.registry import PROJECTIONS
-from mbproj.base.settings import SETTINGS, option_name
+from mbproj.base.settings import SETTINGS, Settings, option_name
 from mbproj.scene.fields.reading import Reading
-from mbproj.scene.records import Settings
 from mbproj.scene.settings import Merged, check_settings, read_options, settings_of, takes
 from mbproj.scene.text.nodes import plain
 

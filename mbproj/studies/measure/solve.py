@@ -12,20 +12,19 @@ import numpy.typing as npt
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import InputError, Problem, SimulationError, choose_from
-from mbproj.base.settings import MECHANISM, SETTINGS
+from mbproj.base.settings import MECHANISM, SETTINGS, ProjectionSettings, Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.recorded import Block
 from mbproj.linear.equilibrium.start import start_state
 from mbproj.model.system import System
-from mbproj.motion import simulate
 from mbproj.motion.formulations.choice import Choice, choose
 from mbproj.motion.report import EnergyAccount, Report, RowsKept, Worst
-from mbproj.motion.simulate import EventRecorder, Recorder
+from mbproj.motion.simulate import EventRecorder, Recorder, simulate
 from mbproj.motion.time_events import Event
 from mbproj.results.analysis.expectations import datasets
-from mbproj.scene.records import Expectation, ProjectionSettings, Settings
+from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.setting import Setting
 

@@ -14,13 +14,14 @@ import numpy as np
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import ExitCode, InputError, MbprojError, SimulationError, message_and_code
-from mbproj.motion import simulate
+from mbproj.base.settings import Settings
 from mbproj.motion.interruption import TimeIsUp, time_limit
 from mbproj.motion.report import Report
+from mbproj.motion.simulate import simulate
 from mbproj.results.analysis.expectations import measured
 from mbproj.results.crash_safety import part_path
 from mbproj.results.faults import OutputError
-from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.records import Expectation
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.scene import Scene, SceneText
 from mbproj.scene.settings import settings_to_run

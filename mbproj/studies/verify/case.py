@@ -14,6 +14,7 @@ from mbproj.base.arrays import Array, Integers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError
 from mbproj.base.registry import PROJECTIONS, with_fixed_steps
+from mbproj.base.settings import ProjectionSettings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State, coordinate_values
 from mbproj.equations.constraints import set_jacobian
@@ -28,7 +29,6 @@ from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.formulations.reduced import Reduced
 from mbproj.motion.formulations.redundant_rows import settle_rows
 from mbproj.motion.time_events import splits_of
-from mbproj.scene.records import ProjectionSettings
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Failure, Mechanism, Solution, sample_times, solve

@@ -9,13 +9,13 @@ from types import MappingProxyType
 import numpy as np
 
 from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
 from mbproj.equations.constraints import constraint, jacobian
 from mbproj.equations.kinematics import pose_of
 from mbproj.equations.motions import drive_at
 from mbproj.equations.of_motion import mass_matrix, tangent_mass_matrix
 from mbproj.model.euler_parameters import matrix_L
 from mbproj.motion.projection import Projection, make_method
-from mbproj.scene.records import ProjectionSettings
 from mbproj.studies.verify.case import Case, Finding, Found, difference, worse
 from mbproj.studies.verify.equations import Rounded, correction, penalised
 

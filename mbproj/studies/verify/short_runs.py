@@ -9,6 +9,7 @@ import numpy as np
 from mbproj.base.arrays import Array, Integers, Numbers
 from mbproj.base.errors import InputError
 from mbproj.base.registry import EQUILIBRIUM, PROJECTIONS, integrators, with_fixed_steps
+from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.derivatives import tangent_force
@@ -22,9 +23,8 @@ from mbproj.linear.equilibrium.start import consistent
 from mbproj.linear.modes import Modes, modes
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.system import System
-from mbproj.motion import simulate
 from mbproj.motion.law_switches import switches_of
-from mbproj.scene.records import Settings
+from mbproj.motion.simulate import simulate
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.measure.solve import Solution
 from mbproj.studies.verify.case import ABOVE, Case, Finding, Found, Order, ShortRun, ShortRuns

@@ -99,7 +99,7 @@ def run(text: str, seconds: float) -> Outcome:
 
 def _run(scene: Path, seconds: float) -> None:
     """In the process of the run, which has no end but this; the processor's time is bounded, not that of a clock."""
-    from mbproj.commands import main
+    from mbproj.commands.main import main
 
     resource.setrlimit(resource.RLIMIT_CPU, (ceil(seconds), ceil(seconds) + 1))
     said = os.open(scene.with_suffix(".txt"), os.O_WRONLY | os.O_CREAT)

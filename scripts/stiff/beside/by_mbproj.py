@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 
 from mbproj.base.errors import SimulationError
+from mbproj.base.settings import Settings
 from mbproj.equations.recorded import Block
-from mbproj.motion import simulate
-from mbproj.scene.records import Settings
+from mbproj.motion.simulate import simulate
 from mbproj.studies.measure.solve import Mechanism
 from stiff.beside.four_bar import FourBar
 from stiff.beside.governor import LINK, START

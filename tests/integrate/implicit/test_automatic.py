@@ -15,8 +15,8 @@ from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.motion import automatic as march
-from mbproj.motion import simulate
 from mbproj.motion.automatic import Plan
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.scene.settings import settings_to_run
 from tests.cli.commands import mbproj

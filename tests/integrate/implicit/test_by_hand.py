@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mbproj import Mechanism
-from mbproj.motion import simulate
-from mbproj.scene.records import Settings
+from mbproj.base.settings import Settings
+from mbproj.motion.simulate import simulate
 from scripts.stiff.beside.four_bar import CRANK, HALF, FourBar
 from scripts.stiff.beside.governor import Governor
 from scripts.stiff.cases import four_bar, governor

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.base.registry import implicit_integrators, integrators
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from tests.model.driven_pendulum import RATES, driven
 from tests.model.element_states import FORMULATIONS
 from tests.support import Recorder

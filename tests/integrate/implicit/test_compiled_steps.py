@@ -10,10 +10,11 @@ import pytest
 
 from mbproj import Scene
 from mbproj.base.registry import implicit_integrators, integrators
+from mbproj.base.settings import Settings
 from mbproj.kernel import core
 from mbproj.motion.formulations.reduced import Reduced
 from mbproj.motion.steppers.tableau import load_implicit_tableau
-from mbproj.scene.records import Body, Settings
+from mbproj.scene.records import Body
 from mbproj.scene.scene import read_scene, read_scene_text
 from tests.kernel.mechanism_runs import PATHS, bits, mechanism, run
 from tests.kernel.scenes import assembled, needs_kernel

@@ -7,9 +7,9 @@ import pytest
 
 from mbproj.base.errors import SimulationError
 from mbproj.base.registry import implicit_integrators
-from mbproj.motion import simulate
+from mbproj.base.settings import Settings
 from mbproj.motion.formulations.choice import choose
-from mbproj.scene.records import Settings
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.studies.record import notes_on
 from tests.integrate.time_scenes import rotor

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.motion import simulate
+from mbproj.base.settings import Settings
+from mbproj.motion.simulate import simulate
 from mbproj.motion.steppers.runge_kutta import amplification
 from mbproj.motion.steppers.tableau import load_implicit_tableau
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import read_scene_text
 from tests.kernel.scenes import assembled
 from tests.support import Recorder

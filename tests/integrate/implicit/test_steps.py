@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from mbproj.base.registry import integrators
-from mbproj.motion import simulate
-from mbproj.scene.records import ProjectionSettings, Settings
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from tests.integrate.state_scenes import bounce, contact_times, height_at
 from tests.kernel.scenes import assembled, needs_kernel

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from mbproj.base.errors import SimulationError
+from mbproj.base.settings import Settings
 from mbproj.commands.python.check import facts, lines
 from mbproj.commands.report.step_limits import remark
 from mbproj.motion.formulations.choice import choose
 from mbproj.motion.stiffness import fastest_at, stable_steps, step_limit, steps_for_stability
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import read_scene
 from tests.crossed import full
 from tests.kernel.scenes import assembled, needs_kernel

@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from mbproj import compile_system, initial_guess
 from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.settings import Settings
 from mbproj.equations.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
 from mbproj.equations.forces import applied, law_state
 from mbproj.equations.instant import Instant
 from mbproj.equations.kinematics import pose_of, twist_of
 from mbproj.equations.tangent_space import moved, velocities
 from mbproj.motion.formulations.choice import choose
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import read_scene_text
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, K_R, K_X, PAIR
 from tests.kernel.scenes import assembled, needs_kernel

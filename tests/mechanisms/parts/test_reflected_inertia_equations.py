@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from mbproj.base.errors import InputError
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.energy import kinetic_energy
 from mbproj.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.equations.of_motion import mass_matrix, tangent_mass_matrix
 from mbproj.motion.formulations.full import FullFormulation
 from mbproj.motion.formulations.reduced import space_acceleration
-from mbproj.scene.records import Settings
 from mbproj.scene.scene import read_scene_text
 from mbproj.studies.verify.checks import verify
 from tests.dynamics.linkages import assembled

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
+from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import coordinate_values
 from mbproj.equations.constraints import set_bias, set_jacobian
 from mbproj.equations.contacts import Freedom
@@ -18,7 +19,6 @@ from mbproj.kernel import core
 from mbproj.model.contacts import Contacts, in_contact
 from mbproj.motion.formulations.choice import choose
 from mbproj.motion.formulations.reduced import Reduced
-from mbproj.scene.records import Settings
 from tests.kernel.scenes import needs_kernel
 from tests.stops.scenes import SCENE
 

@@ -8,8 +8,8 @@ import pytest
 from mbproj import settings_to_run
 from mbproj.base.errors import SimulationError
 from mbproj.kernel import core
-from mbproj.motion import simulate
 from mbproj.motion.kernel_run import FollowedSteps
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import SceneText
 from mbproj.studies.measure.solve import Mechanism
 

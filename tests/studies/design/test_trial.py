@@ -7,7 +7,7 @@ import pytest
 
 import mbproj
 from mbproj import settings_to_run
-from mbproj.motion import simulate
+from mbproj.motion.simulate import simulate
 from mbproj.studies import case_blocks
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.trial import Wish, tried, tried_by_arrays

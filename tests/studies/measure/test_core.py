@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from mbproj.motion import simulate
 from mbproj.motion.formulations.choice import Choice
+from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, attempt, time_settings
 from mbproj.studies.measure.reference import _checked, _Fine, error, reference
