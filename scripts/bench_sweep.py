@@ -34,7 +34,7 @@ from mbproj.studies.sweep.store import CaseRow, Keys, Status
 from mbproj.studies.sweep.summary import write_summary
 
 ROOT = Path(__file__).parents[1]
-PROGRAM = "from mbproj.commands import main; main()"
+PROGRAM = "from mbproj.commands.main import main; main()"
 BLOCKS = 5
 SHORT = "  simulation.duration: 1 s\n"
 Setting = TypeVar("Setting", int, float)

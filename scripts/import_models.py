@@ -33,7 +33,7 @@ COLUMNS = (
 
 def mbproj(*arguments: str) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS`."""
-    command = [sys.executable, "-c", "from mbproj.commands import main; main()", *arguments]
+    command = [sys.executable, "-c", "from mbproj.commands.main import main; main()", *arguments]
     return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
 
 

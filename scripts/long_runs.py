@@ -33,7 +33,7 @@ from mbproj.results.writer import ResultsWriter, chunk_rows
 from mbproj.scene.scene import Scene
 
 ROOT = Path(__file__).parents[1]
-PROGRAM = "from mbproj.commands import main; main()"
+PROGRAM = "from mbproj.commands.main import main; main()"
 #: A mechanism in the plane, one in space, and many bodies.
 CHAIN, LINKS = "chain of 30 in space", 30
 SCENES = ("five_bar", "spatial_slider_crank", CHAIN)

@@ -19,7 +19,7 @@ from typing import Any, SupportsFloat, TypeAlias
 
 import numpy.typing as npt
 
-from mbproj.parts.classes import ScenePart
+from mbproj.scene.part_classes import ScenePart
 
 #: A number in SI units, or text with a unit or an expression.
 Quantity: TypeAlias = SupportsFloat | str

@@ -50,7 +50,7 @@ def sweeps_here(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Results files are read in the test's own process alone: none is damaged, and a child would read each first."""
-    for reader in ("output_files.kinds", "results.file.opening", "results.check"):
+    for reader in ("results.output_files", "results.file.opening", "results.check"):
         monkeypatch.setattr(f"mbproj.{reader}.try_in_sandbox", lambda *_: True)
 
 

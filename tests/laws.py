@@ -54,7 +54,7 @@ class Balanced:
 
 @dataclass
 class FrictionBalance:
-    """S stops that touch and K frictions, as in kernel/src/laws/friction_balance.hpp: their rows A (S+K, f)."""
+    """S stops that touch and K frictions, as in kernel/src/contact/friction_balance.hpp: their rows A (S+K, f)."""
 
     A: np.ndarray
     b: np.ndarray

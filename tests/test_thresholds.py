@@ -25,7 +25,7 @@ NO_THRESHOLDS |= {"huge": "beyond any force", "overflows": "the same", "tiny": "
 NO_THRESHOLDS |= {"epsilon": "that of doubles", "golden": "the ratio of the golden section"}
 NO_THRESHOLDS |= {"nodes[]": "those of Gauss and Legendre", "weights[]": "the same"}
 #: Folders and files whose numbers are thresholds where they are not coefficients, and how a constant begins there.
-NUMERICS = ("functions", "dynamics", "projection", "integrate", "model", "linear")
+NUMERICS = ("functions", "equations", "motion", "model", "linear")
 FLOAT_CONSTANT = re.compile(r"^([A-Z_]+(?:, [A-Z_]+)*) *(?::.*)?= \(?-?\d.*?(?:\.\d|e-\d)", re.M)
 #: Module constants with a decimal number that are no thresholds, and what they are.
 COEFFICIENTS = {
@@ -63,7 +63,7 @@ def test_each_has_a_value_a_unit_a_reason_and_a_source():
 def test_each_is_used():
     """By the code that it says uses it, and by no other."""
     python = "".join(
-        path.read_text(encoding="utf-8") for path in (ROOT / "mbproj").rglob("*.py") if path.parent.name != "thresholds"
+        path.read_text(encoding="utf-8") for path in (ROOT / "mbproj").rglob("*.py") if path.name != "thresholds.py"
     )
     kernel = "".join(
         path.read_text(encoding="utf-8") for path in KERNEL.rglob("*.?pp") if path.name != "thresholds.hpp"
@@ -78,7 +78,7 @@ def test_headers_of_the_kernel_keep_no_number_of_their_own():
     for path in sorted(KERNEL.rglob("*.?pp")):
         for declared in re.findall(r"constexpr double ([^;]*);", path.read_text(encoding="utf-8")):
             name = declared.split("=")[0].strip()
-            assert name in NO_THRESHOLDS, f"{path.relative_to(ROOT)}: '{name}' belongs into mbproj/thresholds"
+            assert name in NO_THRESHOLDS, f"{path.relative_to(ROOT)}: '{name}' belongs into mbproj/base/thresholds.py"
 
 
 @pytest.mark.parametrize("folder", NUMERICS)
@@ -86,13 +86,14 @@ def test_modules_keep_no_number_of_their_own(folder):
     for path in sorted((ROOT / "mbproj" / folder).rglob("*.py")):
         for match in FLOAT_CONSTANT.finditer(path.read_text(encoding="utf-8")):
             name = match[1]
-            assert name in COEFFICIENTS, f"{path.relative_to(ROOT)}: '{name}' belongs into mbproj/thresholds"
+            assert name in COEFFICIENTS, f"{path.relative_to(ROOT)}: '{name}' belongs into mbproj/base/thresholds.py"
 
 
-@pytest.mark.parametrize("folder", ("functions", "model", "projection", "linear", "dynamics/rank"))
-def test_functions_keep_no_number_of_their_own(folder):
+@pytest.mark.parametrize("place", ("functions", "model", "motion/projection.py", "linear", "equations/rank"))
+def test_functions_keep_no_number_of_their_own(place):
     """A number that is small or large decides something; 1e-100 and less stand for "not 0"."""
-    for path in sorted((ROOT / "mbproj" / folder).rglob("*.py")):
+    whole = ROOT / "mbproj" / place
+    for path in sorted(whole.rglob("*.py")) or [whole]:
         for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             for node in ast.walk(function) if isinstance(function, ast.FunctionDef) else ():
                 if isinstance(node, ast.Constant) and isinstance(node.value, float):

@@ -1,4 +1,4 @@
-"""Plug-ins: entries that other packages add to the registries, by an entry point of the group `mbproj.plugins` or by a call.
+"""Plug-ins: entries that other packages add to registries, by an entry point of the group `mbproj.plugins` or a call.
 
 An entry point names a module that registers its entries when it is imported, or a function that does so when it is
 called. The search for entry points takes 10 ms, so that names of mbproj itself are found without it.

@@ -1,7 +1,7 @@
 """The choices of a user, by name: projection methods, integrators, formulations. Names only, so importing it is cheap.
 
 A new projection method is one class in `mbproj/motion/projection.py` and one entry here; a new integrator is one
-tableau under `mbproj/integrate/steppers`, in `tableaus` or `implicit_tableaus`. Plug-ins add theirs by a call. The
+tableau under `mbproj/motion/steppers`, in `tableaus` or `implicit_tableaus`. Plug-ins add theirs by a call. The
 reader, the command line, did-you-mean and the tests ask here.
 """
 
@@ -109,6 +109,8 @@ FALLBACKS = ("none", "gopm")
 STOP_TESTS = ("violation", "paper")
 
 
+#: The designs of a sweep whose values are samples of distributions.
+SAMPLED = frozenset({"montecarlo", "lhs", "sobol", "saltelli"})
 #: Where a run begins: at the pose of the scene, or in the equilibrium that is reached from there downhill.
 EQUILIBRIUM = "equilibrium"
 STARTS = ("scene", EQUILIBRIUM)

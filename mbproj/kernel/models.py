@@ -1,6 +1,6 @@
 """The kernel's models of a System, in space or in a plane.
 
-The kernel reads the fields of the system's own records by their names (`src/bindings/models.cpp`). A model in a plane
+The kernel reads the fields of the system's own records by their names (`src/bind/models.cpp`). A model in a plane
 has projections of some of them.
 """
 

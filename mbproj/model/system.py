@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from mbproj.base.arrays import Array, Flags, Integers, cases_in, numbers
+from mbproj.base.arrays import Array, Flags, Integers, numbers
+from mbproj.base.cases import cases_in
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import Place
 from mbproj.base.thresholds import THRESHOLDS, Thresholds

@@ -2,7 +2,7 @@
 
 A *direction* is the effect of one parameter on the model: the slopes of its numbers (masses, points, forces) and of the
 state in which the run begins. It is the central difference of two models of one structure. The kernel follows each step
-of a run with dual numbers and the factors of the run (`mbproj/kernel/src/tangents`). The sizes of the steps are
+of a run with dual numbers and the factors of the run (`mbproj/kernel/src/solver`). The sizes of the steps are
 constants.
 """
 

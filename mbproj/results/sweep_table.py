@@ -28,8 +28,6 @@ NAME = "summary.h5"
 FORMAT, SCHEMA_VERSION = "mbproj sweep", 2
 #: The version of files without checksums.
 WITHOUT_CHECKSUMS = 1
-#: The designs of a sweep whose values are samples of distributions.
-SAMPLED = frozenset({"montecarlo", "lhs", "sobol", "saltelli"})
 #: The dimension of designs that are not grids.
 CASE = "case"
 #: The endings of cases that were measured, and of those that have not run yet.

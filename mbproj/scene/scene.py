@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from mbproj.base.arrays import cases_in
+from mbproj.base.cases import cases_in
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.registry import calling, load

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.base.arrays import Cases, per_case
+from mbproj.base.cases import Cases, per_case
 
 Kind = TypeVar("Kind")
 NOTHING: Mapping[str, Any] = MappingProxyType({})

@@ -18,7 +18,7 @@ from pathlib import Path
 from mbproj.commands.main import COMMANDS, main
 
 ROOT = Path(__file__).resolve().parents[2]
-PROGRAM = "from mbproj.commands import main; main()"
+PROGRAM = "from mbproj.commands.main import main; main()"
 #: Exit codes that a file from elsewhere may lead to; 1 is a fault of ours.
 ALLOWED = (0, 2, 3, 4)
 #: What commands import when they are used.

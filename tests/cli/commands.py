@@ -39,7 +39,7 @@ def environment() -> dict[str, str]:
 def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS` in `folder`, in this process, without the start of another. What it prints as JSON is as the
     tables of facts say."""
-    from mbproj.commands import main
+    from mbproj.commands.main import main
 
     words = [str(each) for each in arguments]
     with _as_a_process(words, folder) as (out, err), pytest.raises(SystemExit) as end:

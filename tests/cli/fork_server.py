@@ -23,6 +23,9 @@ from typing import Any
 import mbproj
 from mbproj.studies.parallel import hand_out
 
+#: What runs many items, before a test replaces it.
+_IN_PARALLEL = hand_out.in_parallel
+
 #: What commands import when they need it, beside mbproj's own modules.
 OTHERS = ("matplotlib.backends.backend_agg", "scipy.integrate", "scipy.optimize", "scipy.sparse.linalg", "scipy.stats")
 
@@ -58,7 +61,7 @@ def in_this_process(
     function: Callable[[Any, Any], Any], shared: Any, items: Iterable[Any], *_: object
 ) -> Iterator[tuple[int, Any]]:
     """`in_parallel` without another process, also where an item may be lost."""
-    return hand_out.in_parallel(function, shared, items, 1)
+    return _IN_PARALLEL(function, shared, items, 1)
 
 
 def preload() -> None:

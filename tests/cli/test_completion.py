@@ -78,9 +78,7 @@ def installed(name: str) -> pytest.param:
 def shell(request, tmp_path_factory) -> Shell:
     folder = tmp_path_factory.mktemp("commands")
     script = folder / "mbproj"
-    script.write_text(
-        f"#!/bin/sh\nPYTHONPATH='{ROOT}' exec '{sys.executable}' -c 'from mbproj.commands import main; main()' \"$@\"\n"
-    )
+    script.write_text(f"#!/bin/sh\nPYTHONPATH='{ROOT}' exec '{sys.executable}' -m mbproj \"$@\"\n")
     script.chmod(0o755)
     name, program = request.param
     printed = subprocess.run([script], capture_output=True, check=True, env={"_MBPROJ_COMPLETE": f"{name}_source"})

@@ -98,7 +98,7 @@ def test_an_interrupted_run_stops_within_a_fifth_of_a_second(keys):
 
 def test_ctrl_c_on_the_command_line_keeps_the_results(tmp_path):
     """Exit code 130; without it the run would take hours."""
-    program = [sys.executable, "-c", "from mbproj.commands import main; main()", "run", FIVE_BAR, "--quiet"]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", "run", FIVE_BAR, "--quiet"]
     options = ["--duration", "1e6", "--step", "1e-4", "--output-step", "0.1"]
     process = subprocess.Popen(
         [*program, *options],

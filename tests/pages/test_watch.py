@@ -24,7 +24,7 @@ FIVE_BAR = (ROOT / "mechanisms" / "five_bar.yaml").read_text(encoding="utf-8")
 INTERRUPTED_AS_IN_A_TERMINAL = """\
 import signal
 signal.signal(signal.SIGINT, signal.default_int_handler)
-from mbproj.cli.main import main
+from mbproj.commands.main import main
 main()
 """
 SHORT = {"duration": "0.2", "output_step": "0.02"}

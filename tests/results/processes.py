@@ -13,7 +13,9 @@ def child(code: str, *arguments: str) -> subprocess.Popen:
     """A Python process with the writer and the pendulum at hand."""
     head = """
         import sys, time
-        from mbproj.results import ResultsWriter, check_output, writer
+        from mbproj.results import writer
+        from mbproj.results.crash_safety import check_output
+        from mbproj.results.writer import ResultsWriter
         from tests.results.pendulum_blocks import *
         def go(): print("go", flush=True)
     """

@@ -27,7 +27,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from mbproj.base.arrays import Array, Flags, Integers, Numbers, cross, numbers, per_case
+from mbproj.base.arrays import Array, Flags, Integers, Numbers, cross, numbers
+from mbproj.base.cases import per_case
 from mbproj.base.dataclass import dataclass
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.joints.primitives.basic import Primitive

@@ -282,7 +282,7 @@ def _eliminated(parts: Array) -> tuple[list[int], Array]:
 
 # --- Whether the rows outside hold every body in the plane ------------------------------------------------------------
 # Full column rank in the motions out of it. Out of the plane a body has three motions: a shift along n and turns
-# about e1 and e2. As in `dynamics/rank`, lengths are in units of the system's length, and rows have unit length. A
+# about e1 and e2. As in `equations/rank`, lengths are in units of the system's length, and rows have unit length. A
 # row counts where it is independent of the rows before it. A walk from the ground takes bodies one by one. A body
 # whose rows to bodies already held have rank 3 is held too, because the matrix is block triangular. The walk costs
 # linear time and settles trees, and loops that close joint by joint. Only connected pieces that it leaves need a

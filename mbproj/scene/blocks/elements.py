@@ -481,7 +481,15 @@ SPRINGS: Mapping[str, ElementType] = {
 
 
 ELEMENTS: Registry[ElementType] = Registry(
-    "force type", {**MOTORS, **CYLINDERS, **MAXWELL_ELEMENTS, **GAS_SPRINGS, **SERVOS, **ENGINES}
+    "force type",
+    {
+        **MOTORS,
+        **CYLINDERS,
+        **MAXWELL_ELEMENTS,
+        **GAS_SPRINGS,
+        **SERVOS,
+        **ENGINES,
+    },
 )
 
 

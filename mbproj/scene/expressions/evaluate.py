@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from types import MappingProxyType
 
-from mbproj.base.arrays import per_case
+from mbproj.base.cases import per_case
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from, did_you_mean
 from mbproj.scene.expressions.dimensions import Found, of_binary, of_call, of_quantity

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar, final
 
-from mbproj.base.arrays import per_case
+from mbproj.base.cases import per_case
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, did_you_mean
 from mbproj.scene.expressions.dimensions import describe, symbol_of

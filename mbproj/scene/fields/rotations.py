@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from mbproj.base.arrays import per_case
+from mbproj.base.cases import per_case
 from mbproj.scene.records import Matrix, Quaternion, Vector
 
 #: The sequences of Euler angles: three letters of xyz, no two neighbours equal.

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from numbers import Real
 from typing import Any, NamedTuple, TypeAlias
 
-from mbproj.base.arrays import Cases
+from mbproj.base.cases import Cases
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import Place
 

@@ -12,7 +12,7 @@ import re
 from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
-from mbproj.base.arrays import Cases
+from mbproj.base.cases import Cases
 from mbproj.base.errors import Place, Problem
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode
 

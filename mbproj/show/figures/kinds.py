@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError
-from mbproj.base.registry import load
-from mbproj.results.sweep_table import SAMPLED
+from mbproj.base.registry import SAMPLED, load
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

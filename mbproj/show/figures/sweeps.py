@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from mbproj.base.arrays import Array
+from mbproj.base.registry import SAMPLED
 from mbproj.results.analysis.sensitivity import Indices, rank_correlation, rank_interval, sobol_indices
-from mbproj.results.sweep_table import GRID, SAMPLED, Column
+from mbproj.results.sweep_table import GRID, Column
 from mbproj.show.figures import panels
 from mbproj.show.figures.fitted_text import MAX_LINES, fitted, literal
 from mbproj.show.figures.panels import put_legend, small_print

@@ -239,7 +239,7 @@ def test_no_process_is_left_behind(tmp_path: Path, number: signal.Signals) -> No
     program = [
         sys.executable,
         "-c",
-        "from mbproj.commands import main; main()",
+        "from mbproj.commands.main import main; main()",
         "batch",
         ".",
         "--junit",

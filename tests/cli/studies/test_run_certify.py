@@ -103,7 +103,7 @@ def test_a_failed_run_prints_its_certificate_too(tmp_path):
 @pytest.mark.full
 def test_an_interrupted_run_says_that_it_is_not_certified(tmp_path):
     arguments = ["run", FIVE_BAR, "--formulation", "full", "--duration", "1000", "--certify", "-q", "-o", "a.h5"]
-    program = [sys.executable, "-c", "from mbproj.commands import main; main()", *arguments]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", *arguments]
     process = subprocess.Popen(program, cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE)
     deadline = time.monotonic() + 60.0
     while not (tmp_path / "a.h5.part").exists() and time.monotonic() < deadline:

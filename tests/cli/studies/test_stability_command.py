@@ -75,7 +75,7 @@ def test_an_interrupted_map_resumes(tmp_path):
     program = [
         sys.executable,
         "-c",
-        "from mbproj.commands import main; main()",
+        "from mbproj.commands.main import main; main()",
         "stability",
         SLIDER_CRANK,
         "--vary",

@@ -116,7 +116,7 @@ def test_a_thousand_million_cases_are_not_meant(tmp_path):
 def test_what_a_killed_sweep_had_done_is_not_done_again(tmp_path):
     """The leading process is killed in the middle; started again, it computes the rest and no case twice."""
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n")
-    program = [sys.executable, "-c", "from mbproj.commands import main; main()", "sweep", "spec.yaml", "-j", "1"]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", "sweep", "spec.yaml", "-j", "1"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL)
     store = tmp_path / "spec-sweep" / "store.sqlite-wal"
@@ -136,7 +136,7 @@ FULL_DISK = """
 import resource, signal, sys
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (120_000, 120_000))
-from mbproj.cli import main
+from mbproj.commands.main import main
 sys.argv = ["mbproj", "sweep", "spec.yaml", "-j", "2", "--json"]
 main()
 """
@@ -168,7 +168,7 @@ def test_an_interrupted_sweep_has_its_tables_and_says_how_to_go_on(tmp_path):
     program = [
         sys.executable,
         "-c",
-        "from mbproj.commands import main; main()",
+        "from mbproj.commands.main import main; main()",
         "sweep",
         "spec.yaml",
         "-j",
@@ -196,7 +196,7 @@ def test_an_interrupted_sweep_has_its_tables_and_says_how_to_go_on(tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
 def test_who_presses_ctrl_c_again_and_again_sees_no_traceback(tmp_path):
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n")
-    program = [sys.executable, "-c", "from mbproj.commands import main; main()", "sweep", "spec.yaml", "-j", "2"]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", "sweep", "spec.yaml", "-j", "2"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
     store, deadline = tmp_path / "spec-sweep" / "store.sqlite-wal", time.monotonic() + 60.0

@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from mbproj.base.arrays import cross, numbers, per_case
+from mbproj.base.arrays import cross, numbers
+from mbproj.base.cases import per_case
 from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
 from mbproj.studies.case_arrays import CaseArray, CaseObjects, CasesDiffer, KernelOfCases, OneCaseOnly, case_of, stacked
 

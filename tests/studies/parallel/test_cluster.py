@@ -27,7 +27,7 @@ from tests.studies.tasks import fragile, place
 from tests.support import ROOT
 
 pytestmark = pytest.mark.skipif(find_spec("distributed") is None, reason="the extra `cluster` is not installed")
-PROGRAM = [sys.executable, "-c", "from mbproj.commands import main; main()"]
+PROGRAM = [sys.executable, "-c", "from mbproj.commands.main import main; main()"]
 
 
 @pytest.fixture(scope="module")

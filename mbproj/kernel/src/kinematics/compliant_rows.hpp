@@ -5,8 +5,8 @@
 // force.
 #pragma once
 
-#include "algebra/decompositions.hpp"
 #include "kinematics/loads.hpp"
+#include "model/decompositions.hpp"
 
 namespace mbproj {
 

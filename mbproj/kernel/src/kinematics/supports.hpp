@@ -1,8 +1,8 @@
 // The forces on a bearing's two supports, and along its axis, or a contact's push; linear in the multipliers.
 #pragma once
 
-#include "algebra/matrix.hpp"
-#include "algebra/scalar.hpp"
+#include "model/matrix.hpp"
+#include "model/scalar.hpp"
 
 namespace mbproj {
 

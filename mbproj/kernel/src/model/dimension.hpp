@@ -1,7 +1,7 @@
 // Vectors, lever arms and orientations in the plane and in space, so that all other code is written once for both.
 #pragma once
 
-#include "algebra/operators.hpp"
+#include "model/operators.hpp"
 
 namespace mbproj {
 

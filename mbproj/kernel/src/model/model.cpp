@@ -1,6 +1,6 @@
 #include "model/model.hpp"
 
-#include "algebra/dual.hpp"
+#include "model/dual.hpp"
 
 namespace mbproj {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <vector>
 
-#include "algebra/scalar.hpp"
+#include "model/scalar.hpp"
 
 namespace mbproj {
 

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "algebra/scalar.hpp"
+#include "model/scalar.hpp"
 
 namespace mbproj {
 

@@ -2,7 +2,7 @@
 // are those of mbproj.functions.series.
 #pragma once
 
-#include "algebra/scalar.hpp"
+#include "model/scalar.hpp"
 
 namespace mbproj {
 
