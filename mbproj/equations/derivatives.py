@@ -34,7 +34,8 @@ from mbproj.equations.forces import (
 from mbproj.equations.instant import Instant, no_states
 from mbproj.equations.kinematics import Pose, Twist, body_rates, pose_of, twist_of
 from mbproj.equations.tangent_space import accelerations, velocities
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE, ProgramSet
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE
+from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import slope, slopes
 from mbproj.joints.primitives.basic import Primitive
 from mbproj.model.channels import ChannelKind

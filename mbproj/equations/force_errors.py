@@ -10,7 +10,8 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.errors import SimulationError, shortened
 from mbproj.equations.instant import Instant
-from mbproj.functions.program import CHANNELS, Op, ProgramSet
+from mbproj.functions.program import CHANNELS, Op
+from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import Series, failure, run
 from mbproj.model.channels import ChannelKind
 from mbproj.model.forces import Forces

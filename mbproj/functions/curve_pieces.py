@@ -13,8 +13,9 @@ import numpy as np
 from mbproj.base.arrays import Array, Integers, Numbers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.thresholds import THRESHOLDS
-from mbproj.functions.program import COORDINATE, CubicTable, Program, variable
+from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
+from mbproj.functions.table import CubicTable
 
 #: Numbers of a function: c0 to c7, then a, w and p of a sin(w u + p).
 TERMS = 8

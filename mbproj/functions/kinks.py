@@ -18,7 +18,8 @@ import numpy as np
 
 from mbproj.base.arrays import Array
 from mbproj.base.thresholds import THRESHOLDS
-from mbproj.functions.program import ROUND_OFF, Op, ProgramSet
+from mbproj.functions.program import Op
+from mbproj.functions.program_set import ROUND_OFF, ProgramSet
 from mbproj.functions.series import run, time_series, walk
 
 # --- The times at which functions of time are sampled -----------------------------------------------------------------

@@ -17,7 +17,7 @@ from mbproj.base.arrays import Array, Integers, Numbers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.curve_pieces import FREE, NUMBERS, TERMS, Form, Piece, PiecedCurve, mirrored, polynomial, scaled
-from mbproj.functions.program import CubicTable, periodic, spline
+from mbproj.functions.table import CubicTable, periodic, spline
 
 #: The point with its derivatives, 0 to 3, and the derivatives of f and g that these need, 0 to 4.
 POINT_ORDERS, ORDERS = 4, 5

@@ -13,7 +13,8 @@ from typing import final, overload
 import numpy as np
 
 from mbproj.base.arrays import Array, Integers, Numbers, numbers
-from mbproj.functions.program import ARGUMENTS, FREE, Op, ProgramSet, lifted, pieces
+from mbproj.functions.program import ARGUMENTS, Op
+from mbproj.functions.program_set import FREE, ProgramSet, lifted, pieces
 
 # --- The rules of Taylor arithmetic, truncated after the second order -------------------------------------------------
 # Sums, products, quotients, and the chain rule.

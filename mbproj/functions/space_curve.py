@@ -16,7 +16,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.curve_pieces import FREE, PiecedCurve
 from mbproj.functions.plane_curve import PlaneCurve
-from mbproj.functions.program import periodic, spline
+from mbproj.functions.table import periodic, spline
 
 Point3 = tuple[float, float, float]
 #: Candidates for the direction of each piece that is farthest from its tangents.

@@ -12,27 +12,10 @@ from mbproj.base.arrays import Numbers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.kinks import kinks
-from mbproj.functions.program import (
-    CHANNELS,
-    FREE,
-    OF_ROWS,
-    TIME,
-    Code,
-    CubicTable,
-    Instruction,
-    Op,
-    Program,
-    ProgramSet,
-    apply,
-    argument,
-    flatten,
-    natural,
-    number,
-    replaced,
-    switches,
-    variable,
-)
+from mbproj.functions.program import CHANNELS, TIME, Code, Instruction, Op, Program, apply, number, replaced, variable
+from mbproj.functions.program_set import FREE, OF_ROWS, ProgramSet, argument, flatten, natural, switches
 from mbproj.functions.series import constant_series, run, walk
+from mbproj.functions.table import CubicTable
 
 T = variable(TIME)
 

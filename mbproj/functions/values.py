@@ -14,7 +14,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from mbproj.base.arrays import Array, Numbers, numbers
-from mbproj.functions.program import ARGUMENTS, FREE, Op, ProgramSet
+from mbproj.functions.program import ARGUMENTS, Op
+from mbproj.functions.program_set import FREE, ProgramSet
 from mbproj.functions.series import LN10, direction, hypotenuse, smooth_step, table_series
 
 Function = Callable[..., Numbers]

@@ -15,7 +15,8 @@ import numpy as np
 
 from mbproj.base.arrays import Array, Integers, numbers
 from mbproj.base.thresholds import THRESHOLDS, Thresholds, of_the_kernel
-from mbproj.functions.program import CHANNELS, ProgramSet
+from mbproj.functions.program import CHANNELS
+from mbproj.functions.program_set import ProgramSet
 from mbproj.joints.primitives.basic import Primitive
 from mbproj.joints.primitives.table import name_of
 from mbproj.kernel import core
@@ -384,7 +385,7 @@ def _switches(functions: ProgramSet) -> Integers:
     """The switches of functions: their programs and instructions, (k, 2)."""
     if not functions.size:  # most scenes, which need not load what follows
         return np.zeros((0, 2), dtype=np.intp)
-    from mbproj.functions.program import all_switches
+    from mbproj.functions.program_set import all_switches
 
     return np.array(all_switches(functions), dtype=np.intp).reshape(-1, 2)
 

@@ -14,7 +14,8 @@ from mbproj.equations.contacts import gaps, stop_sizes
 from mbproj.equations.derivatives import law_slopes
 from mbproj.equations.forces import law_state
 from mbproj.equations.turning import turns_of
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE, ProgramSet
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE
+from mbproj.functions.program_set import ProgramSet
 from mbproj.functions.series import constant_series, run, slope
 from mbproj.linear.reference import LinearReference, refuse_loads
 from mbproj.model.forces import Forces

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from mbproj.base.arrays import Array, Integers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
-from mbproj.functions.program import ProgramSet, flatten
+from mbproj.functions.program_set import ProgramSet, flatten
 
 
 class ChannelKind(IntEnum):

@@ -16,20 +16,8 @@ from mbproj.base.arrays import Array, Flags, Integers
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import Place
 from mbproj.base.registry import USUAL_IMPACT_LAW
-from mbproj.functions.program import (
-    COORDINATE,
-    RATE,
-    Code,
-    Instruction,
-    Op,
-    Program,
-    ProgramSet,
-    apply,
-    flatten,
-    joined,
-    number,
-    variable,
-)
+from mbproj.functions.program import COORDINATE, RATE, Code, Instruction, Op, Program, apply, number, variable
+from mbproj.functions.program_set import ProgramSet, flatten, joined
 from mbproj.model.forces import Forces, Laws
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
 from mbproj.model.system import System

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from mbproj.base.arrays import Array, Integers, Numbers, numbers
 from mbproj.base.dataclass import dataclass
-from mbproj.functions.program import OF_ROWS, ProgramSet, flatten
+from mbproj.functions.program_set import OF_ROWS, ProgramSet, flatten
 from mbproj.joints.primitives.basic import Primitive
 from mbproj.model.primitive_set import Binding
 

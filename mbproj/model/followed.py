@@ -9,7 +9,8 @@ from typing import TypeAlias
 import numpy as np
 
 from mbproj.base.arrays import Array, Numbers
-from mbproj.functions.program import COORDINATE, Op, Program, ProgramSet, apply, flatten, variable
+from mbproj.functions.program import COORDINATE, Op, Program, apply, variable
+from mbproj.functions.program_set import ProgramSet, flatten
 from mbproj.joints.primitives.basic import Primitive
 from mbproj.joints.primitives.coupling import Coupling
 from mbproj.joints.primitives.plane_curves import FREE, Face, Gap, Lap, PlaneCurveShape, Profile

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from mbproj.base.arrays import Array, Flags, Integers
 from mbproj.base.dataclass import dataclass
-from mbproj.functions.program import ProgramSet, flatten
+from mbproj.functions.program_set import ProgramSet, flatten
 from mbproj.model.primitive_set import PrimitiveSet, bind
 
 #: The coordinates of a bushing, with their units.

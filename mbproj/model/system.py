@@ -14,7 +14,7 @@ from mbproj.base.cases import cases_in
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import Place
 from mbproj.base.thresholds import THRESHOLDS, Thresholds
-from mbproj.functions.program import ProgramSet, joined
+from mbproj.functions.program_set import ProgramSet, joined
 from mbproj.model.channels import (
     NO_ACTIONS,
     NO_CHANNELS,

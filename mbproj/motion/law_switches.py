@@ -11,7 +11,8 @@ from mbproj.base.arrays import Array, Numbers
 from mbproj.base.dataclass import dataclass
 from mbproj.equations.forces import law_coordinates
 from mbproj.equations.instant import Instant
-from mbproj.functions.program import FREE, JUMPING, Op, ProgramSet, all_switches, argument, natural
+from mbproj.functions.program import Op
+from mbproj.functions.program_set import FREE, JUMPING, ProgramSet, all_switches, argument, natural
 from mbproj.functions.series import walk
 from mbproj.model.contacts import CONTACT_OF
 from mbproj.model.couplings import FollowedKind

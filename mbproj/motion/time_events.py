@@ -20,7 +20,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.registry import with_fixed_steps
 from mbproj.base.settings import Settings
 from mbproj.base.thresholds import THRESHOLDS
-from mbproj.functions.program import ProgramSet
+from mbproj.functions.program_set import ProgramSet
 from mbproj.model.channels import ElementStates, Motions
 from mbproj.model.forces import Forces
 from mbproj.model.system import Names, System
@@ -114,7 +114,7 @@ def _of_scene(
     for programs, owners, orders in sets:
         seen: dict[tuple[bytes, bytes], list[tuple[float, str]]] = {}
         for index, owner in enumerate(owners):
-            from mbproj.functions.program import time_parts
+            from mbproj.functions.program_set import time_parts
 
             parts, marks = time_parts(programs, index), {start}
             for part in parts:

@@ -15,19 +15,9 @@ from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.derivatives import second_derivatives, third_derivatives
 from mbproj.functions.elements import Element, Force, Row, State
-from mbproj.functions.program import (
-    COORDINATE,
-    TIME,
-    CubicTable,
-    Instruction,
-    Op,
-    Program,
-    apply,
-    number,
-    periodic,
-    variable,
-)
+from mbproj.functions.program import COORDINATE, TIME, Instruction, Op, Program, apply, number, variable
 from mbproj.functions.standard import Curve
+from mbproj.functions.table import CubicTable, periodic
 from mbproj.joints.primitives.coupling import Coupling
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.mechanism import initial_guess

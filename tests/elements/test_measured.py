@@ -10,7 +10,9 @@ from mbproj.base.errors import InputError
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.functions.elements import Element, Force, Row, State
-from mbproj.functions.program import Instruction, Op, Program, flatten, spline, variable
+from mbproj.functions.program import Instruction, Op, Program, variable
+from mbproj.functions.program_set import flatten
+from mbproj.functions.table import spline
 from mbproj.kernel import core
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.mechanism import initial_guess

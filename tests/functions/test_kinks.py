@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.kinks import kinks
-from mbproj.functions.program import TIME, Code, Op, Program, apply, flatten, number, polygon, spline, variable
+from mbproj.functions.program import TIME, Code, Op, Program, apply, number, variable
+from mbproj.functions.program_set import flatten
 from mbproj.functions.standard import harmonic, smooth_step, tabulated
+from mbproj.functions.table import polygon, spline
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
 

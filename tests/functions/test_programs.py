@@ -10,22 +10,11 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from mbproj.functions import values as values_module
-from mbproj.functions.program import (
-    ARGUMENTS,
-    CHANNELS,
-    SWITCHING,
-    TIME,
-    Op,
-    Program,
-    apply,
-    flatten,
-    number,
-    polygon,
-    spline,
-    variable,
-)
+from mbproj.functions.program import ARGUMENTS, CHANNELS, TIME, Op, Program, apply, number, variable
+from mbproj.functions.program_set import SWITCHING, flatten
 from mbproj.functions.series import constant_series, failure, run, slope, slopes, time_series
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
+from mbproj.functions.table import polygon, spline
 from mbproj.functions.values import value, values
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate

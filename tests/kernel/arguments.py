@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from mbproj.base.thresholds import of_the_kernel
-from mbproj.functions.program import Code, Program, flatten
+from mbproj.functions.program import Code, Program
+from mbproj.functions.program_set import flatten
 from mbproj.kernel import core
 from mbproj.kernel.models import by_name, programs
 from mbproj.model.channels import NO_CHANNELS, NO_MOTIONS

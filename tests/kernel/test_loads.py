@@ -9,7 +9,8 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess
 from mbproj.base.errors import SimulationError
-from mbproj.functions.program import Program, flatten
+from mbproj.functions.program import Program
+from mbproj.functions.program_set import flatten
 from mbproj.functions.series import constant_series, run, time_series
 from mbproj.kernel import core
 from mbproj.kernel.models import programs

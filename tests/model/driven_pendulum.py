@@ -8,7 +8,8 @@ import numpy as np
 
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
-from mbproj.functions.program import CHANNELS, Program, flatten
+from mbproj.functions.program import CHANNELS, Program
+from mbproj.functions.program_set import flatten
 from mbproj.model.channels import ChannelKind, Channels, ElementStates
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.scene.expressions.compiled import compiled

@@ -212,7 +212,7 @@ def test_code_that_fails_is_said_with_its_name():
     with pytest.raises(mbproj.InputError, match=message):
         mbproj.run(scene(f"type: fails, {POINTS}, k: 3"))
     mbproj.register_element("empty", lambda name, s: None, along="m", parameters={})
-    with pytest.raises(mbproj.InputError, match=r"it makes None, which is no mbproj\.elements\.Element"):
+    with pytest.raises(mbproj.InputError, match=r"it makes None, which is no mbproj\.functions\.elements\.Element"):
         mbproj.run(scene(f"type: empty, {POINTS}"))
 
 

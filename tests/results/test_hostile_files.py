@@ -278,6 +278,8 @@ def test_whatever_stands_beside_the_samples_is_tried_in_the_sandbox(path):
         "status",
         "datasets",
         "event_times",  # of the events
+        "abscissa",  # of the times, or of a coordinate
+        "scene",  # of its text
     }
     assert lazy == set(BESIDE_SAMPLES)
 

@@ -22,7 +22,8 @@ from mbproj.equations.rank.mobility import mobility
 from mbproj.equations.rank.row_space import NO_CONDITIONS
 from mbproj.equations.tangent_space import accelerations, velocities
 from mbproj.equations.turning import near, turns_of
-from mbproj.functions.program import CHANNELS, Op, apply, flatten, variable
+from mbproj.functions.program import CHANNELS, Op, apply, variable
+from mbproj.functions.program_set import flatten
 from mbproj.linear.equilibrium.balance import REST, EquilibriumProblem, SteadyTurn
 from mbproj.linear.equilibrium.solve import NoEquilibrium, Solved, direction_words, solve
 from mbproj.linear.modes import modes, states_in

@@ -33,14 +33,12 @@ from mbproj.functions.program import (
     Code,
     Op,
     Program,
-    ProgramSet,
     apply,
-    flatten,
-    joined,
     number,
     replaced,
     variable,
 )
+from mbproj.functions.program_set import ProgramSet, flatten, joined
 from mbproj.joints.primitives.table import PRIMITIVES
 from mbproj.model.channels import NO_ACTIONS, Actions, ChannelKind, Channels, ElementStates, Energies, Motions
 from mbproj.model.compile.couplings import row_binding

@@ -12,7 +12,8 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.elements import Element, End, Place
-from mbproj.functions.program import Program, flatten
+from mbproj.functions.program import Program
+from mbproj.functions.program_set import flatten
 from mbproj.joints.primitives.table import PRIMITIVES
 from mbproj.model.compile.contacts import SmoothFriction
 from mbproj.model.compile.frames import Pose, Seat

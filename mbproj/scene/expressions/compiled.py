@@ -7,19 +7,9 @@ from dataclasses import replace
 from types import MappingProxyType
 
 from mbproj.base.errors import did_you_mean
-from mbproj.functions.program import (
-    CHANNELS,
-    Code,
-    Instruction,
-    Op,
-    Program,
-    apply,
-    number,
-    polygon,
-    replaced,
-    variable,
-)
+from mbproj.functions.program import CHANNELS, Code, Instruction, Op, Program, apply, number, replaced, variable
 from mbproj.functions.standard import combine
+from mbproj.functions.table import polygon
 from mbproj.scene.expressions.dimensions import UNKNOWN, Found, Origin, of_binary, of_call, of_quantity
 from mbproj.scene.expressions.evaluate import CONSTANTS, Value, evaluate, function_of, increasing, not_here
 from mbproj.scene.expressions.syntax_tree import (

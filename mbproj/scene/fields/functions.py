@@ -10,7 +10,8 @@ from typing import Any, ClassVar
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import did_you_mean
-from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, CubicTable, Program, periodic, polygon, spline
+from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
+from mbproj.functions.table import CubicTable, periodic, polygon, spline
 from mbproj.scene.expressions.dimensions import OF_TIME, Found, Origin, describe
 from mbproj.scene.expressions.evaluate import CONSTANTS
 from mbproj.scene.expressions.syntax_tree import Expression, NameNode, names, walk

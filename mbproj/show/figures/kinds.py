@@ -270,8 +270,8 @@ LISTED = frozenset({"grid", "zip"})
 
 @dataclass(frozen=True)
 class SweepPicture:
-    """A kind of picture: the functions that draw it and that tell why it does not apply, as "module:name", a summary,
-    and the designs for which it is drawn by default."""
+    """A kind of picture: a summary, and the designs for which it is drawn by default. `draws` and `refuses` name the
+    functions that draw it and that tell why it does not apply, as "module:name"."""
 
     draws: str
     refuses: str
