@@ -9,26 +9,20 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 
 from mbproj.integrate.steppers.tableau import load_tableau
-from peers.peer import (
-    NotConverged,
-    Observation,
-    Setting,
-    ode_label,
-    seconds_of,
-    steps_per_interval,
-    tolerance_label,
-    tolerances,
-)
-from peers.problem import Array, Mechanism
 
-#: (tableau, ..., y, duration, steps, tolerance) -> steps; y is advanced in place.
+from .problem import Array, NotDone, Outcome, Problem, Program, Setting, step_label, tolerance_label, tolerances
+
+#: (tableau, y, duration, steps, tolerance): y is advanced in place; a tolerance of 0 means fixed steps.
 Integrate = Callable[[str, Array, float, int, float], None]
+#: What is watched in states (T, n), and the opening.
+Seen = Callable[[Array], tuple[Array, float | None]]
 
 
 class NoCompiler(ImportError):
@@ -56,7 +50,7 @@ def tableau(name: str) -> tuple[_Tableau, tuple[Array, ...]]:
 
 @cache
 def library(source: str, flags: Sequence[str] = ()) -> ctypes.CDLL:
-    """The shared library of a source file of this folder, kept in ~/.cache/mbproj-peers. Raises NoCompiler."""
+    """The shared library of a source file of this folder, kept in ~/.cache/mbproj-beside. Raises NoCompiler."""
     compiler = shutil.which("c++") or shutil.which("g++") or shutil.which("clang++")
     if compiler is None:
         raise NoCompiler("no C++ compiler")
@@ -64,7 +58,7 @@ def library(source: str, flags: Sequence[str] = ()) -> ctypes.CDLL:
     command = [compiler, "-std=c++17", "-O3", "-DNDEBUG", "-shared", "-fPIC", str(here / source), *flags]
     texts = [path.read_bytes() for path in (here / source, here / "runge_kutta.hpp")]
     key = hashlib.sha256(b"".join([*texts, " ".join(command).encode()])).hexdigest()[:16]
-    target = Path.home() / ".cache" / "mbproj-peers" / f"{key}.so"
+    target = Path.home() / ".cache" / "mbproj-beside" / f"{key}.so"
     if not target.exists():
         target.parent.mkdir(parents=True, exist_ok=True)
         print(f"compiling {source} ...", file=sys.stderr, flush=True)
@@ -77,7 +71,7 @@ def library(source: str, flags: Sequence[str] = ()) -> ctypes.CDLL:
 
 
 def advance(function: Callable[..., int], *arguments: object) -> Integrate:
-    """An exported `integrate` of C++ with its first arguments bound. A step that vanishes raises NotConverged."""
+    """An exported `advance` of C++ with its first arguments bound. A step that vanishes raises NotDone."""
 
     def run(method: str, y: Array, duration: float, steps: int, tolerance: float) -> None:
         coefficients, _ = tableau(method)
@@ -90,48 +84,43 @@ def advance(function: Callable[..., int], *arguments: object) -> Integrate:
             ctypes.c_double(tolerance),
         )
         if done < 0 or not np.isfinite(y).all():
-            raise NotConverged("the step became too small")
+            raise NotDone("the step became too small")
 
     return run
 
 
-def fixed_settings(
-    run: Integrate, start: Array, measure: Callable[[Array], Observation], mechanism: Mechanism, counts: tuple[int, int]
-) -> Iterator[Setting]:
-    """RK4 with so many steps between outputs; `measure` takes the states (T, n) at the reference's times."""
-    for per_interval in steps_per_interval(*counts):
-        total = per_interval * len(mechanism.times)
+def runge_kutta_settings(name: str, problem: Problem, run: Integrate, start: Array, seen: Seen) -> Iterator[Program]:
+    """RK4 with fixed steps and DOP853 to a tolerance."""
 
-        def integrate(total: int = total) -> float:
-            y = start.copy()
-            return seconds_of(lambda: run("rk4", y, mechanism.duration, total, 0.0))
+    def by_rk4(count: int, times: Array) -> Outcome:
+        y, states, seconds = start.copy(), [], 0.0
+        for _ in times:
+            begun = process_time()
+            run("rk4", y, float(times[-1]) / len(times), count // len(times), 0.0)
+            seconds += process_time() - begun
+            states.append(y.copy())
+        watched, opened = seen(np.array(states))
+        return Outcome(watched, seconds, opened, 4 * count)
 
-        def observe(per_interval: int = per_interval) -> Observation:
-            y, states = start.copy(), []
-            for _ in mechanism.times:
-                run("rk4", y, mechanism.interval, per_interval, 0.0)
-                states.append(y.copy())
-            return measure(np.array(states))
+    def by_dop853(tolerance: float, times: Array) -> Outcome:
+        """By runs that end at each sample, so that outputs neither shorten a step nor are interpolated."""
+        states, seconds = [], 0.0
+        for time in times:
+            y, begun = start.copy(), process_time()
+            run("dop853", y, float(time), 0, tolerance)
+            seconds = process_time() - begun
+            states.append(y)
+        watched, opened = seen(np.array(states))
+        return Outcome(watched, seconds, opened)
 
-        yield Setting(ode_label(mechanism.interval / per_interval), integrate, observe)
+    def fixed() -> Iterator[Setting]:
+        for step, count in problem.steps(f"{name}, RK4"):
+            yield Setting(step_label(step), partial(by_rk4, count), count)
 
+    def controlled() -> Iterator[Setting]:
+        for tolerance in tolerances():
+            yield Setting(tolerance_label(tolerance), partial(by_dop853, tolerance))
 
-def controlled_settings(
-    run: Integrate, start: Array, measure: Callable[[Array], Observation], mechanism: Mechanism
-) -> Iterator[Setting]:
-    """DOP853 to a tolerance. It is observed by runs that end at each of the reference's times, so that the outputs
-    neither shorten a step nor are interpolated."""
-    for tolerance in tolerances(2, 13):
-
-        def reach(time: float, tolerance: float = tolerance) -> Array:
-            y = start.copy()
-            run("dop853", y, time, 0, tolerance)
-            return y
-
-        def integrate(reach: Callable[[float], Array] = reach) -> float:
-            return seconds_of(lambda: reach(mechanism.duration))
-
-        def observe(reach: Callable[[float], Array] = reach) -> Observation:
-            return measure(np.array([reach(float(time)) for time in mechanism.times]))
-
-        yield Setting(tolerance_label(tolerance), integrate, observe)
+    yield Program(f"{name}, RK4", fixed)
+    if not problem.tried:
+        yield Program(f"{name}, DOP853", controlled)

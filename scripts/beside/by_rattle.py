@@ -1,21 +1,26 @@
-"""The symplectic methods of this folder, in C++: compiled when they are first needed."""
+"""RATTLE, which is symplectic, on the bodies and joints of a scene, with dense matrices, in C++ (`rattle.cpp`)."""
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+import sys
+from collections.abc import Iterator, Sequence
+from functools import partial
 from math import inf
+from time import process_time
 from typing import Any
 
 import numpy as np
-from peers.compiled import library
+from numpy.typing import NDArray
 
 from mbproj.dynamics import assemble
 from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene.records import Joint, Scene
 
-Array = np.ndarray
+from .compiled import NoCompiler, library
+from .problem import Array, NotDone, Outcome, Problem, Program, Rattled, Setting, step_label
+
 #: A scalar row of two bodies, as the C++ has it.
 ROW = np.dtype(
     [
@@ -29,44 +34,8 @@ ROW = np.dtype(
 ALIGNED, ACROSS, BESIDE, UNIT = range(4)
 
 
-def by_gauss(
-    which: int,
-    parts: Sequence[float],
-    order: int,
-    start: Sequence[float],
-    span: float,
-    steps: int,
-    *,
-    extended: bool = False,
-) -> tuple[Array, int]:
-    """The state (n,) after `span` s by a Gauss method, and its evaluations."""
-    gauss, y, given = library("../long_motions/gauss.cpp"), np.zeros(16), np.zeros(4)
-    y[: len(start)], given[: len(parts)] = start, parts
-    pointer, count = given.ctypes.data_as(ctypes.c_void_p), ctypes.c_long(steps)
-    function = gauss.gauss_extended if extended else gauss.gauss_double
-    function.restype = ctypes.c_double
-    end = np.zeros(16)
-    if extended:
-        done = function(which, pointer, order // 2, ctypes.c_double(span), count, _at(y), _at(end))
-    else:
-        done, end = function(which, pointer, order // 2, ctypes.c_double(span / steps), count, _at(y)), y
-    return end[: len(start)], int(done)
-
-
-def by_rattle(
-    scene: Scene,
-    span: float,
-    steps: int,
-    turned: Sequence[int] = (0, 3, 5),
-    moments: Sequence[Sequence[float]] = (),
-    *,
-    hinged: bool = False,
-) -> tuple[float, Array]:
-    """By how far a body has turned, rad, and (n, 12) r and the columns of A of all bodies, after `span` s.
-
-    `turned`: the body, and two of these numbers by which it is seen. `moments`: about the bodies' axes, where those of
-    the scene make the mass matrix singular, though the motion does not see them; of a body `hinged` at the origin,
-    about that."""
+def by_rattle(scene: Scene, given: Rattled, span: float, steps: int) -> Array:
+    """What is watched after `span` s, (W, 3)."""
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     pose, twist = pose_of(state.q), twist_of(pose_of(state.q), state.v)
@@ -74,14 +43,18 @@ def by_rattle(
     count = len(r)
     q, v, w, pull = (np.zeros((count + 1, 12)) for _ in range(4))
     w[count], q[count, 3:] = inf, np.eye(3).T.ravel()
-    inertia = np.array([np.diag(body.inertia) for body in scene.bodies]) if not len(moments) else np.array(moments)
+    inertia = (
+        np.array([np.diag(body.inertia) for body in scene.bodies])
+        if not len(given.moments)
+        else np.array(given.moments)
+    )
     q[:count] = np.concatenate([r, A.swapaxes(1, 2).reshape(-1, 9)], axis=1)
     turning = A @ np.cross(ω[:, None], np.eye(3)).swapaxes(1, 2)
     v[:count] = np.concatenate([twist.velocity[:-1], turning.swapaxes(1, 2).reshape(-1, 9)], axis=1)
     w[:count, :3] = [[body.mass] * 3 for body in scene.bodies]
     w[:count, 3:] = np.repeat(inertia.sum(axis=1, keepdims=True) / 2 - inertia, 3, axis=1)
     pull[:count, :3] = w[:count, :3] * scene.gravity
-    if hinged:  # a body is seen from the origin, and its weight acts on the columns of A
+    if given.hinged:  # a body is seen from the origin, and its weight acts on the columns of A
         arms = np.einsum("bji,bj->bi", A, r)
         pull[:count] = np.einsum("b,bc,k->bck", w[:count, 0], np.insert(arms, 0, 0.0, axis=1), scene.gravity).reshape(
             -1, 12
@@ -92,12 +65,14 @@ def by_rattle(
     place = np.concatenate([r, np.zeros((1, 3))]), np.concatenate([A, np.eye(3)[None]])
     rows = [row for joint in scene.joints for row in _rows(joint, [names.index(name) for name in joint.bodies], *place)]
     rows += [_row(UNIT, b, b, axis=i, other=j) for b in range(count) for i in range(3) for j in range(i + 1)]
-    given, angle = np.array(rows, dtype=ROW), np.zeros(1)
-    rattle = library("../long_motions/rattle.cpp").rattle
-    seen, size = np.array(turned, dtype=np.int32), ctypes.c_double(span / steps)
+    packed, angle = np.array(rows, dtype=ROW), np.zeros(1)
+    rattle = library("rattle.cpp").rattle
+    seen, size = np.array((0, *given.column), dtype=np.int32), ctypes.c_double(span / steps)
     masses = (count + 1, _at(w), _at(pull))
-    rattle(*masses, len(given), _at(given), size, ctypes.c_long(steps), _at(q), _at(v), _at(angle), _at(seen))
-    return float(angle[0]), q[:count]
+    rattle(*masses, len(packed), _at(packed), size, ctypes.c_long(steps), _at(q), _at(v), _at(angle), _at(seen))
+    if not np.isfinite(q[:count]).all():
+        raise NotDone("RATTLE diverges")
+    return given.watched(float(angle[0]), q[:count])
 
 
 def _rows(joint: Joint, bodies: Sequence[int], r: Array, A: Array) -> list[tuple[Any, ...]]:
@@ -134,5 +109,30 @@ def _row(
     return (kind, a, b, axis, other, tuple(u), tuple(v), 0.0)
 
 
-def _at(array: Array) -> ctypes.c_void_p:
+def _at(array: NDArray[Any]) -> ctypes.c_void_p:
     return ctypes.c_void_p(array.ctypes.data)
+
+
+def _run(problem: Problem, given: Rattled, count: int, times: Array) -> Outcome:
+    assert len(times) == 1, "it watches the end"
+    begun = process_time()
+    watched = by_rattle(problem.scene, given, float(times[-1]), count)
+    return Outcome(watched[None], process_time() - begun, None, count)
+
+
+def programs(problem: Problem) -> Iterator[Program]:
+    """One, on long motions."""
+    given = problem.rattle
+    if given is None:
+        return
+    try:
+        library("rattle.cpp")
+    except NoCompiler as error:
+        print(f"left out: RATTLE ({error})", file=sys.stderr)
+        return
+
+    def settings() -> Iterator[Setting]:
+        for step, count in problem.steps("RATTLE"):
+            yield Setting(step_label(step), partial(_run, problem, given, count), count)
+
+    yield Program("RATTLE", settings)

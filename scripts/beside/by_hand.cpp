@@ -1,9 +1,9 @@
-// Gauss's collocation, which is symplectic, on Hamilton's equations of mechanisms in minimal coordinates: Hairer, Lubich &
-// Wanner, Geometric Numerical Integration (2006), II.1.3 and VIII.6.
-#include <algorithm>
-#include <cmath>
+// Hamilton's equations of mechanisms in minimal coordinates, derived by hand: what a general program cannot beat. They run
+// with explicit Runge-Kutta methods, and with Gauss's collocation, which is symplectic: Hairer, Lubich & Wanner, Geometric
+// Numerical Integration (2006), II.1.3 and VIII.6.
 #include <limits>
-#include <vector>
+
+#include "runge_kutta.hpp"
 
 namespace {
 
@@ -55,36 +55,41 @@ struct SliderCrank {
     }
 };
 
-// Uniform bars of 1 m and 1 kg in a row, by their angles from hanging down; J is about a bar's centre.
-template <class Real> struct Chain {
+// Uniform bars of 1 m and 1 kg in a row, by their angles from hanging down; J is about a bar's centre. `Fixed`: so many of
+// them, which the compiler may unroll; 0: n.
+template <class Real, int Fixed = 0> struct Chain {
     int n;
     Real J, g;
-    int size() const { return 2 * n; }
+    static constexpr int most = Fixed > 0 ? Fixed : 20;
+    int bars() const { return Fixed > 0 ? Fixed : n; }
+    int size() const { return 2 * bars(); }
     void derivative(const Real *y, Real *dy) const {
-        Real c[8], s[8], m[8][8];
+        const int n = bars();
+        Real c[most], s[most], m[most][most];
         for (int i = 0; i < n; ++i) c[i] = std::cos(y[i]), s[i] = std::sin(y[i]), dy[i] = y[n + i];
-        for (int i = 0; i < n; ++i)
-            for (int j = 0; j <= i; ++j)
-                m[i][j] = i == j ? J + n - i - Real(0.75L) : (n - i - Real(0.5L)) * (c[i] * c[j] + s[i] * s[j]);
-        for (int i = 0; i < n; ++i) {  // Cholesky
-            for (int j = 0; j <= i; ++j) {
-                Real sum = m[i][j];
-                for (int k = 0; k < j; ++k) sum -= m[i][k] * m[j][k];
-                m[i][j] = i == j ? std::sqrt(sum) : sum / m[j][j];
+        for (int i = 0; i < n; ++i) {  // L D Lᵀ: m holds L below its diagonal, and 1 / D there
+            Real row[most], diagonal = J + n - i - Real(0.75L);
+            for (int j = 0; j < i; ++j) {
+                Real sum = (n - i - Real(0.5L)) * (c[i] * c[j] + s[i] * s[j]);
+                for (int k = 0; k < j; ++k) sum -= row[k] * m[j][k];
+                row[j] = sum;
             }
-            for (int k = 0; k < i; ++k) dy[i] -= m[i][k] * dy[k];
-            dy[i] /= m[i][i];
+            for (int j = 0; j < i; ++j) {
+                m[i][j] = row[j] * m[j][j];
+                diagonal -= m[i][j] * row[j];
+                dy[i] -= m[i][j] * dy[j];
+            }
+            m[i][i] = 1 / diagonal;
         }
-        for (int i = n - 1; i >= 0; --i) {
-            for (int k = i + 1; k < n; ++k) dy[i] -= m[k][i] * dy[k];
-            dy[i] /= m[i][i];
-        }
-        for (int i = 0; i < n; ++i) {
-            Real sum = -g * (n - i - Real(0.5L)) * s[i];
-            for (int j = 0; j < n; ++j)
-                if (j != i) sum -= (n - std::max(i, j) - Real(0.5L)) * (s[i] * c[j] - c[i] * s[j]) * dy[i] * dy[j];
-            dy[n + i] = sum;
-        }
+        for (int i = 0; i < n; ++i) dy[i] *= m[i][i];
+        for (int i = n - 1; i >= 0; --i)
+            for (int j = 0; j < i; ++j) dy[j] -= m[i][j] * dy[i];
+        for (int i = 0; i < n; ++i) dy[n + i] = -g * (n - i - Real(0.5L)) * s[i];
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < i; ++j) {
+                const Real pull = (n - i - Real(0.5L)) * (s[i] * c[j] - c[i] * s[j]) * dy[i] * dy[j];
+                dy[n + i] -= pull, dy[n + j] += pull;
+            }
     }
 };
 
@@ -178,26 +183,36 @@ template <class Real, class System> double gauss(const System &system, int stage
     return evaluations;
 }
 
-template <class Real> double by_gauss(int which, const double *parts, int stages, Real h, long steps, Real *y) {
-    if (which == 0) return gauss(OneDegree<Real, CrankRocker>{}, stages, h, steps, y);
-    if (which == 1) return gauss(OneDegree<Real, SliderCrank>{}, stages, h, steps, y);
-    if (which == 2) return gauss(Top<Real>{Real(parts[0]), Real(parts[1]), Real(parts[2])}, stages, h, steps, y);
-    return gauss(Chain<Real>{int(parts[0]), Real(parts[1]), Real(parts[2])}, stages, h, steps, y);
+// Calls `run` with the system of a number, which takes up to three numbers.
+template <class Real, class Run> auto with(int which, const double *parts, const Run &run) {
+    if (which == 0) return run(OneDegree<Real, CrankRocker>{});
+    if (which == 1) return run(OneDegree<Real, SliderCrank>{});
+    if (which == 2) return run(Top<Real>{Real(parts[0]), Real(parts[1]), Real(parts[2])});
+    if (parts[0] == 5) return run(Chain<Real, 5>{5, Real(parts[1]), Real(parts[2])});
+    return run(Chain<Real>{int(parts[0]), Real(parts[1]), Real(parts[2])});
 }
 
 }  // namespace
 
 extern "C" {
 
+long advance(const Tableau *tableau, int which, const double *parts, double *y, double duration, long steps, double tolerance) {
+    return with<double>(which, parts, [&](const auto &system) {
+        return integrate(system, *tableau, y, duration, steps, tolerance);
+    });
+}
+
 double gauss_double(int which, const double *parts, int stages, double h, long steps, double *y) {
-    return by_gauss<double>(which, parts, stages, h, steps, y);
+    return with<double>(which, parts, [&](const auto &system) { return gauss(system, stages, h, steps, y); });
 }
 
 // The same in extended precision; h is span / steps.
-double gauss_extended(int which, const double *parts, int stages, double span, long steps, const double *start, double *end) {
-    std::vector<long double> y(start, start + 16);
-    const double evaluations = by_gauss<long double>(which, parts, stages, (long double)span / steps, steps, y.data());
-    for (int k = 0; k < 16; ++k) end[k] = static_cast<double>(y[k]);
-    return evaluations;
+double gauss_extended(int which, const double *parts, int stages, double span, long steps, double *y) {
+    return with<long double>(which, parts, [&](const auto &system) {
+        std::vector<long double> state(y, y + system.size());
+        const double evaluations = gauss(system, stages, (long double)span / steps, steps, state.data());
+        std::copy(state.begin(), state.end(), y);
+        return evaluations;
+    });
 }
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 #include <vector>
 
 struct Tableau {
@@ -99,8 +100,8 @@ private:
 
 // The one function that each compiled system exports: runs from y in place; tolerance 0 means fixed steps.
 template <class System>
-long integrate(System &system, const Tableau &tableau, double *y, double duration, long steps, double tolerance) {
-    RungeKutta<System> method(system, tableau);
+long integrate(System &&system, const Tableau &tableau, double *y, double duration, long steps, double tolerance) {
+    RungeKutta<std::remove_reference_t<System>> method(system, tableau);
     if (tolerance > 0.0) return method.controlled(y, duration, tolerance);
     method.fixed(y, duration / static_cast<double>(steps), steps);
     return steps;

@@ -1,5 +1,5 @@
-"""The four-bar whose coupler a bushing holds together, in four angles: its equations derived by hand, its numbers for
-every program."""
+"""Lagrange's equations derived by hand in Python: of the four-bar whose coupler a bushing holds together, in four
+angles, and of the flyball governor with a stiff spring and damper, in two. Tests hold mbproj against both."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ class FourBar:
     stiffness along the coupler, across it is half of that."""
 
     k: float
-    name: str = "Four-bar"
 
     @property
     def stiffness(self) -> Array:
@@ -106,14 +105,63 @@ class FourBar:
         return np.array([*w, *near, far[1], far[0]])
 
     @staticmethod
-    def points(angles: Array) -> Array:
-        """The end of the near half and that of the rocker (..., 4), for angles (..., 4): where errors are measured."""
-        one, two, _, four = np.moveaxis(angles, -1, 0)
-        near = CRANK * np.cos(one) + HALF * np.cos(two), CRANK * np.sin(one) + HALF * np.sin(two)
-        return np.stack([*near, FRAME + ROCKER * np.cos(four), ROCKER * np.sin(four)], axis=-1)
+    def watched(y: Array) -> Array:
+        """The end of the near half and that of the rocker (..., 2, 3), for angles (and speeds) (..., 4 or 8)."""
+        one, two, _, four = np.moveaxis(y[..., :4], -1, 0)
+        near = [CRANK * np.cos(one) + HALF * np.cos(two), 0.0 * one, CRANK * np.sin(one) + HALF * np.sin(two)]
+        end = [FRAME + ROCKER * np.cos(four), 0.0 * one, ROCKER * np.sin(four)]
+        return np.moveaxis(np.array([near, end]), (0, 1), (-2, -1))
 
 
 def _solve(a: float, b: float, c: float, f: float, g: float) -> tuple[float, float]:
     """[[a, c], [c, b]] x = (f, g)."""
     d = a * b - c * c
     return (b * f - c * g) / d, (a * g - c * f) / d
+
+
+#: kg: a ball, the collar, the spindle; m: an arm, a link and the arm above it, the arms' pins from the axis, a ball.
+BALL, COLLAR, SPINDLE, ARM, LINK, PIN, RADIUS = 1.0, 1.5, 3.0, 0.2, 0.1, 0.03, 0.03
+#: kg m²: a ball's, the collar's, the spindle's about and across the axis.
+BALL_INERTIA, COLLAR_INERTIA, ABOUT, ACROSS = 0.4 * BALL * RADIUS**2, 2e-3, 0.01, 0.05
+LEAN, SPIN = 25.0 * pi / 180.0, 20.0
+
+
+@dataclass(frozen=True)
+class Governor:
+    """Angles of the spindle and of the arms from the vertical. k in N/m is the spring's stiffness, and k/1000 in N s/m
+    the damper's; the spring has its free length at the start."""
+
+    k: float
+
+    @property
+    def damping(self) -> float:
+        """N s/m."""
+        return 1e-3 * self.k
+
+    @property
+    def start(self) -> Array:
+        """Angles and speeds, (4,)."""
+        return np.array([0.0, LEAN, SPIN, 0.0])
+
+    def slope(self, _: float, y: Array) -> Array:
+        """y' by Lagrange's equations, with T = (A θ'² + B ψ'²) / 2."""
+        _, arm, spin, rate = y.tolist()
+        s, c = sin(arm), cos(arm)
+        out = PIN + ARM * s
+        A = 2.0 * (BALL * ARM**2 + BALL_INERTIA) + COLLAR * (2.0 * LINK * s) ** 2
+        B = 2.0 * (BALL * out**2 + BALL_INERTIA) + COLLAR_INERTIA + ABOUT
+        A_slope, B_slope = 2.0 * COLLAR * (2.0 * LINK) ** 2 * s * c, 4.0 * BALL * out * ARM * c
+        stretch, stretching = 2.0 * LINK * (c - cos(LEAN)), -2.0 * LINK * s * rate
+        pull = self.k * stretch + self.damping * stretching
+        moment = pull * 2.0 * LINK * s - 2.0 * (BALL * ARM + COLLAR * LINK) * GRAVITY * s
+        return np.array(
+            [spin, rate, -B_slope * rate * spin / B, (moment + 0.5 * B_slope * spin**2 - 0.5 * A_slope * rate**2) / A]
+        )
+
+    @staticmethod
+    def watched(y: Array) -> Array:
+        """The right ball from above and the collar's height, NaN for the rest (..., 2, 3); of angles (..., 2 or 4)."""
+        spin, arm = np.moveaxis(y[..., :2], -1, 0)
+        out, none = PIN + ARM * np.sin(arm), np.full_like(arm, np.nan)
+        ball, collar = [out * np.cos(spin), out * np.sin(spin), none], [none, none, -2.0 * LINK * np.cos(arm)]
+        return np.moveaxis(np.array([ball, collar]), (0, 1), (-2, -1))
