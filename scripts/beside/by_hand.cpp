@@ -56,34 +56,34 @@ struct SliderCrank {
 };
 
 // Uniform bars of 1 m and 1 kg in a row, by their angles from hanging down; J is about a bar's centre. `Fixed`: so many of
-// them, which the compiler may unroll; 0: n.
+// them, which the compiler may unroll; 0: n. `work` has n (n + 3) numbers.
 template <class Real, int Fixed = 0> struct Chain {
     int n;
     Real J, g;
-    static constexpr int most = Fixed > 0 ? Fixed : 20;
+    mutable std::vector<Real> work;
     int bars() const { return Fixed > 0 ? Fixed : n; }
     int size() const { return 2 * bars(); }
     void derivative(const Real *y, Real *dy) const {
         const int n = bars();
-        Real c[most], s[most], m[most][most];
+        Real *c = work.data(), *s = c + n, *row = s + n, *m = row + n;
         for (int i = 0; i < n; ++i) c[i] = std::cos(y[i]), s[i] = std::sin(y[i]), dy[i] = y[n + i];
         for (int i = 0; i < n; ++i) {  // L D Lᵀ: m holds L below its diagonal, and 1 / D there
-            Real row[most], diagonal = J + n - i - Real(0.75L);
+            Real diagonal = J + n - i - Real(0.75L);
             for (int j = 0; j < i; ++j) {
                 Real sum = (n - i - Real(0.5L)) * (c[i] * c[j] + s[i] * s[j]);
-                for (int k = 0; k < j; ++k) sum -= row[k] * m[j][k];
+                for (int k = 0; k < j; ++k) sum -= row[k] * m[j * n + k];
                 row[j] = sum;
             }
             for (int j = 0; j < i; ++j) {
-                m[i][j] = row[j] * m[j][j];
-                diagonal -= m[i][j] * row[j];
-                dy[i] -= m[i][j] * dy[j];
+                m[i * n + j] = row[j] * m[j * n + j];
+                diagonal -= m[i * n + j] * row[j];
+                dy[i] -= m[i * n + j] * dy[j];
             }
-            m[i][i] = 1 / diagonal;
+            m[i * n + i] = 1 / diagonal;
         }
-        for (int i = 0; i < n; ++i) dy[i] *= m[i][i];
+        for (int i = 0; i < n; ++i) dy[i] *= m[i * n + i];
         for (int i = n - 1; i >= 0; --i)
-            for (int j = 0; j < i; ++j) dy[j] -= m[i][j] * dy[i];
+            for (int j = 0; j < i; ++j) dy[j] -= m[i * n + j] * dy[i];
         for (int i = 0; i < n; ++i) dy[n + i] = -g * (n - i - Real(0.5L)) * s[i];
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < i; ++j) {
@@ -188,8 +188,9 @@ template <class Real, class Run> auto with(int which, const double *parts, const
     if (which == 0) return run(OneDegree<Real, CrankRocker>{});
     if (which == 1) return run(OneDegree<Real, SliderCrank>{});
     if (which == 2) return run(Top<Real>{Real(parts[0]), Real(parts[1]), Real(parts[2])});
-    if (parts[0] == 5) return run(Chain<Real, 5>{5, Real(parts[1]), Real(parts[2])});
-    return run(Chain<Real>{int(parts[0]), Real(parts[1]), Real(parts[2])});
+    const int n = static_cast<int>(parts[0]);
+    if (n == 5) return run(Chain<Real, 5>{n, Real(parts[1]), Real(parts[2]), std::vector<Real>(40)});
+    return run(Chain<Real>{n, Real(parts[1]), Real(parts[2]), std::vector<Real>(n * (n + 3))});
 }
 
 }  // namespace

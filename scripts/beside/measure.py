@@ -30,6 +30,8 @@ PROGRAMS = {
 }
 #: Runs shorter than this are repeated within a repetition, s.
 SHORTEST = 2e-3
+#: Runs shorter than this are timed three times at once, s: the first builds what others find.
+SHORT = 0.05
 #: A sweep ends when so many settings in a row did not lower the error by a tenth, or have failed.
 PLATEAU, FAILED = 8, 100
 #: Settings are timed in full whose first timing was within this factor of the quickest that is accurate enough.
@@ -86,7 +88,7 @@ class Trial:
 def installed(problem: Problem, wanted: Iterable[str]) -> list[Program]:
     """The programs that are here and that can do the problem; those that are missing are named."""
     found: list[Program] = []
-    for name in wanted:
+    for name in ["mbproj"] if problem.alone else wanted:
         try:
             found += import_module(f".by_{name}", __package__).programs(problem)
         except ImportError as error:
@@ -100,8 +102,8 @@ def tried(problem: Problem, program: Program) -> Iterator[Trial]:
     for setting in program.settings():
         try:
             seen = setting.run(problem.times)
-            once = problem.samples == 1
-            pilot = seen.seconds if once else setting.run(problem.times[-1:]).seconds
+            again = 3 if seen.seconds < SHORT else problem.samples > 1
+            pilot = min([setting.run(problem.times[-1:]).seconds for _ in range(again)], default=seen.seconds)
         except NotDone as error:
             if problem.tried:
                 print(f"{program.name}, {setting.label}: {error}", file=sys.stderr, flush=True)

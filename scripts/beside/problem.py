@@ -93,7 +93,8 @@ class Problem:
     `exact` gives (T, W, 3) at times (T,), with NaN where nothing is measured, and how certain that is. `mbproj` has
     settings by the name of a method. `coarsest` is the longest step of a sweep, s; `tried` has steps in s by the name
     of a program in place of a sweep, "" for all others. `by_coordinates` is the same mechanism with springs on
-    coordinates of joints, for programs without bushings; `mjcf` gives MuJoCo's models by name, where a scene cannot be
+    coordinates of joints, for programs without bushings; `alone` is one that only
+    mbproj runs; `mjcf` gives MuJoCo's models by name, where a scene cannot be
     exported."""
 
     title: str
@@ -109,6 +110,7 @@ class Problem:
     unit: str = "m"
     mujoco: tuple[str, ...] = ("RK4",)
     contacts: bool = False
+    alone: bool = False
     by_coordinates: Scene | None = None
     mjcf: Callable[[float], Iterator[tuple[str, str]]] | None = None
     hand: Hand | None = None
@@ -126,8 +128,11 @@ class Problem:
         return self.exact(self.times)
 
     def error(self, watched: Array) -> float:
-        """The largest distance of what is watched from the reference; infinite where it is not finite."""
+        """The largest distance of what is watched from the reference; infinite where it is not finite,
+        NaN where nothing is known."""
         exact, _ = self.reference
+        if np.isnan(exact).all():
+            return np.nan
         gap = np.where(np.isnan(exact), 0.0, watched - exact)
         largest = np.linalg.norm(gap, axis=-1).max()
         return float(largest) if np.isfinite(largest) else np.inf

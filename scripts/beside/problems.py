@@ -4,22 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from math import cos, pi, radians, sin
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mbproj import read_scene, read_scene_text
+from mbproj import compile_system, read_scene, read_scene_text
 from mbproj.functions.curves.laws import Rise
 from mbproj.functions.curves.shapes import CamFollower, of_law
 from mbproj.scene.records import Scene
 
 from .by_hand import by_dop853, by_gauss, solved
+from .by_mbproj import programs
 from .compiled import NoCompiler
 from .exact import PI, Real, angle_of, axis_of_top
 from .lagrange import FourBar, Governor
 from .problem import Array, Equations, Hand, Problem, Rattled
+from .stiff_scenes import CASES
+from .stiff_scenes import chain as sprung_chain
 
 ROOT = Path(__file__).parents[2]
 MECHANISMS = ROOT / "mechanisms"
@@ -86,6 +90,10 @@ def spatial_slider_crank() -> Problem:
     )
 
 
+#: Equations by hand have dense matrices: beyond so many links they bound nothing.
+DENSE = 20
+
+
 def chain_text(links: int) -> str:
     """The scene of a planar chain of bars of 1 m, level along x, at rest."""
     bar = f"mass: 1, inertia: [{0.01 / 6!r}, {1.01 / 12!r}, {1.01 / 12!r}]"
@@ -109,9 +117,7 @@ def chain(links: int) -> Problem:
     hand = _chain_by_hand(links, across, 9.8, pi / 2, 0.0)
 
     def exact(times: Array) -> tuple[Array, float]:
-        """By DOP853 at 1e-12 of the equations by hand; unknown without a compiler, and of long chains."""
-        if hand is None:
-            return np.full((1, 1, 3), np.nan), np.nan
+        """By DOP853 at 1e-12 of the equations by hand; unknown without a compiler."""
         try:
             return hand.watched(by_dop853(hand, float(times[-1]), 1e-12)[None]), 1e-12
         except NoCompiler:
@@ -127,15 +133,12 @@ def chain(links: int) -> Problem:
         errors=(),
         mbproj={"RK4": EXPLICIT["RK4"]},
         tried={"": (float(step),)},
-        hand=hand,
+        hand=hand if links <= DENSE else None,
     )
 
 
-def _chain_by_hand(bars: int, J: float, g: float, start: float, down: float) -> Hand | None:
-    """Bars in a row from rest, all at `start` rad from hanging; that is `down` rad from the -z axis. Dense matrices
-    bound nothing beyond 20 bars."""
-    if bars > 20:
-        return None
+def _chain_by_hand(bars: int, J: float, g: float, start: float, down: float) -> Hand:
+    """Bars in a row from rest, all at `start` rad from hanging; that is `down` rad from the -z axis."""
     way, side = np.array([sin(down), 0.0, -cos(down)]), np.array([cos(down), 0.0, sin(down)])
 
     def watched(y: Array) -> Array:
@@ -210,6 +213,48 @@ def _stiff(title: str, scene: Scene, springs: Scene, watch: tuple[str, ...], equ
     )
 
 
+def integrators(case: str, k: float, until: float = 0.2) -> Problem:
+    """A stiff mechanism of `scripts/stiff/cases.py` at a dial: mbproj's own integrators, against radau5 at 1e-10."""
+    scene = CASES[case](k)
+    coordinates = tuple(compile_system(scene).names.coordinates)
+    methods = {name: {"integrator": name} for name in ("esdirk4", "radau5", "dop853")}
+
+    def exact(times: Array) -> tuple[Array, float]:
+        """Certain to what esdirk4 is off."""
+        fine = {name: {"integrator": name, "tolerance": 1e-10} for name in ("radau5", "esdirk4")}
+        first, second = (
+            next(program.settings()).run(times).watched for program in programs(replace(problem, mbproj=fine))
+        )
+        return first, float(np.abs(first - second).max())
+
+    problem = Problem(
+        title=f"{case}, {k:.0e}, {until:g} s",
+        scene=scene,
+        end=until,
+        samples=10,
+        watch=coordinates,
+        exact=exact,
+        errors=(1e-3, 1e-5),
+        mbproj=methods,
+        unit="m or rad",
+        alone=True,
+    )
+    return problem
+
+
+def springs(links: int) -> Problem:
+    """What a step of chains of stiff torsion springs costs, by their links."""
+    problem, scene = integrators("chain", 1e6), sprung_chain(1e6, links)
+    watch = tuple(compile_system(scene).names.coordinates)
+    given = {name: {"integrator": name, "tolerance": 1e-4} for name in ("esdirk4", "radau5")}
+    unknown = np.full((1, len(watch), 3), np.nan)
+    title = f"Chain of {links} links with springs of 1e6 N m/rad, 0.05 s"
+    return replace(
+        problem, title=title, scene=scene, watch=watch, samples=1, end=0.05, mbproj=given, errors=(),
+        exact=lambda times: (unknown, np.nan),
+    )  # fmt: skip
+
+
 # --- Dry friction, and contact ----------------------------------------------------------------------------------------
 
 
@@ -273,8 +318,6 @@ def valve_train(cylinders: int) -> Problem:
     }
 
     def exact(times: Array) -> tuple[Array, float]:
-        from .by_mbproj import programs
-
         settings = {"integrator": "dop853", "tolerance": 1e-11}
         (one,) = programs(_valve({"": settings}, held, exact, 1))
         (finest,) = one.settings()
@@ -539,7 +582,6 @@ def _swing(title: str, scene: Scene, J: float, start: float, down: float, span: 
     """Bars in a row from rest, all at `start` degrees from hanging; that is `down` rad from the -z axis."""
     bars, g = len(scene.bodies), float(np.linalg.norm(scene.gravity))
     hand = _chain_by_hand(bars, J, g, radians(start), down)
-    assert hand is not None
     #: Steps a second of the reference: swings from large angles are chaotic, and have fast events.
     finest = 50 if start < 45.0 else 2000
 
@@ -585,6 +627,8 @@ PROBLEMS: dict[str, Callable[..., Problem]] = {
     "chain-": lambda links: chain(int(links)),
     "four-bar-": four_bar,
     "governor-": governor,
+    **{f"stiff-{case}-": partial(integrators, case) for case in CASES},
+    "springs-": lambda links: springs(int(links)),
     "brake": brake,
     "oscillator": oscillator,
     "valve-train-": lambda cylinders: valve_train(int(cylinders)),

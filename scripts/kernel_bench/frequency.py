@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from peers.problem import Array
 
 from mbproj import State
+from mbproj.arrays import Array
 from mbproj.integrate.formulations.compiled import Compiled
 from mbproj.integrate.formulations.planar import InPlane
 

@@ -10,8 +10,8 @@ from mbproj import Mechanism
 from mbproj.integrate import simulate
 from mbproj.scene import Settings
 from scripts.beside.lagrange import CRANK, HALF, FourBar, Governor
-from scripts.stiff.cases import four_bar, governor
-from scripts.stiff.measure import run
+from scripts.beside.stiff_scenes import four_bar, governor
+from tests.integrate.implicit.stiff_run import run
 from tests.support import Recorder
 
 

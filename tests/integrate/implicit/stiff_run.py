@@ -1,4 +1,4 @@
-"""What a run comes to and what it costs, and the least time for an error."""
+"""What a run of a stiff mechanism comes to and what it costs."""
 
 from __future__ import annotations
 
@@ -8,16 +8,11 @@ import numpy as np
 
 from mbproj.arrays import Array
 from mbproj.dynamics.observe.recorded import Block, Observation
-from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
 from mbproj.scene.records import Scene, Settings
 from mbproj.studies.measure.mechanism import Mechanism
 
 SAMPLES = 10
-#: From coarse to fine, among which the cheapest run for an error is.
-TOLERANCES = tuple(10.0 ** (-power / 3.0) for power in range(6, 28))
-#: So many of them that suffice are tried.
-FINER = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,27 +60,3 @@ def run(scene: Scene, until: float, integrator: str, tolerance: float) -> Outcom
         closure=max(report.position_violation.value, report.velocity_violation.value),
         seconds=report.integration_cpu_seconds,
     )
-
-
-def cheapest(
-    scene: Scene, until: float, integrator: str, reference: Outcome, error: float
-) -> tuple[float, Outcome] | None:
-    """The tolerance and the run of the fewest evaluations whose error is below `error`: a coarser tolerance may take
-    more steps, where it is near the speed of a vibration. None if there is none."""
-    found: list[tuple[float, Outcome]] = []
-    for tolerance in TOLERANCES:
-        try:
-            one = run(scene, until, integrator, tolerance)
-        except SimulationError:
-            continue
-        if one.off(reference) <= error:
-            found.append((tolerance, one))
-        if len(found) == FINER:
-            break
-    return min(found, key=lambda each: each[1].evaluations) if found else None
-
-
-def fastest(scene: Scene, until: float, how: list[tuple[str, float]], repeat: int = 5) -> list[float]:
-    """The least seconds of each integrator at its tolerance, of so many runs in turn."""
-    seconds = [[run(scene, until, *each).seconds for each in how] for _ in range(repeat)]
-    return [min(column) for column in zip(*seconds, strict=True)]
