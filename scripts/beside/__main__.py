@@ -41,9 +41,7 @@ def main() -> None:
     parser.add_argument("--longest", type=float, default=20.0, help="a sweep ends after a run of so many seconds")
     parser.add_argument("--chaos", action="store_true", help="how long chaotic motions are followed")
     parser.add_argument("--json", type=Path, metavar="FILE")
-    parser.add_argument(
-        "--figure", type=Path, metavar="FILE", help="of every setting of problems with steps of their own"
-    )
+    parser.add_argument("--figure", type=Path, metavar="FILE", help="error over work")
     asked = parser.parse_args()
     tables: dict[str, list[dict[str, Any]]] = {}
     if asked.chaos:

@@ -1,4 +1,4 @@
-"""Error against work of long runs, a row of panels a mechanism: over evaluations, and over processor time."""
+"""Error against work, a row of panels a problem: over evaluations, where they are counted, and over processor time."""
 
 from __future__ import annotations
 
@@ -12,47 +12,42 @@ from mbproj.figures.style import LINES, page_width, styled
 
 #: Height of a row of panels, inches.
 ROW = 1.5
-METHODS = {
-    "mbproj, DOP853": "DOP853",
-    "mbproj, DOP853, energy row": "DOP853, energy row",
-    "mbproj, RK4": "RK4",
-    "mbproj, RK4, energy row": "RK4, energy row",
-    "by hand, Gauss 4": "Gauss 4",
-    "by hand, Gauss 6": "Gauss 6",
-    "by hand, Gauss 8": "Gauss 8",
-    "RATTLE": "RATTLE",
-}
-#: mbproj's methods in one colour each, filled with the row; symplectic ones in others.
-COLOURS, MARKS = (0, 0, 1, 1, 3, 4, 5, 2), "oossD^vx"
+MARKS = "osD^vxP*<>"
+WITH_ROW = ", energy row"
 
 
 @styled
 def drawn(rows: Sequence[dict[str, Any]], path: Path) -> Figure:
-    """All runs, as PNG."""
-    cases = list(dict.fromkeys(row["problem"] for row in rows))
-    figure = Figure(figsize=(page_width(), ROW * len(cases) + 0.7), layout="constrained")
-    panels = figure.subplots(len(cases), 2, sharex="col", squeeze=False)
-    for line, case in enumerate(cases):
-        own = [row for row in rows if row["problem"] == case]
+    """All runs, as PNG: a colour a program; filled is what has the row of the energy, beside the same without it."""
+    problems = list(dict.fromkeys(row["problem"] for row in rows))
+    programs = list(dict.fromkeys(row["program"] for row in rows))
+    colours = list(dict.fromkeys(name.removesuffix(WITH_ROW) for name in programs))
+    figure = Figure(figsize=(page_width(), ROW * len(problems) + 0.7), layout="constrained")
+    panels = figure.subplots(len(problems), 2, sharex="col", squeeze=False)
+    for line, problem in enumerate(problems):
+        own = [row for row in rows if row["problem"] == problem]
         for panel, cost in zip(panels[line], ("evaluations", "seconds"), strict=True):
-            for (method, label), colour, mark in zip(METHODS.items(), COLOURS, MARKS, strict=True):
-                with_row = "row" in method
-                found = [row for row in own if row["program"] == method]
+            for name in programs:
+                found = [row for row in own if row["program"] == name and row[cost]]
+                number, filled = colours.index(name.removesuffix(WITH_ROW)), name.endswith(WITH_ROW)
+                colour = LINES[number % len(LINES)][0]
                 panel.loglog(
                     [row[cost] for row in found],
-                    [max(row["error"], row["certain"]) for row in found],
-                    color=LINES[colour][0],
-                    linestyle="-" if with_row else (0, (4, 2)),
-                    marker=mark,
+                    [max(row["error"], row.get("certain", 0.0)) for row in found],
+                    color=colour,
+                    linestyle="-" if filled else (0, (4, 2)),
+                    marker=MARKS[number % len(MARKS)],
                     markersize=4,
-                    markerfacecolor=LINES[colour][0] if with_row else "white",
-                    label=label if line == 0 and cost == "seconds" else None,
+                    markerfacecolor=colour if filled else "white",
+                    label=name if line == 0 and cost == "seconds" else None,
                 )
             panel.margins(0.08)
-        panels[line, 0].set_ylabel(f"{case.split(',')[0].replace(' ', chr(10), 1)}\nerror ({own[0]['unit']})")
+        title = problem.partition(",")[0].partition(" from ")[0]
+        broken = title.replace(" ", "\n", 1) if len(title) > 14 else title
+        panels[line, 0].set_ylabel(f"{broken}\nerror ({own[0]['unit']})")
         panels[line, 1].sharey(panels[line, 0])
     panels[-1, 0].set_xlabel("evaluations")
     panels[-1, 1].set_xlabel("processor time (s)")
-    figure.legend(loc="outside lower center", ncol=4)
+    figure.legend(loc="outside lower center", ncol=3)
     figure.savefig(path)
     return figure
