@@ -55,7 +55,7 @@ class _Model:
         self.problem, self.start = problem, problem.start
         self.container = exu.SystemContainer()  # it must live as long as the system
         self.system = self.container.AddSystem()
-        self.watched: list[tuple[int, float]] = []
+        self.watched: list[tuple[int, float, float]] = []  # a sensor; of a coordinate its sign and its zero, 0 else
         self.ends: list[tuple[int, int]] = []
         self.zones: list[int] = []
         self.sparse = len(problem.scene.bodies) >= SPARSE
@@ -127,11 +127,16 @@ class _Model:
 
     def seen(self, times: Array) -> Array:
         """What is watched, (T, W, 3)."""
-        return np.stack([self.position(self._rows(number, times), sign) for number, sign in self.watched], axis=1)
+        places = []
+        for number, sign, zero in self.watched:
+            rows = self._rows(number, times)
+            places.append(np.pad(zero + sign * rows[:, :1], ((0, 0), (0, 2))) if sign else self.position(rows))
+        return np.stack(places, axis=1)
 
-    def position(self, rows: Array, sign: float) -> Array:
-        """Of a sensor's rows; a coordinate turned by its `sign`."""
-        return rows[:, :3] if sign == 0.0 else np.pad(sign * rows[:, :1], ((0, 0), (0, 2)))
+    @staticmethod
+    def position(rows: Array) -> Array:
+        """Of a sensor's rows."""
+        return rows[:, :3]
 
     def opened(self, times: Array) -> float | None:
         """By how much loops are open."""
@@ -171,7 +176,7 @@ class Spatial(_Model):
                 stiffness=force.law.stiffness,
                 damping=force.law.damping,
             )
-        self.watched = [(self._point(*place), 0.0) for place in problem.places()]
+        self.watched = [(self._point(*place), 0.0, 0.0) for place in problem.places()]
         self.ends = [(self._point(*one), self._point(*other)) for one, other in problem.loops()]
         self.system.Assemble()
 
@@ -232,7 +237,7 @@ class Planar(_Model):
         self._bushings(partial(self._marker, item.MarkerBodyRigid))
         for name, at in problem.places():
             number = self._sensor(item.SensorBody, bodyNumber=self.bodies[name], localPosition=self.flat(at))
-            self.watched.append((number, 0.0))
+            self.watched.append((number, 0.0, 0.0))
         self.system.Assemble()
 
     @staticmethod
@@ -251,7 +256,8 @@ class Planar(_Model):
         flat[:2, :2] = rotation[np.ix_([X, Z], [X, Z])]
         return flat
 
-    def position(self, rows: Array, sign: float) -> Array:
+    @staticmethod
+    def position(rows: Array) -> Array:
         return np.stack([rows[:, 0], 0.0 * rows[:, 0], rows[:, 1]], axis=-1)
 
     def _marker(self, kind: Any, body: str, at: Array) -> Any:
@@ -280,12 +286,12 @@ class Trees(_Model):
                 assert number == 0, "the sensor has the first coordinate of a node"
                 kind = exu.OutputVariableType.Coordinates
                 sensor = item.SensorNode(nodeNumber=node, storeInternal=True, outputVariableType=kind)
-                self.watched.append((int(self.system.AddSensor(sensor)), sign))
+                self.watched.append((int(self.system.AddSensor(sensor)), sign, self.start.values[name]))
         for body, at in problem.places():
             tree, link = self.where[body]
             local = at - self.local[body]
             number = self._sensor(item.SensorKinematicTree, objectNumber=tree, linkNumber=link, localPosition=local)
-            self.watched.append((number, 0.0))
+            self.watched.append((number, 0.0, 0.0))
         self.system.Assemble()
 
     def _alone(self) -> bool:
@@ -382,12 +388,6 @@ class Trees(_Model):
         return self.system.AddMarker(
             item.MarkerKinematicTreeRigid(objectNumber=tree, linkNumber=link, localPosition=local)
         )
-
-    def position(self, rows: Array, sign: float) -> Array:
-        if sign == 0.0:
-            return rows
-        value = self.start.values[self.problem.watch[0]]
-        return np.pad(value + sign * rows[:, :1], ((0, 0), (0, 2)))
 
 
 def _kind(freedom: TreeFreedom, axis: Array) -> tuple[Any, float]:

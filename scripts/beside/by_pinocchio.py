@@ -149,11 +149,8 @@ def _by_scipy(model: _Model, tolerance: float, times: Array) -> Outcome:
     seconds = process_time() - begun
     if not found.success:
         raise NotDone(found.message)
-    return Outcome(*_with(seconds, *model.seen(found.y.T)), found.nfev)
-
-
-def _with(seconds: float, watched: Array, opened: float | None) -> tuple[Array, float, float | None]:
-    return watched, seconds, opened
+    watched, opened = model.seen(found.y.T)
+    return Outcome(watched, seconds, opened, found.nfev)
 
 
 def _python(model: _Model) -> Iterator[Setting]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -42,7 +43,7 @@ def drawn(rows: Sequence[dict[str, Any]], path: Path) -> Figure:
                     label=name if line == 0 and cost == "seconds" else None,
                 )
             panel.margins(0.08)
-        title = problem.partition(",")[0].partition(" from ")[0]
+        title = re.split(r",| from | with | whose ", problem)[0]
         broken = title.replace(" ", "\n", 1) if len(title) > 14 else title
         panels[line, 0].set_ylabel(f"{broken}\nerror ({own[0]['unit']})")
         panels[line, 1].sharey(panels[line, 0])

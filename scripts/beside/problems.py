@@ -650,7 +650,7 @@ def chaotic() -> Iterator[Problem]:
 
 def problem_of(name: str) -> Problem:
     """Raises KeyError and ValueError."""
-    if name in PROBLEMS:
+    if name in PROBLEMS and not name.endswith("-"):
         return PROBLEMS[name]()
     kind, _, number = name.rpartition("-")
     return PROBLEMS[f"{kind}-"](float(number))
