@@ -17,13 +17,15 @@ from pathlib import Path
 from typing import Any
 
 from kernel_bench.case import FAMILIES, Case, family_case, paper_case
-from kernel_bench.measure import measure
+from kernel_bench.measure import measure, memory
 
 from mbproj.integrate.formulations.compiled import PHASES
 from mbproj.kernel import build_info, core
 
 #: The paper's mechanisms and the formulations that fit them.
 PAPER = {"five_bar": ("reduced", "planar"), "spatial_slider_crank": ("reduced",)}
+#: Links of the chain whose memory is measured.
+MEMORY_LINKS = 10_000
 ROW = dict[str, Any]
 
 
@@ -84,7 +86,7 @@ def print_rows(title: str, what: str, rows: list[ROW]) -> None:
 
 def main() -> None:
     """Measures what is asked for, prints the tables, writes the JSON."""
-    names = [*PAPER, *FAMILIES]
+    names = [*PAPER, *FAMILIES, "memory"]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", choices=names, default=names, metavar="NAME", help=", ".join(names))
     parser.add_argument("--formulation", choices=("reduced", "planar"), action="append", help="default: both")
@@ -104,6 +106,10 @@ def main() -> None:
         cases = family_cases(name, formulations, asked.quick)
         tables[name] = [{"size": size} | measure(case, repeat) for size, case in cases]
         print_rows(FAMILIES[name].title, FAMILIES[name].what, tables[name])
+    if "memory" in asked.only:
+        for formulation in formulations:
+            case = family_case(FAMILIES["chain"], MEMORY_LINKS, formulation == "planar")
+            print(f"\na run of a chain of {MEMORY_LINKS} links, {formulation}: {memory(case):.0f} bytes a body")
     if asked.json:
         asked.json.write_text(json.dumps({"build": build} | tables, indent=1), encoding="utf-8")
 

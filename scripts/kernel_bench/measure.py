@@ -1,7 +1,11 @@
-"""Processor time of runs without recording."""
+"""Processor time of runs without recording, and what a run keeps in memory."""
 
 from __future__ import annotations
 
+import ctypes
+import gc
+from pathlib import Path
+from resource import getpagesize
 from statistics import median
 from time import thread_time
 from typing import Any
@@ -57,3 +61,22 @@ def _run(case: Case) -> tuple[float, Any]:
     if failure is not None:
         raise failure
     return spent, run
+
+
+def memory(case: Case) -> float:
+    """Bytes a body by which the resident memory grows when a run has begun. What is free goes back to the system before
+    and after, so that what is new does not hide in it."""
+    run = case.compiled.run(case.start, case.settings)  # what is loaded and built once is there before
+    del run
+    before = _resident()
+    run = case.compiled.run(case.start, case.settings)
+    run.advance(1, FOREVER)
+    grown = _resident() - before
+    del run
+    return grown / case.bodies
+
+
+def _resident() -> int:
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * getpagesize()
