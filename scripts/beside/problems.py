@@ -214,7 +214,7 @@ def _stiff(title: str, scene: Scene, springs: Scene, watch: tuple[str, ...], equ
 
 
 def integrators(case: str, k: float, until: float = 0.2) -> Problem:
-    """A stiff mechanism of `scripts/stiff/cases.py` at a dial: mbproj's own integrators, against radau5 at 1e-10."""
+    """A stiff mechanism of `stiff_scenes.py` at a dial: mbproj's own integrators, against radau5 at 1e-10."""
     scene = CASES[case](k)
     coordinates = tuple(compile_system(scene).names.coordinates)
     methods = {name: {"integrator": name} for name in ("esdirk4", "radau5", "dop853")}
