@@ -35,7 +35,7 @@ SIZES = {
 COMMANDS: dict[str, Callable[[str, str], list[str]]] = {
     "check": lambda scene, results: ["check", scene],
     "run": lambda scene, results: ["run", scene, "-o", results],
-    "plot": lambda scene, results: ["plot", results, "-o", f"{results}.png"],
+    "plot": lambda scene, results: ["plot", results, "-o", f"{results}-pictures"],
     "animate": lambda scene, results: ["animate", results, "-o", f"{results}.html"],
     "modes": lambda scene, results: ["modes", scene],
 }
