@@ -10,15 +10,12 @@ from typing import Any
 import numpy as np
 
 from mbproj import Scene
-from mbproj.functions import Track
-from mbproj.functions.curves.track import SpaceTrack
-from mbproj.joints import JOINTS, TWO_ANGLES, Parameter
-from mbproj.joints.joint_type import Ratio
-from mbproj.scene import Body, Joint, Marker, Pair, Settings
-from mbproj.scene.blocks.ropes.path import Node
-from mbproj.scene.blocks.ropes.path import Path as RopePath
-from mbproj.scene.coupled import Coupled
-from mbproj.scene.stops import OfBody
+from mbproj.base.settings import Settings
+from mbproj.functions.space_curve import SpaceTrack, Track
+from mbproj.joints.table import JOINTS, TWO_ANGLES, Parameter, Ratio
+from mbproj.scene.blocks.ropes import Node
+from mbproj.scene.blocks.ropes import Path as RopePath
+from mbproj.scene.records import Body, Coupled, Joint, Marker, OfBody, Pair
 from tests.constraints.lines import LINES, WIRES
 
 ROOT = Path(__file__).parents[1]

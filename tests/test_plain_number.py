@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj.plain_number import plain_number
+from mbproj.base.text import plain_number
 
 
 @settings(derandomize=True, deadline=None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from mbproj.cli import COMMANDS
+from mbproj.commands.main import COMMANDS
 from tests.cli.commands import mbproj, python
 from tests.support import ROOT
 

@@ -20,8 +20,7 @@ import numpy as np
 from exudyn import itemInterface as item  # noqa: N813
 from exudyn.utilities import RigidBodyInertia
 
-from mbproj.formats.export.acting import acting_on
-from mbproj.formats.export.tree import TreeFreedom
+from mbproj.formats.export.tree import TreeFreedom, acting_on
 from mbproj.scene.fields.rotations import to_matrix
 from mbproj.scene.records import GROUND, Bushing, JointForce, PointForce
 

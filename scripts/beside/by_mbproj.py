@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from mbproj import SimulationError, State, System, assemble, compile_system, initial_guess, settings_to_run, simulate
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.scene.records import Scene, Settings
+from mbproj.base.settings import Settings
+from mbproj.equations.recorded import Block
+from mbproj.scene.scene import Scene
 
 from .problem import Array, NotDone, Outcome, Problem, Program, Setting, step_label, tolerance_label, tolerances
 

@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mbproj.dynamics import assemble
-from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene.records import Joint, Scene
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.records import Joint
+from mbproj.scene.scene import Scene
 
 from .compiled import NoCompiler, library
 from .problem import Array, NotDone, Outcome, Problem, Program, Rattled, Setting, step_label

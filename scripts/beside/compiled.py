@@ -15,7 +15,7 @@ from time import process_time
 
 import numpy as np
 
-from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.motion.steppers.tableau import load_tableau
 
 from .problem import Array, NotDone, Outcome, Problem, Program, Setting, step_label, tolerance_label, tolerances
 

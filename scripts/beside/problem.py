@@ -10,9 +10,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from mbproj.formats.export.start import Start, start_of
-from mbproj.formats.export.tree import Tree, tree_of
-from mbproj.scene.records import GROUND, Scene
+from mbproj.formats.export.tree import Start, Tree, start_of, tree_of
+from mbproj.scene.records import GROUND
+from mbproj.scene.scene import Scene
 
 Array = NDArray[np.float64]
 

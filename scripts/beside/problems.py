@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from mbproj import compile_system, read_scene, read_scene_text
-from mbproj.functions.curves.laws import Rise
-from mbproj.functions.curves.shapes import CamFollower, of_law
-from mbproj.scene.records import Scene
+from mbproj.functions.plane_curve import CamFollower, Rise, of_law
+from mbproj.scene.scene import Scene
 
 from .by_hand import by_dop853, by_gauss, solved
 from .by_mbproj import programs

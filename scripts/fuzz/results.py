@@ -16,8 +16,10 @@ from random import Random
 from fuzz.bytes_changed import change_bytes
 from fuzz.contents_changed import change_contents
 from fuzz.trial import Ending, trial
-from mbproj.errors import InputError
-from mbproj.results import DATASETS, Results, open_results
+from mbproj.base.errors import InputError
+from mbproj.results.layout import DATASETS
+from mbproj.results.reader import open_results
+from mbproj.results.record import Results
 
 ROOT = Path(__file__).resolve().parents[2]
 ORIGINALS = ("short.h5", "certified.h5", "killed.h5.part")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj import State
-from mbproj.arrays import Array
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.planar import InPlane
+from mbproj.base.arrays import Array
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.reduced import InPlane
 
 #: Largest displacement, m or rad: the terms of second order and round-off are both small against what is of first.
 SMALL = 1e-5

@@ -12,8 +12,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.scene.records import GROUND, Body, Joint, Matrix, Pair, Scene, Settings, Vector
+from mbproj.base.arrays import Array
+from mbproj.base.settings import Settings
+from mbproj.scene.records import GROUND, Body, Joint, Matrix, Pair, Vector
+from mbproj.scene.scene import Scene
 
 #: A bar: m, kg, kg m² along and across; m/s².
 LENGTH, MASS, ALONG, ACROSS, GRAVITY = 1.0, 1.0, 0.01 / 6, 1.01 / 12, 9.8

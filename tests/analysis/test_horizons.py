@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.analysis.growth import growth
-from mbproj.analysis.trust import horizons, settled
+from mbproj.results.analysis.trust import growth, horizons, settled
 
 TIME = np.linspace(0.0, 10.0, 1001)
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.analysis.loads import loads_of
-from mbproj.results import ResultsWriter, open_results
+from mbproj.results.analysis.loads import loads_of
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.support import ROOT
 
 CRANK, ROD, ROD_CENTRE, ROD_MASS, PISTON_MASS = 0.043, 0.14, 0.04, 0.6, 0.5

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene_text, run
-from mbproj.analysis.expectations import curves_at, outcomes, passed
-from mbproj.scene import Passage
+from mbproj.results.analysis.expectations import curves_at, outcomes, passed
+from mbproj.scene.records import Passage
 from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 
 

@@ -7,8 +7,8 @@ import csv
 import numpy as np
 import pytest
 
-from mbproj.figures import KINDS, draw, why_not
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.figures.kinds import KINDS, draw, why_not
 from tests.analysis.turning_crank import SCENE, SPEED, L, R, place
 from tests.cli.commands import mbproj
 from tests.crossed import full

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.analysis.common_quantities import COMPARED
-from mbproj.analysis.same_motion import MotionComparison, compare_motions
-from mbproj.errors import InputError
-from mbproj.results import ResultsWriter, open_results
+from mbproj.base.errors import InputError
+from mbproj.results.analysis.comparison import COMPARED, MotionComparison, compare_motions
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.results.pendulum_blocks import NAMES, block, scene, times
 
 Change = Callable[[dict[str, Any]], None]

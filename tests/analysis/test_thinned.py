@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from mbproj.analysis.thinned import COLUMNS, MANY, thinned
-from mbproj.figures.panels import thin
+from mbproj.results.analysis.tables import COLUMNS, MANY, thinned
+from mbproj.show.figures.panels import thin
 
 COUNT = 300_000
 TIME = np.linspace(0.0, 10.0, COUNT)

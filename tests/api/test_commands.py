@@ -10,8 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 import mbproj
-from mbproj.cli import MODULES
-from mbproj.cli import mbproj as group
+from mbproj.commands.main import MODULES
+from mbproj.commands.main import mbproj as group
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

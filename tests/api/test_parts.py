@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.joints import JOINTS
-from mbproj.parts.classes import CLASSES
+from mbproj.joints.table import JOINTS
+from mbproj.scene.parts import CLASSES
 from scripts import write_parts
 
 YAML = """\

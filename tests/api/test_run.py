@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.settings import SETTINGS
+from mbproj.base.settings import SETTINGS
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

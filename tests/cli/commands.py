@@ -39,7 +39,7 @@ def environment() -> dict[str, str]:
 def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS` in `folder`, in this process, without the start of another. What it prints as JSON is as the
     tables of facts say."""
-    from mbproj.cli import main
+    from mbproj.commands.main import main
 
     words = [str(each) for each in arguments]
     with _as_a_process(words, folder) as (out, err), pytest.raises(SystemExit) as end:
@@ -68,7 +68,7 @@ def _as_a_process(words: list[str], folder: Path) -> Iterator[tuple[io.BytesIO, 
         patch.setattr(sys, "stderr", io.TextIOWrapper(err, "utf-8"))
         patch.setattr(sys, "unraisablehook", sys.unraisablehook)
         patch.setattr("mbproj.studies.parallel.hand_out.processors", lambda: 1)
-        patch.setattr("mbproj.studies.parallel.bundles.in_parallel", in_this_process)
+        patch.setattr("mbproj.studies.parallel.hand_out.in_parallel", in_this_process)
         try:
             yield out, err
         finally:

@@ -11,13 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.cli.main import COMMANDS
-from mbproj.cli.studies.pictures import OF_DESIGNS
-from mbproj.figures import KINDS
-from mbproj.figures.sweeps import PICTURES
+from mbproj.base.registry import PROJECTIONS
+from mbproj.commands.main import COMMANDS
+from mbproj.commands.plot import OF_DESIGNS
 from mbproj.guide.pages import pages
-from mbproj.registry import PROJECTIONS
-from mbproj.studies import QUANTITIES
+from mbproj.show.figures.kinds import KINDS, SWEEP_PICTURES
+from mbproj.studies.stability import QUANTITIES
 from tests.support import ROOT
 
 #: The function runs as the shell would run it; what only works while the cursor is in a line is replaced.
@@ -80,7 +79,7 @@ def shell(request, tmp_path_factory) -> Shell:
     folder = tmp_path_factory.mktemp("commands")
     script = folder / "mbproj"
     script.write_text(
-        f"#!/bin/sh\nPYTHONPATH='{ROOT}' exec '{sys.executable}' -c 'from mbproj.cli import main; main()' \"$@\"\n"
+        f"#!/bin/sh\nPYTHONPATH='{ROOT}' exec '{sys.executable}' -c 'from mbproj.commands.main import main; main()' \"$@\"\n"
     )
     script.chmod(0o755)
     name, program = request.param
@@ -125,7 +124,7 @@ def test_options_and_their_choices(shell, folder):
     assert sorted(shell.offers(folder, "run", "--projection", "")) == sorted(PROJECTIONS)
     assert shell.offers(folder, "run", "--integrator", "dopr") == ["dopri5"]
     assert shell.offers(folder, "run", "--project-position", "t") == ["true"]
-    assert sorted(shell.offers(folder, "plot", "--kind", "")) == sorted([*KINDS, *PICTURES, *OF_DESIGNS])
+    assert sorted(shell.offers(folder, "plot", "--kind", "")) == sorted([*KINDS, *SWEEP_PICTURES, *OF_DESIGNS])
     assert shell.offers(folder, "plot", "--format", "sv") == ["svg"]
     assert sorted(shell.offers(folder, "stability", "--vary", "")) == sorted(QUANTITIES)
     assert shell.offers(folder, "new", "slid") == ["slider-crank"]

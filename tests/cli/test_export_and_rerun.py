@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj import open_results
-from mbproj.results import DATASETS
+from mbproj.results.layout import DATASETS
 from tests.cli.commands import SLIDER_CRANK, mbproj
 
 

@@ -9,9 +9,9 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli.explained import GroupedOption, Part
-from mbproj.cli.main import COMMANDS, GROUPS
-from mbproj.cli.main import mbproj as group
+from mbproj.commands.main import COMMANDS, GROUPS
+from mbproj.commands.main import mbproj as group
+from mbproj.commands.options import GroupedOption, Part
 from tests.cli.commands import mbproj
 from tests.cli.examples import examples, fill, named
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from mbproj import open_results, read_scene
-from mbproj.results import ResultsWriter
-from mbproj.runs import Interrupted, record_run
+from mbproj.results.writer import ResultsWriter
+from mbproj.studies.record import Interrupted, record_run
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
-from mbproj.cli.main import COMMANDS
-from mbproj.mechanisms_folder import mechanism, mechanisms, validation_scenes
+from mbproj.base.mechanisms_folder import mechanism, mechanisms, validation_scenes
+from mbproj.commands.main import COMMANDS
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
 
 FOUR_BAR = """\

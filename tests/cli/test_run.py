@@ -234,7 +234,15 @@ def test_an_input_error_leaves_an_existing_results_file_alone(tmp_path):
 
 def started(folder, out: str) -> subprocess.Popen[str]:
     """A long run in a process of its own that has been recording for a second."""
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "run", FIVE_BAR, "--duration", "10000"]
+    program = [
+        sys.executable,
+        "-c",
+        "from mbproj.commands.main import main; main()",
+        "run",
+        FIVE_BAR,
+        "--duration",
+        "10000",
+    ]
     process = subprocess.Popen(
         program, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={"PYTHONPATH": str(ROOT)}
     )

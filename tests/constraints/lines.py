@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from math import pi
 
-from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
-from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
-from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
-from mbproj.constraints.primitive import Primitive
-from mbproj.functions import ellipse
-from mbproj.functions.curves.laws import Rise
-from mbproj.functions.curves.shapes import CamFollower, of_law, polar, polyline, through
-from mbproj.functions.curves.space_curve import through_space
+from mbproj.functions.plane_curve import CamFollower, Rise, ellipse, of_law, polar, polyline, through
+from mbproj.functions.space_curve import through_space
+from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.plane_curves import (
+    Arc,
+    Face,
+    FacePlace,
+    FaceSlip,
+    Gap,
+    Lap,
+    PlaceOnFirst,
+    PlaceOnSecond,
+    Profile,
+    SlipOfTwo,
+)
+from mbproj.joints.primitives.space_curves import BesideFirst, BesideSecond, SpaceArc
 
 CORNERS = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.5, 0.6), (0.0, 1.0)]
 RISES = [

@@ -7,14 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.constraints import PRIMITIVES
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
-from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
-from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
-from mbproj.constraints.rope import Rope
-from mbproj.joints import mesh, thread
+from mbproj.joints.primitives.coupling import Coupling
+from mbproj.joints.primitives.plane_curves import (
+    Arc,
+    Face,
+    FacePlace,
+    FaceSlip,
+    Gap,
+    Lap,
+    PlaceOnFirst,
+    PlaceOnSecond,
+    Profile,
+    SlipOfTwo,
+)
+from mbproj.joints.primitives.rope import Rope
+from mbproj.joints.primitives.space_curves import BesideFirst, BesideSecond, SpaceArc
+from mbproj.joints.primitives.table import PRIMITIVES
+from mbproj.joints.table import mesh, thread
 from tests.constraints.lines import ON_CURVES, made
 
 STEP = 1e-30

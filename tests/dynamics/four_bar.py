@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mbproj.scene import Body, Joint, Pair
+from mbproj.scene.records import Body, Joint, Pair
 from tests.support import scene_of
 
 ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))

@@ -8,10 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj import Scene
-from mbproj.dynamics.assembly.assemble import State, assemble
-from mbproj.model import compile_system, initial_guess
+from mbproj.equations.assembly.assemble import State, assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.system import System
-from mbproj.scene import Body, Joint, Pair
+from mbproj.scene.records import Body, Joint, Pair
 from tests.support import scene_of
 
 GROUND = "ground"

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import (
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import (
     constraint,
     constraint_acceleration,
     constraint_at,
@@ -15,13 +16,13 @@ from mbproj.dynamics.equations.constraint_equations import (
     set_jacobian,
     set_velocity,
 )
-from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, twist_of
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
-from mbproj.joints import JOINTS
-from mbproj.linear import start_state
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene
+from mbproj.equations.kinematics import attached, pose_of, slots_of, twist_of
+from mbproj.equations.motions import drive_at
+from mbproj.equations.turning import Teeth, sums_at_start
+from mbproj.joints.table import JOINTS
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.scene import read_scene
 from tests.support import ROOT, random_chain
 
 STEP = 1e-30

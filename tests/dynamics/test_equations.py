@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import constraint_velocity_at, gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.observe.total_energy import kinetic_energy, potential_energy
-from mbproj.model import compile_system
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_velocity_at, gamma, jacobian
+from mbproj.equations.energy import kinetic_energy, potential_energy
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.of_motion import SOLVERS, generalised_force, mass_matrix
 from tests.support import random_chain
 
 STEP = 1e-30

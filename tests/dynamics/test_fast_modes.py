@@ -7,11 +7,13 @@ import warnings
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
-from mbproj.integrate import Reduced, choose
+from mbproj.base.settings import Settings
+from mbproj.equations.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
+from mbproj.equations.kinematics import pose_of
 from mbproj.kernel import core
-from mbproj.scene import Settings, read_scene, read_scene_text
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.integrate.stiff_scenes import PENDULUM, WHEEL, held_by, rod
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import ROOT

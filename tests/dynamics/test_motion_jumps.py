@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 
 from mbproj import Mechanism, Setting, assemble, compile_system, initial_guess, simulate, solve
-from mbproj.errors import InputError
-from mbproj.integrate import choose
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.base.errors import InputError
+from mbproj.motion.formulations.choice import choose
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 
 WHEEL = """\
 mbproj: 1

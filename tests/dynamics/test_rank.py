@@ -7,14 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics import mobility
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.mobility import refuse_unsolvable
-from mbproj.dynamics.rank.row_space import row_distances
-from mbproj.errors import InputError
-from mbproj.joints import JOINTS
-from mbproj.model import compile_system, initial_guess
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.errors import InputError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility, refuse_unsolvable
+from mbproj.equations.rank.row_space import row_distances
+from mbproj.joints.table import JOINTS
+from mbproj.model.compile.mechanism import initial_guess
 from tests.dynamics.four_bar import parallelogram
 from tests.support import random_body, random_chain, scene_of
 

@@ -7,15 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import jacobian
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.conditioning import conditioning
-from mbproj.dynamics.rank.mobility import mobility
-from mbproj.dynamics.rank.redundancy import redundancy
-from mbproj.dynamics.rank.row_space import scaled_jacobian
-from mbproj.dynamics.rank.row_words import rows_in_words
-from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import read_scene
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.equations.constraints import jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility
+from mbproj.equations.rank.redundancy import conditioning, redundancy
+from mbproj.equations.rank.row_space import rows_in_words, scaled_jacobian
+from mbproj.scene.scene import read_scene
 from tests.crossed import crossed
 from tests.dynamics import linkages
 from tests.dynamics.linkages import assembled, scaled

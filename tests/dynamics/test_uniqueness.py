@@ -7,10 +7,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import tangent_jacobian
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.row_space import self_stresses
-from mbproj.dynamics.rank.uniqueness import indeterminate, unique_components
+from mbproj.equations.constraints import tangent_jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.row_space import self_stresses
+from mbproj.equations.rank.uniqueness import indeterminate, unique_components
 from tests.dynamics import linkages
 from tests.dynamics.four_bar import parallelogram
 from tests.dynamics.linkages import assembled, scaled

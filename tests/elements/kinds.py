@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from mbproj.elements.element import Element, Force, Row, State
-from mbproj.functions import CHANNELS, Op, Program, variable
-from mbproj.functions.program import apply, number
+from mbproj.functions.elements import Element, Force, Row, State
+from mbproj.functions.program import CHANNELS, Op, Program, apply, number, variable
 
 
 def pi_controller(

@@ -8,7 +8,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.linalg import expm
 
 from mbproj import compile_system, equilibrium, modes, read_scene_text
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from tests.elements.pid import PID, ran
 from tests.elements.wheel_and_slide import FORMULATIONS
 

@@ -8,7 +8,7 @@ from scipy import signal
 from scipy.linalg import expm
 
 from mbproj import compile_system, equilibrium, linearize, modes, read_scene, read_scene_text
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from tests.cli.commands import mbproj
 from tests.elements.pid import ran
 from tests.elements.wheel_and_slide import FORMULATIONS

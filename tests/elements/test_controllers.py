@@ -17,7 +17,7 @@ from mbproj import (
     settings_to_run,
     simulate,
 )
-from mbproj.errors import InputError, SimulationError
+from mbproj.base.errors import InputError, SimulationError
 from tests.crossed import crossed, full
 from tests.elements.pid import ran
 from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 from mbproj import compile_system, read_scene_text
-from mbproj.studies import rescaled
+from mbproj.studies.variants import rescaled
 from tests.elements.pid import PID, ran, reference
 from tests.elements.wheel_and_slide import SELDOM_FULL
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
-from mbproj.dynamics import law_state, state_rates
+from mbproj.equations.forces import law_state, state_rates
 from mbproj.functions import values
 
 HEAD = "mbproj: 1\ngravity: [0, 0, -9.81]\nsimulation: {duration: 0.02, step: 0.001, integrator: rk4}\n"

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 import mbproj
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from mbproj.kernel import core
 
 pytestmark = pytest.mark.skipif(core() is None, reason="a run step by step is made in the kernel")

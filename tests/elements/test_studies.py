@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism, solve
-from mbproj.elements import Element, Row
-from mbproj.errors import InputError
-from mbproj.model import compile_system
-from mbproj.scene import read_scene_text
-from mbproj.studies.recommend.recommendation import recommend
-from mbproj.studies.stability.bisection import stability
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.functions.elements import Element, Row
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.recommend import recommend
+from mbproj.studies.stability import stability
 from mbproj.studies.verify.checks import verify
 from tests.crossed import full
 from tests.elements.wheel_and_slide import TWO_SLIDES, scene_of

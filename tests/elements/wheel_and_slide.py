@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from mbproj.dynamics import assemble
-from mbproj.integrate import simulate
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess, with_elements
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.model.compile.elements import with_elements
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.crossed import full
 from tests.support import Recorder
 

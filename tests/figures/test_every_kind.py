@@ -8,11 +8,11 @@ import sys
 import matplotlib as mpl
 import pytest
 
-from mbproj.figures.fitting_names import MAX_LINES
-from mbproj.figures.kinds import KINDS, draw, why_not
-from mbproj.figures.rows import MAX_ROWS
-from mbproj.figures.save import save
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.figures.fitted_text import MAX_LINES
+from mbproj.show.figures.kinds import KINDS, draw, why_not
+from mbproj.show.figures.rows import MAX_ROWS
+from mbproj.show.figures.style import save
 from tests.crossed import some
 from tests.figures.drawn import legend, steep, ylabels
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, times
@@ -59,11 +59,11 @@ def test_what_does_not_apply(tmp_path):
 
 def test_kinds_are_listed_without_matplotlib_and_drawn_without_pyplot():
     code = (
-        "import sys, mbproj.figures.kinds as k\n"
+        "import sys, mbproj.show.figures.kinds as k\n"
         "light = {'matplotlib', 'numpy', 'h5py'} & set(sys.modules)\n"
         "from importlib import import_module\n"
-        "[import_module('mbproj.figures.kinds.' + kind.module) for kind in k.KINDS.values()]\n"
-        "import mbproj.figures.save\n"
+        "[import_module('mbproj.show.figures.kinds.' + kind.module) for kind in k.KINDS.values()]\n"
+        "import mbproj.show.figures.style\n"
         "print(light, 'matplotlib.pyplot' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

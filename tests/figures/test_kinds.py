@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.figures.kinds import draw
-from mbproj.figures.labels import derive_labels
-from mbproj.figures.panels import FLOOR
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.figures.kinds import draw
+from mbproj.show.figures.panels import FLOOR
+from mbproj.show.figures.rows import derive_labels
 from tests.figures.drawn import legend, lines, steep, ylabels
 from tests.results.pendulum_blocks import NAMES, block, record, times
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from mbproj.figures.labels import derive_labels
-from mbproj.results import open_results
-from mbproj.scene import ProjectionSettings
+from mbproj.base.settings import ProjectionSettings
+from mbproj.results.reader import open_results
+from mbproj.show.figures.rows import derive_labels
 from tests.results.pendulum_blocks import SETTINGS, block, record, scene, times
 
 GOPM = replace(SETTINGS, projection=ProjectionSettings("gopm", tolerance=1e-13))

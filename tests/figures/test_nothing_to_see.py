@@ -9,11 +9,11 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.figure import Figure
 
-from mbproj.cli.commands import plot
-from mbproj.figures.kinds import KINDS, draw, nothing_to_see
-from mbproj.figures.kinds.markers import legible
-from mbproj.figures.panels import hold_still
-from mbproj.results import open_results
+from mbproj.commands import plot
+from mbproj.results.reader import open_results
+from mbproj.show.figures.kinds import KINDS, draw, nothing_to_see
+from mbproj.show.figures.over_time import legible
+from mbproj.show.figures.panels import hold_still
 from tests.figures.drawn import legend, lines, ylabels
 from tests.results.pendulum_blocks import NAMES, block, record, times
 

@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.figures.fitted_text import CUT, width, wrapped
-from mbproj.figures.kinds import KINDS, draw
-from mbproj.figures.margins import MOST_LINES
-from mbproj.figures.panels import finish, panels, plot
-from mbproj.figures.save import save
-from mbproj.figures.style import line
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.figures.fitted_text import CUT, width, wrapped
+from mbproj.show.figures.kinds import KINDS, draw
+from mbproj.show.figures.panels import MOST_LINES, finish, panels, plot
+from mbproj.show.figures.style import line, save
 from tests.crossed import some
 from tests.figures.geometry import outside, overlapping, texts
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times

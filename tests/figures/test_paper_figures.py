@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.figures.pages import paper_figures
-from mbproj.figures.save import save
+from mbproj.show.figures import studies
+from mbproj.show.figures.style import save
 from tests.results.pendulum_blocks import block, times
 
 TIME = times(1001)
@@ -17,12 +17,12 @@ def legend(figure) -> list[str]:
 
 
 def test_histories(tmp_path):
-    figure = paper_figures.position_history(TIME, TIP, components="yz")
+    figure = studies.position_history(TIME, TIP, components="yz")
     axis = figure.axes[0]
     assert (axis.get_xlabel(), axis.get_ylabel(), legend(figure)) == ("time (s)", "position (m)", ["y", "z"])
     for line, column in zip(axis.lines, (1, 2), strict=True):
         assert np.array_equal(line.get_ydata(), TIP[:, column])
-    figure = paper_figures.velocity_history(TIME, TIP)
+    figure = studies.velocity_history(TIME, TIP)
     assert figure.axes[0].get_ylabel() == "velocity (m/s)"
     assert legend(figure) == ["$v_x$", "$v_y$", "$v_z$"]
     assert save(figure, tmp_path / "a.pdf").exists()
@@ -31,8 +31,8 @@ def test_histories(tmp_path):
 def test_errors():
     series = {"GPOPM": (TIME, np.full(1001, 1e-15)), "direct integration": (TIME[:400], 1e-9 * TIME[:400])}
     for function, symbol in (
-        (paper_figures.position_errors, r"position error $|C|_\infty$ (m or rad)"),
-        (paper_figures.velocity_errors, r"velocity error $|\dot{C}|_\infty$ (m/s or rad/s)"),
+        (studies.position_errors, r"position error $|C|_\infty$ (m or rad)"),
+        (studies.velocity_errors, r"velocity error $|\dot{C}|_\infty$ (m/s or rad/s)"),
     ):
         figure = function(series)
         axis = figure.axes[0]
@@ -42,19 +42,19 @@ def test_errors():
 
 
 def test_what_is_not_converged_is_shaded():
-    figure = paper_figures.position_history(TIME, TIP, unconverged_from=4.1)
+    figure = studies.position_history(TIME, TIP, unconverged_from=4.1)
     axis = figure.axes[0]
     assert axis.get_title(loc="right") == "step not converged from t = 4.1 s on (error > 1 mm)"
     (shade,) = axis.patches
     assert (shade.get_extents().transformed(axis.transData.inverted()).x0) == 4.1
     assert axis.get_xlim() == (0.0, 10.0)
     series = {"GPOPM": (TIME, np.full(1001, 1e-15))}
-    figure = paper_figures.velocity_errors(series, unconverged_from=5.0, unconverged_error="1 cm")
+    figure = studies.velocity_errors(series, unconverged_from=5.0, unconverged_error="1 cm")
     assert figure.axes[0].get_title(loc="right") == "step not converged from t = 5 s on (error > 1 cm)"
 
 
 def test_what_converges_is_not_shaded():
     for since in (None, 11.0):
-        figure = paper_figures.position_history(TIME, TIP, unconverged_from=since)
+        figure = studies.position_history(TIME, TIP, unconverged_from=since)
         assert len(figure.axes[0].patches) == 0
         assert figure.axes[0].get_title(loc="right") == ""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.figures.kinds import draw
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.figures.kinds import draw
 from tests.figures.drawn import legend, lines, ylabels
 from tests.results.pendulum_blocks import record
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.figures.kinds import draw
-from mbproj.figures.units import DEGREES, METRES, TURNS, units_of
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.figures.kinds import draw
+from mbproj.show.figures.style import DEGREES, METRES, TURNS, units_of
 from tests.figures.drawn import lines, ylabels
 from tests.results.pendulum_blocks import NAMES, block, record, times
 

@@ -7,10 +7,11 @@ import pytest
 from matplotlib.patches import Rectangle
 
 from mbproj import Mechanism, read_scene, simulate_certified
-from mbproj.analysis import usual_limit
-from mbproj.figures.kinds import draw, why_not
-from mbproj.results import ResultsWriter, open_results
-from mbproj.scene import settings_to_run
+from mbproj.results.analysis.trust import usual_limit
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
+from mbproj.scene.settings import settings_to_run
+from mbproj.show.figures.kinds import draw, why_not
 from tests.support import ROOT
 
 

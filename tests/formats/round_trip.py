@@ -6,13 +6,17 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.dynamics import mobility, pose_of
-from mbproj.formats import ImportOptions, read_model, scene_text
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility
+from mbproj.formats.as_scene import scene_text
 from mbproj.formats.export.exported import Written
-from mbproj.integrate import FullFormulation
-from mbproj.linear import start_state
-from mbproj.model import compile_system, matrix_L
-from mbproj.scene import Scene, read_scene_text
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.scene.scene import Scene, read_scene_text
 from tests.formats.agreement import _y
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import mobility, pose_of
-from mbproj.errors import InputError
-from mbproj.linear import start_state
-from mbproj.model import compile_system
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj
 from tests.formats.adjusted_wrist import wrist
 from tests.support import ROOT

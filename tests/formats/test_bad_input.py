@@ -14,9 +14,9 @@ from xml.etree import ElementTree
 import pytest
 
 from mbproj import import_model
-from mbproj.errors import InputError, MbprojWarning
-from mbproj.formats import read_model
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import InputError, MbprojWarning
+from mbproj.formats.read import read_model
+from mbproj.scene.scene import read_scene_text
 from tests.cli.commands import mbproj
 from tests.crossed import some
 from tests.support import ROOT

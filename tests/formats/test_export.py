@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.formats import read_model
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.formats.read import read_model
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj
 from tests.formats.round_trip import accelerations, again, difference
 from tests.support import ROOT
@@ -184,7 +184,7 @@ def test_loops_never_replace_the_scene(tmp_path):
 
 
 def test_numbers_read_back_as_they_are():
-    from mbproj.formats.export.markup import tag
+    from mbproj.formats.export.exported import tag
 
     values = np.array([0.1, 1 / 3, 1e-7, 12345678.9])
     text = tag("a", x=values).attributes["x"]

@@ -7,7 +7,7 @@ import pytest
 
 from mbproj import run
 from mbproj.formats.export.mjcf import as_mjcf
-from mbproj.scene import read_scene_text
+from mbproj.scene.scene import read_scene_text
 from tests.formats.round_trip import accelerations, again, difference
 
 pytest.importorskip("mujoco")

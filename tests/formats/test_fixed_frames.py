@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import constraint_at, moved_from_scene, pose_of
+from mbproj.equations.assembly.assemble import moved_from_scene
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at
+from mbproj.equations.kinematics import pose_of
 from mbproj.formats.geometry import turn
-from mbproj.linear import start_state
-from mbproj.model import compile_system
-from mbproj.scene import read_scene_text
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.scene.scene import read_scene_text
 
 SCENE = """
 mbproj: 1

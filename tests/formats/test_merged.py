@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.dynamics import mobility, pose_of
-from mbproj.formats import read_model, scene_text
-from mbproj.linear import start_state
-from mbproj.model import compile_system
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.read import read_model
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.support import ROOT
 
 INERTIAL = '<inertial><origin xyz="0.1 0 -0.4"/><mass value="2"/><inertia ixx="0.05" iyy="0.04" izz="0.02"/></inertial>'

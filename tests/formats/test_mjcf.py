@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from mbproj import import_model, run
-from mbproj.dynamics import constraint_at
-from mbproj.formats import ImportOptions, read_model, scene_text
-from mbproj.formats.mechanism import Same
-from mbproj.linear import start_state
-from mbproj.model import compile_system
-from mbproj.scene import read_scene_text, to_matrix
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.mechanism import ImportOptions, Same
+from mbproj.formats.read import read_model
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.scene.fields.rotations import to_matrix
+from mbproj.scene.scene import read_scene_text
 from tests.formats.agreement import agreement
 from tests.support import ROOT
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.formats import read_model
-from mbproj.scene import read_scene
+from mbproj.base.errors import InputError
+from mbproj.formats.read import read_model
+from mbproj.scene.scene import read_scene
 from tests.support import ROOT
 
 DATA = ROOT / "tests" / "data" / "formats"

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from mbproj import InputError, compile_system, read_scene_text
-from mbproj.scene import scene_schema
-from mbproj.scene.blocks.forces.coulomb import KEYS
+from mbproj.scene.blocks.friction import KEYS
+from mbproj.scene.schema import scene_schema
 
 VALIDATOR = Draft202012Validator(scene_schema())
 TYPES = {"A": "revolute", "D": "prismatic", "C": "cylindrical", "S": "screw, pitch: 1", "P": "planar"}

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj import compile_system, read_scene_text
-from mbproj.analysis.observed import series
-from mbproj.results import open_results
-from mbproj.scene import OBSERVABLES, friction_units
+from mbproj.results.analysis.expectations import series
+from mbproj.results.reader import open_results
+from mbproj.scene.blocks.friction import friction_units
+from mbproj.scene.blocks.observables import OBSERVABLES
 from tests.cli.commands import mbproj
 from tests.friction.scenes import SCENE as MANY
 from tests.scene.good_scene import errors

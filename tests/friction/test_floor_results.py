@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from mbproj.analysis import sticking
-from mbproj.results import open_results
+from mbproj.results.analysis.contacts import sticking
+from mbproj.results.reader import open_results
 from tests.cli.commands import mbproj
 
 #: Thrown at 3 and 4 m/s along a floor with μ = 0.5 under g = 10 it rests after 1 s; with 12.5 J less.

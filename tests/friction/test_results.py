@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from mbproj import InputError
-from mbproj.analysis import friction_records, sticking
-from mbproj.figures import draw
-from mbproj.results import open_results
+from mbproj.results.analysis.contacts import friction_records, sticking
+from mbproj.results.reader import open_results
+from mbproj.show.figures.kinds import draw
 from tests.cli.commands import mbproj
 from tests.friction.belt import AGAIN, HOLDS, SCENE, SLID, SLIDES, SLIPS, STICKS
 

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
-from mbproj.functions import constant_series
-from mbproj.functions.series import run
-from mbproj.model import obstacle_in_plane, planar_reduction
+from mbproj.functions.series import constant_series, run
+from mbproj.model.planar.reduction import obstacle_in_plane, planar_reduction
 from tests.friction.scenes import SCENE
 
 

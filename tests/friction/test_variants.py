@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj import InputError, compile_system, read_scene_text
-from mbproj.functions import constant_series
-from mbproj.functions.series import run
-from mbproj.scene import SceneText, to_matrix
-from mbproj.scene.fields.rotations import unit
-from mbproj.studies import RigidMotion, renumbered, rescaled, with_damping
+from mbproj.functions.series import constant_series, run
+from mbproj.scene.fields.rotations import to_matrix, unit
+from mbproj.scene.scene import SceneText
+from mbproj.studies.variants import RigidMotion, rescaled, with_damping
+from mbproj.studies.verify.invariance import renumbered
 from tests.friction.scenes import SCENE
 
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.kinks import kinks
 from mbproj.functions.program import TIME, Code, Op, Program, apply, number, variable
 from mbproj.functions.program_set import flatten
@@ -15,7 +16,6 @@ from mbproj.functions.standard import harmonic, smooth_step, tabulated
 from mbproj.functions.table import polygon, spline
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.thresholds import THRESHOLDS
 
 
 def of(text, end=2.0, start=0.0):

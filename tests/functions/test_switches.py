@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj.functions.program import COORDINATE, Instruction, Op, Program, apply, number, variable
-from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.functions.program_set import FREE, ProgramSet, flatten, natural, switches
 from mbproj.functions.series import constant_series, run, time_series
 from mbproj.functions.standard import polynomial
-from mbproj.functions.switches import FREE, natural, switches
 from mbproj.functions.table import polygon, spline
 from mbproj.functions.values import values
 

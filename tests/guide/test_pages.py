@@ -9,10 +9,9 @@ from functools import cache
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli import COMMANDS, mbproj
-from mbproj.guide.pages import KINDS, ROOT, page_of, pages, search
-from mbproj.guide.terminal import WIDTH, rendered
-from mbproj.scene import SHAPES
+from mbproj.commands.main import COMMANDS, mbproj
+from mbproj.guide.pages import KINDS, ROOT, WIDTH, page_of, pages, rendered, search
+from mbproj.scene.blocks.solids import SHAPES
 from scripts.draw_guide import FIGURES, MEASURED
 from tests.crossed import where
 from tests.guide.fences import fences, run_page

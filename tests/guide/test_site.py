@@ -7,8 +7,7 @@ from importlib.util import find_spec
 
 import pytest
 
-from mbproj.guide.pages import ROOT, pages
-from mbproj.guide.site import write_site
+from mbproj.guide.pages import ROOT, pages, write_site
 
 pytestmark = pytest.mark.skipif(find_spec("furo") is None, reason="the extra `docs` is not installed")
 

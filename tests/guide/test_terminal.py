@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.guide.pages import GuidePage
-from mbproj.guide.terminal import rendered
+from mbproj.guide.pages import GuidePage, rendered
 
 TEXT = """# A page
 

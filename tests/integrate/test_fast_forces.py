@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.api.check.fast_forces import facts, lines
-from mbproj.errors import SimulationError
-from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.base.errors import SimulationError
+from mbproj.commands.python.check import facts, lines
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.stiffness import fastest_at, stable_steps
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.integrate.stiff_scenes import WHEEL, held_by
 from tests.kernel.scenes import assembled
 from tests.mechanisms.running import run_scene

@@ -8,11 +8,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import SimulationError
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import crossed, full
 from tests.support import Recorder
 

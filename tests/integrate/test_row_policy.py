@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run
-from mbproj.dynamics import NO_DRIVE, RowPolicy, RowSet, jacobian, pose_of
-from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.numpy_loop import march
-from mbproj.integrate.reporting.tally import Tally
-from mbproj.scene import read_scene_text
+from mbproj.equations.constraints import jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import NO_DRIVE
+from mbproj.equations.rank.row_policy import RowPolicy, RowSet
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.numpy_loop import march
+from mbproj.motion.report import Tally
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM

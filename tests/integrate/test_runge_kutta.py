@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.numpy_loop import error_norm
-from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
-from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.registry import explicit_integrators, integrators
+from mbproj.base.registry import explicit_integrators, integrators
+from mbproj.motion.numpy_loop import error_norm
+from mbproj.motion.steppers.runge_kutta import ExplicitRungeKutta
+from mbproj.motion.steppers.tableau import load_tableau
 
 NAMES = explicit_integrators()
 EMBEDDED = [name for name in NAMES if integrators()[name].embedded]

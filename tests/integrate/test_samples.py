@@ -19,7 +19,8 @@ from mbproj import (
     settings_to_run,
     simulate,
 )
-from mbproj.scene import Settings, output_times
+from mbproj.base.settings import Settings
+from mbproj.scene.sampling import output_times
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT, Recorder
 

@@ -10,12 +10,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings, output_times, read_scene, whole_steps
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.records import Body, Joint, Pair
+from mbproj.scene.sampling import output_times, whole_steps
+from mbproj.scene.scene import read_scene
 from tests.integrate.wheel import ROUND, spinner
 from tests.support import ROOT, Recorder, random_chain, scene_of
 

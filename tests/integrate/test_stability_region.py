@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
-from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
-from mbproj.integrate.steppers.stability_region import amplification, reach, real_axis_limit
-from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.registry import implicit_integrators
+from mbproj.base.registry import implicit_integrators
+from mbproj.motion.steppers.runge_kutta import ExplicitRungeKutta, amplification, reach, real_axis_limit
+from mbproj.motion.steppers.tableau import load_implicit_tableau, load_tableau
 
 NAMES = ("heun2", "bs32", "rk4", "dopri5", "dop853")
 

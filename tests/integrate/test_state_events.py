@@ -5,11 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.base.errors import SimulationError
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.crossed import full
 from tests.integrate.state_scenes import DOOR, bounce, contact_times, door_times, height_at
 from tests.integrate.time_scenes import INERTIA, rotor

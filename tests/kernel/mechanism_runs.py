@@ -8,8 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from mbproj import Scene
-from mbproj.integrate import Report, simulate
-from mbproj.scene import ProjectionSettings, Settings, read_scene
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.report import Report
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import assembled
 from tests.support import MECHANISMS, Recorder
 

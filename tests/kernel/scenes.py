@@ -9,12 +9,15 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.dynamics import State, assemble
-from mbproj.integrate import Reduced
-from mbproj.joints import JOINTS
+from mbproj.equations.assembly.assemble import State, assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.joints.table import JOINTS
 from mbproj.kernel import build_info, core
-from mbproj.model import System, compile_system, initial_guess
-from mbproj.scene import Body, Joint, Pair, read_scene
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.system import System
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.scene.records import Body, Joint, Pair
+from mbproj.scene.scene import read_scene
 from tests.support import (
     MASSLESS,
     MECHANISMS,

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dynamics import jacobian, pose_of
-from mbproj.model import System, matrix_E
+from mbproj.base.arrays import Array
+from mbproj.equations.constraints import jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.model.euler_parameters import matrix_E
+from mbproj.model.system import System
 
 
 def tangent_jacobian(system: System, q: Array) -> Array:

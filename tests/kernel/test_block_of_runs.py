@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.integrate import choose
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.kernel import core
-from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
+from mbproj.motion.formulations.choice import choose
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.crossed import crossed
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import MECHANISMS

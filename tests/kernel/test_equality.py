@@ -5,26 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.arrays import Array
-from mbproj.dynamics import (
-    SOLVERS,
-    Instant,
-    applied,
-    constraint,
-    constraint_velocity,
-    coordinate_values,
-    gamma,
-    generalised,
-    generalised_force,
-    jacobian,
-    mass_matrix,
-    pose_of,
-    twist_of,
-)
-from mbproj.integrate import space_acceleration
-from mbproj.model import System, matrix_E, matrix_L
-from mbproj.projection import make_method
-from mbproj.scene import ProjectionSettings
+from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.constraints import constraint, constraint_velocity, gamma, jacobian
+from mbproj.equations.forces import applied, generalised
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.of_motion import SOLVERS, generalised_force, mass_matrix
+from mbproj.model.euler_parameters import matrix_E, matrix_L
+from mbproj.model.system import System
+from mbproj.motion.formulations.reduced import space_acceleration
+from mbproj.motion.projection import make_method
 from tests.kernel.scenes import SCENES, needs_kernel, opened
 from tests.kernel.tangent import tangent_jacobian
 
@@ -58,7 +50,7 @@ def assert_equal(found: Array, expected: Array, condition: float) -> None:
 
 
 def test_constraints_and_their_derivatives(case):
-    """C, C', γ and G of the kernel's own primitives are those of mbproj.constraints."""
+    """C, C', γ and G of the kernel's own primitives are those of mbproj.joints.primitives.table."""
     system, n = case.system, case.system.bodies
     pose, equations = pose_of(case.q), case.reduced.equations()
     twist = twist_of(pose, case.v)

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from mbproj import Scene, open_results
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.scene import ProjectionSettings, Settings, read_scene
+from mbproj.base.errors import SimulationError
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene
 from tests.cli.commands import FIVE_BAR
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.support import ROOT, Recorder, random_chain
@@ -97,7 +98,7 @@ def test_an_interrupted_run_stops_within_a_fifth_of_a_second(keys):
 
 def test_ctrl_c_on_the_command_line_keeps_the_results(tmp_path):
     """Exit code 130; without it the run would take hours."""
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "run", FIVE_BAR, "--quiet"]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", "run", FIVE_BAR, "--quiet"]
     options = ["--duration", "1e6", "--step", "1e-4", "--output-step", "0.1"]
     process = subprocess.Popen(
         [*program, *options],

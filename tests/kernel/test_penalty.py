@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.arrays import Array
-from mbproj.dynamics import constraint, pose_of
-from mbproj.model import matrix_E, matrix_L
-from mbproj.scene import ProjectionSettings
+from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.constraints import constraint
+from mbproj.equations.kinematics import pose_of
+from mbproj.model.euler_parameters import matrix_E, matrix_L
 from tests.kernel.scenes import Case, loops, needs_kernel, opened, star, tree
 from tests.kernel.tangent import tangent_jacobian
 

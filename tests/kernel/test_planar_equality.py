@@ -1,4 +1,4 @@
-"""In the plane: the kernel's three coordinates a body against mbproj.dynamics' seven, joints open where that is one."""
+"""In the plane: the kernel's three coordinates a body against mbproj.equations' seven, joints open where that is one."""
 
 from __future__ import annotations
 
@@ -7,12 +7,18 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from mbproj.arrays import Array
-from mbproj.dynamics import constraint, gamma, generalised_force, jacobian, mass_matrix, pose_of, twist_of
-from mbproj.integrate import InPlane
+from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.constraints import constraint, gamma, jacobian
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.of_motion import generalised_force, mass_matrix
 from mbproj.kernel import core
-from mbproj.model import Plane, System, matrix_E, planar_reduction
-from mbproj.scene import ProjectionSettings, read_scene
+from mbproj.model.euler_parameters import matrix_E
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.model.system import System
+from mbproj.motion.formulations.reduced import InPlane
+from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
 from tests.model.planar_equations import planar_constraint, planar_gamma, planar_jacobian
 from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain
@@ -105,7 +111,7 @@ def assert_equal(found: Array, expected: Array, condition: float) -> None:
 
 
 def test_constraints_and_their_derivatives(case):
-    """C, C', γ and G of the kernel's own primitives are those of mbproj.constraints on vectors (x, y, 0)."""
+    """C, C', γ and G of the kernel's own primitives are those of mbproj.joints.primitives.table on vectors (x, y, 0)."""
     equations, plane = case.flat.equations(), case.plane
     G = planar_jacobian(plane, case.p)
     for found, expected in (

@@ -8,10 +8,16 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.integrate import Compiled, InPlane, Reduced, kernel_tableau, load_tableau, settle_rows
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.kernel import core
-from mbproj.model import Plane, planar_reduction
-from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.reduced import InPlane, Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
+from mbproj.motion.steppers.tableau import load_tableau
+from mbproj.motion.time_events import kernel_tableau
+from mbproj.scene.scene import read_scene, read_scene_text
 from scripts.large_mechanisms.scenes import scissor_grid
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM

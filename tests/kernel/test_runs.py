@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.integrate import load_tableau, simulate
-from mbproj.scene import ProjectionSettings, Settings
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
+from mbproj.motion.steppers.tableau import load_tableau
 from tests.crossed import crossed, full
 from tests.kernel.mechanism_runs import bits, mechanism, print_bits, run
 from tests.kernel.scenes import SCENES, assembled, needs_kernel

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.functions import TIME, Op, Program, flatten, variable
-from mbproj.functions.program import apply
+from mbproj.functions.program import TIME, Op, Program, apply, variable
+from mbproj.functions.program_set import flatten
 from mbproj.kernel import core
 from mbproj.kernel.models import programs
 from tests.kernel.scenes import needs_kernel

@@ -6,16 +6,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import pose_of, tangent_velocities, velocities
-from mbproj.dynamics.derivatives.tangent import moved
-from mbproj.integrate import FullFormulation
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.tangent_space import moved, tangent_velocities, velocities
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.solve import NoEquilibrium
-from mbproj.linear.mode_notes import notes_on
-from mbproj.linear.modes import modes
-from mbproj.linear.reduction.projected import projected
+from mbproj.linear.modes import modes, notes_on
+from mbproj.linear.reduction import projected
 from mbproj.linear.reference import reference_at
-from mbproj.linear.state_space.model import linear_model
+from mbproj.linear.state_space import linear_model
+from mbproj.motion.formulations.full import FullFormulation
 from tests.model.driven_pendulum import RATES, driven
 
 #: Of the current, where the angle is held at 1 rad, and of the integral: 2 i = m g l sin 1, and 30 ∫e = 0.8 i.

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
 from mbproj.linear.equilibrium.solve import NoEquilibrium
-from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.linear.closed_forms import HEAD, g, turning
 from tests.support import ROOT
 
@@ -206,7 +206,7 @@ def _by_energy(text, crank, angle):
     """√(V'' / m) of the crank's angle, T = ½ m φ'²."""
     from dataclasses import replace
 
-    from mbproj.dynamics import total_energy
+    from mbproj.equations.energy import total_energy
 
     scene = read_scene_text(text)
 

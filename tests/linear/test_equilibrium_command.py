@@ -9,7 +9,7 @@ from math import pi
 import numpy as np
 import pytest
 
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
 from tests.cli.commands import mbproj
 from tests.linear.closed_forms import HEAD
 

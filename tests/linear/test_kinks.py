@@ -6,7 +6,7 @@ from math import sqrt
 
 import pytest
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from tests.linear.closed_forms import HEAD, LAVAL, modes_of
 
 

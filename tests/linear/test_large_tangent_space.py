@@ -10,16 +10,18 @@ import pytest
 from scipy.linalg import eigh
 
 from mbproj import read_scene_text
-from mbproj.dynamics import MotionAtTime, assemble, constraint_rows, tangent_space
-from mbproj.errors import InputError
-from mbproj.linear.bordered import along_tangent_space, tangent_space_of
-from mbproj.linear.equilibrium.started import assembled_start
-from mbproj.linear.independent_rows import independent_rows
+from mbproj.base.errors import InputError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.derivatives import MotionAtTime, constraint_rows
+from mbproj.equations.tangent_space import tangent_space
+from mbproj.linear.bordered import along_tangent_space, independent_rows, tangent_space_of
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.state_space.model import linear_model
-from mbproj.model import compile_system, initial_guess
-from mbproj.thresholds import THRESHOLDS
+from mbproj.linear.state_space import linear_model
+from mbproj.model.compile.mechanism import initial_guess
 from tests.kernel.scenes import shared_four_bars
 from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g, turning
 
@@ -136,7 +138,7 @@ def test_a_long_chain_that_swings_has_the_modes_of_that_instant():
 
 
 def test_what_is_too_free_is_refused_with_the_limit(monkeypatch):
-    monkeypatch.setattr("mbproj.linear.bordered.THRESHOLDS", replace(THRESHOLDS, most_dense=100))
+    monkeypatch.setattr("mbproj.base.thresholds.THRESHOLDS", replace(THRESHOLDS, most_dense=100))
     scene = read_scene_text(chain(160))
     system = compile_system(scene)
     reference = reference_at(system, assembled_start(scene, system), "start")

@@ -12,16 +12,17 @@ from scipy.io import loadmat
 from scipy.linalg import expm
 from scipy.signal import StateSpace, freqresp
 
-from mbproj.errors import InputError
-from mbproj.integrate import simulate
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.state_space.model import linear_model
-from mbproj.model import compile_system
-from mbproj.results import read_model
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.linear.state_space import linear_model
+from mbproj.motion.simulate import simulate
+from mbproj.results.linear_files import read_model
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.cli.commands import mbproj
 from tests.linear.closed_forms import HEAD, LAVAL, g
 from tests.support import Recorder

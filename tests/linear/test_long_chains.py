@@ -10,13 +10,13 @@ import pytest
 from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
 from mbproj.linear.equilibrium.solve import NoEquilibrium
-from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
-from mbproj.scene import read_scene_text
-from mbproj.thresholds import THRESHOLDS
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import full
 from tests.linear.closed_forms import HEAD, chain, g
 
@@ -103,7 +103,7 @@ def test_upright_a_long_chain_rests_too_but_is_not_stable():
 
 
 def test_from_other_starts_an_upright_chain_finds_where_it_hangs_by_sparse_matrices(monkeypatch):
-    monkeypatch.setattr("mbproj.linear.equilibrium.find.THRESHOLDS", replace(THRESHOLDS, large=8))
+    monkeypatch.setattr("mbproj.base.thresholds.THRESHOLDS", replace(THRESHOLDS, large=8))
     found = at_rest(chain(10).replace("gravity: [0, 0, -9.81]", "gravity: [0, 0, 9.81]"))
     assert not found.stable
     (hangs,) = other_equilibria(found.reference.system, found, 1)

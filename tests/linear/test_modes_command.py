@@ -7,7 +7,7 @@ from math import pi, sqrt
 
 import pytest
 
-from mbproj.results import read_modes
+from mbproj.results.linear_files import read_modes
 from tests.cli.commands import mbproj
 from tests.linear.closed_forms import HEAD, g
 from tests.stops.scenes import resting_on_a_stop

@@ -7,12 +7,12 @@ from dataclasses import replace
 import pytest
 
 from mbproj import Mechanism
+from mbproj.base.mechanisms_folder import mechanism
 from mbproj.linear.modes import modes
-from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.studies import CHECKS, Case, Finding
-from mbproj.studies.verify import small_motions
-from mbproj.studies.verify.checks import _check
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.verify import short_runs
+from mbproj.studies.verify.case import Case, Finding
+from mbproj.studies.verify.checks import CHECKS, _check
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 
@@ -31,7 +31,7 @@ RINGING = (
 
 
 def checked(name):
-    return small_motions.small_motions(Case(Mechanism.of(read_scene(mechanism(name)))))
+    return short_runs.small_motions(Case(Mechanism.of(read_scene(mechanism(name)))))
 
 
 @pytest.mark.parametrize("name", [name if number % 4 == 0 else full(name) for number, name in enumerate(RINGING)])
@@ -93,7 +93,7 @@ def test_a_frequency_that_is_wrong_is_found_out(monkeypatch):
         found = modes(reference)
         return replace(found, eigenvalues=found.eigenvalues * 1.0001)
 
-    monkeypatch.setattr(small_motions, "modes", wrong)
+    monkeypatch.setattr(short_runs, "modes", wrong)
     found = checked("physical_pendulum")
     assert not found.passed
     assert found.measured == pytest.approx(1e-4 * 3.14159 / 2, rel=0.1)

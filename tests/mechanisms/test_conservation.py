@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.registry import integrators
-from mbproj.scene import ProjectionSettings, Settings
+from mbproj.base.registry import integrators
+from mbproj.base.settings import ProjectionSettings, Settings
 from tests.crossed import some
 from tests.mechanisms.running import Run, angular_momentum, assert_close, run, run_scene
 from tests.support import random_body, random_joint, scene_of

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from mbproj import Scene, read_scene
-from mbproj.scene import Body, Joint, Marker, Pair, ProjectionSettings, Quaternion, Settings, Vector, from_matrix
-from mbproj.scene.fields.rotations import multiply
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.scene.fields.rotations import from_matrix, multiply
+from mbproj.scene.records import Body, Joint, Marker, Pair, Quaternion, Vector
 from tests.crossed import some
 from tests.mechanisms.running import Run, assert_close, run_scene
 from tests.support import ROOT, random_chain

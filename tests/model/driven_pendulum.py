@@ -6,13 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.dynamics import assemble
-from mbproj.functions import CHANNELS, Program, flatten
-from mbproj.model import compile_system, initial_guess
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.functions.program import CHANNELS, Program
+from mbproj.functions.program_set import flatten
 from mbproj.model.channels import ChannelKind, Channels, ElementStates
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.model.compile.mechanism import initial_guess
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 
 #: A pendulum whose pin a motor turns; a wheel beside it, in the same plane.
 PENDULUM = """

@@ -1,4 +1,4 @@
-"""C, C_p and γ in the coordinates of the plane, by the primitives of `mbproj.constraints` on vectors (x, y, 0).
+"""C, C_p and γ in the coordinates of the plane, by the primitives of `mbproj.joints.primitives.table` on vectors (x, y, 0).
 
 No row is defined a second time: the plane selects rows and columns. The kernel is tested against these.
 """
@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dataclass import dataclass
-from mbproj.model.planar.planar_set import PlanarSet
-from mbproj.model.planar.plane import Plane
+from mbproj.base.arrays import Array, Integers, Numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.model.planar.plane import PlanarSet, Plane
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind
 
 

@@ -8,11 +8,15 @@ from collections.abc import Callable
 import numpy as np
 
 from mbproj import Scene
-from mbproj.joints import JOINTS
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.joints.table import JOINTS
+from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.euler_parameters import product
-from mbproj.model.planar import NotPlanar, Plane, planar_reduction
-from mbproj.scene import Body, Joint, Pair, from_matrix
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import NotPlanar, planar_reduction
+from mbproj.model.system import System
+from mbproj.scene.fields.rotations import from_matrix
+from mbproj.scene.records import Body, Joint, Pair
 from tests.support import PARAMETERS, random_body, random_coupling, scene_of
 
 Point = tuple[float, float]

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism
-from mbproj.model.planar import NotPlanar, Plane, planar_reduction
-from mbproj.scene import SceneText
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import NotPlanar, planar_reduction
+from mbproj.scene.scene import SceneText
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing, reduced, turns
 from tests.support import MECHANISMS
 

@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess
-from mbproj.dynamics import State
-from mbproj.integrate import choose, simulate
-from mbproj.integrate.formulations import choice as module
-from mbproj.model import System
-from mbproj.scene import ProjectionSettings, read_scene
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.assembly.assemble import State
+from mbproj.model.system import System
+from mbproj.motion.formulations import choice as module
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT, Recorder
 

@@ -6,10 +6,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
-from mbproj.integrate import FullFormulation, simulate
-from mbproj.linear import stored_state
-from mbproj.results import ResultsWriter, open_results
+from mbproj.base.errors import SimulationError
+from mbproj.linear.states import stored_state
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.simulate import simulate
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.crossed import crossed, full
 from tests.integrate.state_scenes import bounce
 from tests.model.element_states import DRIVEN, FORMULATIONS, T1, T2, case, run

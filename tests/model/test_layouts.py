@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene_text
-from mbproj.arrays import Array, cross
-from mbproj.dynamics import kinetic_energy, pose_of, potential_energy, twist_of
-from mbproj.model import System, compile_system, initial_guess
-from mbproj.model.planar import Plane, planar_reduction
+from mbproj.base.arrays import Array, cross
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.energy import kinetic_energy, potential_energy
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.model.system import System
 
 PENDULUMS = """
 mbproj: 1

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
-from mbproj.dynamics import coordinate_values, pose_of
-from mbproj.errors import InputError
-from mbproj.studies import RigidMotion
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.kinematics import pose_of
+from mbproj.studies.variants import RigidMotion
 
 SPEED = "{displacement_x: 2, displacement_y: 0.5}"
 X = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from mbproj.control_characters import escaped, escaped_text
-from mbproj.output_files import write_csv
+from mbproj.base.text import escaped, escaped_text
+from mbproj.results.table_files import write_csv
 
 
 def test_text_is_no_formula_and_commands_no_terminal(tmp_path):

@@ -10,9 +10,19 @@ import h5py
 import pytest
 from matplotlib.figure import Figure
 
-from mbproj.errors import InputError
-from mbproj.figures.save import save
-from mbproj.output_files import JUNIT, SCENE, SCHEMA, check_replaceable, csv, hdf5, picture, replacing, write_text
+from mbproj.base.errors import InputError
+from mbproj.results.output_files import (
+    JUNIT,
+    SCENE,
+    SCHEMA,
+    check_replaceable,
+    csv,
+    hdf5,
+    picture,
+    replacing,
+    write_text,
+)
+from mbproj.show.figures.style import save
 
 
 def permissions(path):

@@ -8,9 +8,9 @@ import pytest
 from click.testing import CliRunner
 
 import mbproj
-from mbproj.cli import mbproj as group
-from mbproj.errors import InputError
-from mbproj.output_files.written_table import check_table, write_table
+from mbproj.base.errors import InputError
+from mbproj.commands.main import mbproj as group
+from mbproj.results.table_files import check_table, write_table
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mbproj import Scene, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.results import ResultsWriter
+from mbproj.results.writer import ResultsWriter
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli.commands import animate
-from mbproj.errors import InputError
-from mbproj.pages.page import three_js
+from mbproj.base.errors import InputError
+from mbproj.commands import animate
+from mbproj.show.page import write
 from tests.pages.runs import FIVE_BAR, five_bar
 
 
@@ -63,7 +63,7 @@ def test_the_name_of_a_page_ends_in_html(path, tmp_path):
 
 
 def test_without_the_extra_one_line_says_how_to_install_it(path, monkeypatch):
-    monkeypatch.setattr(three_js, "find_spec", lambda name: None)
+    monkeypatch.setattr(write, "find_spec", lambda name: None)
     with pytest.raises(InputError) as error:
         run(path)
     (problem,) = error.value.problems

@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner
 from PIL import Image
 
-from mbproj.cli.commands import animate
-from mbproj.errors import InputError
-from mbproj.figures import duration_and_speed, times_of
-from mbproj.figures.kinds import film
+from mbproj.base.errors import InputError
+from mbproj.commands import animate
+from mbproj.show.figures import mechanism
+from mbproj.show.figures.mechanism import duration_and_speed, times_of
 from tests.pages.runs import FIVE_BAR, five_bar
 
 
@@ -24,8 +24,8 @@ def path(tmp_path_factory):
 @pytest.fixture
 def short(monkeypatch):
     """Films of five pictures."""
-    monkeypatch.setattr(film, "SHORTEST", 0.2)
-    monkeypatch.setattr(film, "LONGEST", 0.2)
+    monkeypatch.setattr(mechanism, "SHORTEST", 0.2)
+    monkeypatch.setattr(mechanism, "LONGEST", 0.2)
 
 
 def run(*arguments):
@@ -49,7 +49,7 @@ def test_pictures_are_even_in_time():
 
 def test_a_gif_has_all_pictures_and_its_bars_where_the_run_has_them(path, tmp_path, short):
     """The colour of the last bar moves as its centre of mass does."""
-    target = tmp_path / "film.gif"
+    target = tmp_path / "mechanism.gif"
     assert run(path, "-o", target).stdout == f"{target}\n"
     with Image.open(target) as shown:
         assert (shown.n_frames, shown.info["duration"], shown.info["loop"]) == (5, 50, 0)
@@ -62,7 +62,7 @@ def test_a_gif_has_all_pictures_and_its_bars_where_the_run_has_them(path, tmp_pa
     assert (np.diff(height) > 3.0).all()  # rows count downwards, and it falls
     assert run(path, "-o", target).exit_code == 0  # ours is replaced
     target.write_bytes(b"GIF89a of somebody else")
-    with pytest.raises(InputError, match=r"film.gif' exists and is not a film in GIF of mbproj"):
+    with pytest.raises(InputError, match=r"mechanism.gif' exists and is not a film in GIF of mbproj"):
         run(path, "-o", target)
 
 
@@ -74,24 +74,24 @@ def test_ffmpeg_is_given_every_pixel_of_every_picture(path, tmp_path, short, mon
         "open(sys.argv[-1], 'w').write(' '.join(sys.argv[1:-1]) + f' {size}')\n"
     )
     stand_in.chmod(0o755)
-    monkeypatch.setattr(film.shutil, "which", lambda name: str(stand_in))
-    run(path, "-o", tmp_path / "film.mp4")
-    *told, size = (tmp_path / "film.mp4").read_text().split()
+    monkeypatch.setattr(mechanism.shutil, "which", lambda name: str(stand_in))
+    run(path, "-o", tmp_path / "mechanism.mp4")
+    *told, size = (tmp_path / "mechanism.mp4").read_text().split()
     width, height = map(int, told[told.index("-s") + 1].split("x"))
     assert width % 2 == height % 2 == 0
     assert int(size) == 5 * 3 * width * height
     assert "comment=mbproj" in told
     stand_in.write_text("#!/bin/sh\necho 'Unknown encoder libx264' >&2\nexit 1\n")
-    (tmp_path / "film.mp4").unlink()
+    (tmp_path / "mechanism.mp4").unlink()
     with pytest.raises(InputError, match="ffmpeg cannot make the film: Unknown encoder libx264; install one with"):
-        run(path, "-o", tmp_path / "film.mp4")
-    assert not (tmp_path / "film.mp4").exists()
+        run(path, "-o", tmp_path / "mechanism.mp4")
+    assert not (tmp_path / "mechanism.mp4").exists()
 
 
 def test_without_ffmpeg_one_line_says_so(path, tmp_path, monkeypatch):
-    monkeypatch.setattr(film.shutil, "which", lambda name: None)
+    monkeypatch.setattr(mechanism.shutil, "which", lambda name: None)
     with pytest.raises(InputError) as error:
-        run(path, "-o", tmp_path / "film.mp4")
+        run(path, "-o", tmp_path / "mechanism.mp4")
     (problem,) = error.value.problems
     assert problem.message == "a film in MP4 needs ffmpeg, which is not here"
     assert problem.hint == "install it (apt install ffmpeg), or end the name in .gif"
@@ -99,6 +99,6 @@ def test_without_ffmpeg_one_line_says_so(path, tmp_path, monkeypatch):
 
 def test_a_film_is_of_results_alone(path, tmp_path):
     with pytest.raises(InputError, match=r"a film is of results of runs, and '.*five_bar.yaml' is none"):
-        run(FIVE_BAR, "-o", tmp_path / "film.gif")
-    with pytest.raises(InputError, match=r"--full is for pages, and '.*film.gif' is a film"):
-        run(path, "--full", "-o", tmp_path / "film.gif")
+        run(FIVE_BAR, "-o", tmp_path / "mechanism.gif")
+    with pytest.raises(InputError, match=r"--full is for pages, and '.*mechanism.gif' is a film"):
+        run(path, "--full", "-o", tmp_path / "mechanism.gif")

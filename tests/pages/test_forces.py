@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.model import compile_system, initial_guess, rotation_matrix
-from mbproj.pages.appearance.mechanism import look_of
-from mbproj.pages.appearance.motion import PoseHistory, motion_at
-from mbproj.pages.data.pages import carried, dips, load_groups, passages
-from mbproj.scene import read_scene_text
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.scene.scene import read_scene_text
+from mbproj.show.appearance.mechanism import look_of
+from mbproj.show.appearance.motion import PoseHistory, motion_at
+from mbproj.show.page.pages import carried, dips, load_groups, passages
 
 FORCES = """\
 mbproj: 1

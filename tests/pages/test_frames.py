@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.pages.data.frames import FEWEST, REFUSED, THINNED, frames_of, largest_between
+from mbproj.base.errors import InputError
+from mbproj.show.page.series import FEWEST, REFUSED, THINNED, frames_of, largest_between
 
 
 def test_a_dense_run_is_thinned_to_sixty_frames_a_second_and_says_so():

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from mbproj.pages.data.packing import LARGEST, ORDERS, Packer, step_of
+from mbproj.show.page.series import LARGEST, ORDERS, Packer, step_of
 from tests.pages.unpacked import block_of
 
 NUMBERS = arrays(

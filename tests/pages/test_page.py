@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 
 from mbproj import Trust, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.pages.appearance.motion import motion_at
-from mbproj.pages.data.pages import page_of, start_of
-from mbproj.pages.page.three_js import three_js
-from mbproj.pages.page.write import as_json, html
-from mbproj.results import Poses, ResultsWriter, open_results
-from mbproj.scene import read_scene_text
+from mbproj.results.reader import open_results
+from mbproj.results.trust import Poses
+from mbproj.results.writer import ResultsWriter
+from mbproj.scene.scene import read_scene_text
+from mbproj.show.appearance.motion import motion_at
+from mbproj.show.page.pages import page_of, start_of
+from mbproj.show.page.write import as_json, html, three_js
 from tests.pages.runs import FIVE_BAR, HOSTILE, five_bar, recorded
 from tests.pages.unpacked import block_of, bytes_of, data_of
 from tests.support import Recorder as Kept

@@ -7,17 +7,18 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.collections import PolyCollection
 
-from mbproj.cli.commands import check, plot
-from mbproj.dynamics import assemble
-from mbproj.errors import InputError
-from mbproj.figures import draw, draw_start, picture_axes, projected, why_not
-from mbproj.joints import JOINTS
-from mbproj.model import compile_system, initial_guess
-from mbproj.pages.appearance.mechanism import look_of
-from mbproj.pages.appearance.motion import motion_at
-from mbproj.pages.appearance.view import view_of
-from mbproj.results import open_results
-from mbproj.scene import read_scene
+from mbproj.base.errors import InputError
+from mbproj.commands import check, plot
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.joints.table import JOINTS
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.results.reader import open_results
+from mbproj.scene.scene import read_scene
+from mbproj.show.appearance.mechanism import look_of, view_of
+from mbproj.show.appearance.motion import motion_at
+from mbproj.show.figures.kinds import draw, why_not
+from mbproj.show.figures.mechanism import draw_start, picture_axes, projected
 from tests.crossed import some
 from tests.pages.runs import FIVE_BAR, five_bar
 from tests.results.pendulum_blocks import record

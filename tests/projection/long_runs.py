@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from mbproj import Report
-from mbproj.dynamics import assemble
-from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.scene.settings import settings_to_run, with_options
 from tests.support import ROOT, Recorder
 
 SCENES = ROOT / "mechanisms"

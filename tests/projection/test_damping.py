@@ -7,13 +7,15 @@ import warnings
 import numpy as np
 import pytest
 
-from mbproj.dynamics import RowSet, constraint_at, jacobian, mass_matrix, pose_of
-from mbproj.integrate import InPlane, Reduced
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.constraints import constraint_at, jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.of_motion import mass_matrix
+from mbproj.equations.rank.row_policy import RowSet
 from mbproj.kernel import core
-from mbproj.projection import make_method
-from mbproj.projection.solve import correct_position, damped
-from mbproj.registry import PROJECTIONS
-from mbproj.thresholds import THRESHOLDS
+from mbproj.motion.formulations.reduced import InPlane, Reduced
+from mbproj.motion.projection import correct_position, damped, make_method
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.projection.uneven_chains import suited, uneven_chain

@@ -9,12 +9,16 @@ import pytest
 
 import mbproj
 from mbproj import Report
-from mbproj.dynamics import assemble
-from mbproj.integrate import Mark, momenta_of, simulate
-from mbproj.integrate.formulations import choice
-from mbproj.model import compile_system, initial_guess
-from mbproj.runs import notes_on_rows
-from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.formulations import choice
+from mbproj.motion.formulations.invariants import momenta_of
+from mbproj.motion.marks import Mark
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.scene.settings import settings_to_run, with_options
+from mbproj.studies.record import notes_on_rows
 from tests.crossed import crossed
 from tests.projection.long_runs import CONTROLLED, FIXED, IMPLICIT, SCENES, WORKED, run
 from tests.support import Recorder

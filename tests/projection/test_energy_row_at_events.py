@@ -7,11 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.integrate import Mark, simulate
-from mbproj.model import compile_system, initial_guess
-from mbproj.runs import notes_on_rows
-from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.marks import Mark
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.scene.settings import settings_to_run, with_options
+from mbproj.studies.record import notes_on_rows
 from tests.crossed import crossed
 from tests.integrate.state_scenes import bounce, height_at
 from tests.integrate.stiff_scenes import CLAMP

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from mbproj import Report
-from mbproj.dynamics import State
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
+from mbproj.base.errors import SimulationError
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.equations.assembly.assemble import State
 from mbproj.kernel import core
-from mbproj.scene import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
 from tests.projection.uneven_chains import uneven_chain
 from tests.support import Recorder
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.integrate import simulate
-from mbproj.scene import Body, Joint, Pair, Settings
+from mbproj.base.settings import Settings
+from mbproj.motion.simulate import simulate
+from mbproj.scene.records import Body, Joint, Pair
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import scene_of
 

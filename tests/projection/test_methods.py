@@ -7,11 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics import jacobian, mass_matrix, pose_of
-from mbproj.model import compile_system
-from mbproj.projection import Projection, make_method
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import ProjectionSettings
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.of_motion import mass_matrix
+from mbproj.motion.projection import Projection, make_method
 from tests.support import random_chain
 
 OPTIONS = {"alpha": 1e7, "gains": (25.0, 25.0)}

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj import plugins
+from mbproj.base import plugins
+from mbproj.base.registry import PROJECTIONS
 from mbproj.guide.pages import pages
-from mbproj.projection.methods import Method
-from mbproj.registry import PROJECTIONS
+from mbproj.motion.projection import Method
 from tests.guide.fences import fences
 from tests.support import ROOT
 

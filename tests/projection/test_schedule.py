@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import constraint_at, constraint_velocity_at, pose_of
-from mbproj.model import compile_system, initial_guess
-from mbproj.projection import make_method
-from mbproj.projection.solve import project_after, row_tolerances
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import ProjectionSettings
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at, constraint_velocity_at
+from mbproj.equations.kinematics import pose_of
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.projection import make_method, project_after, row_tolerances
 from tests.support import random_body, random_chain, scene_of
 
 METHODS = [name for name, entry in PROJECTIONS.items() if entry.corrects and name != "popm"]

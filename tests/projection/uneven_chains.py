@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.model import Plane, compile_system, planar_reduction
+from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
 from mbproj.model.system import System
-from mbproj.scene import Body, Joint, Pair, ProjectionSettings
+from mbproj.scene.records import Body, Joint, Pair
 from tests.support import scene_of
 
-#: mbproj.projection's methods that have a penalty need one to suit the masses.
+#: mbproj.motion.projection's methods that have a penalty need one to suit the masses.
 PENALISED = ("mass-orthogonal", "mmopm")
 BARS = 5
 AXIS = (0.0, 1.0, 0.0)

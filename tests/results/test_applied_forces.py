@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.analysis import loads_of
-from mbproj.analysis.tables import tables
-from mbproj.results import ResultsWriter, open_results
+from mbproj.results.analysis.loads import loads_of
+from mbproj.results.analysis.tables import tables
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 
 SCENE = """
 mbproj: 1

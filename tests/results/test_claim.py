@@ -11,9 +11,12 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.results import ResultsWriter, check_output, open_results, reader
-from mbproj.results.file.lock import lock
+from mbproj.base.errors import InputError
+from mbproj.results import reader
+from mbproj.results.crash_safety import check_output
+from mbproj.results.file.opening import lock
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times
 from tests.results.processes import WRITE_FOR_EVER, child, killed
 

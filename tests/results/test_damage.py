@@ -9,11 +9,12 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj import sandbox
-from mbproj.errors import InputError, MbprojWarning
-from mbproj.results import check_results, open_results
+from mbproj.base import sandbox
+from mbproj.base.errors import InputError, MbprojWarning
+from mbproj.results.check import check_results
 from mbproj.results.file.checksums import OF_ATTRIBUTES, OF_DATA
 from mbproj.results.file.opening import ClosedView
+from mbproj.results.reader import open_results
 from tests.crossed import some
 from tests.results.pendulum_blocks import NAMES, PATHS, block, record, times
 from tests.results.processes import child

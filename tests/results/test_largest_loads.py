@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.analysis import duration_above, loads_of, recorded_in, samples_of, swings
-from mbproj.results import open_results
-from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces
-from mbproj.results.loads.largest import loads
+from mbproj.results.analysis.loads import duration_above, loads_of, recorded_in, samples_of, swings
+from mbproj.results.between_samples import in_and_out, integrals, peaks, pieces
+from mbproj.results.largest_loads import loads
+from mbproj.results.reader import open_results
 from tests.results.pendulum_blocks import record
 
 ONE_PIECE = np.zeros(0)

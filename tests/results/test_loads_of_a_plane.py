@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import open_results, read_scene_text, run
-from mbproj.analysis import loads_of
+from mbproj.results.analysis.loads import loads_of
 
 #: A crank of 0.1 m drives a rocker of 0.2 m, whose hinge rubs. `turned` is the pose of its plane in the world.
 FOUR_BAR = """

@@ -35,7 +35,7 @@ def test_every_axis_has_a_scale_of_its_length(path):
 
 
 def test_every_kind_of_names_is_a_scale():
-    from mbproj.results.datasets import NAMES
+    from mbproj.results.writer import NAMES
 
     assert set(NAMES) == {entry.symbol for entry in ALL_NAMES.values()}
 

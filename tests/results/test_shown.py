@@ -8,7 +8,7 @@ import pytest
 import mbproj
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene, simulate
 from mbproj.results.layout import CONSTANTS
-from mbproj.scene import settings_to_run
+from mbproj.scene.settings import settings_to_run
 from tests.support import ROOT
 
 #: The most lines of a value in a notebook.

@@ -15,10 +15,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj.results import DATASETS, ResultsWriter, check_results, open_results
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.results.check import check_results
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import OutputError
-from mbproj.scene import ProjectionSettings, Settings
+from mbproj.results.layout import DATASETS
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
 
 #: Bodies, markers, joints and coordinates of the pendulum, by the layout's symbols.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 from tests.rolling import scenes
 
 #: Semi-axes and how far the centre of mass is below the centre, in m; moments of inertia in kg m², the mass is 1 kg.

@@ -6,7 +6,8 @@ import numpy as np
 
 import mbproj
 from mbproj.model.euler_parameters import product
-from mbproj.pages import PoseHistory, look_of
+from mbproj.show.appearance.mechanism import look_of
+from mbproj.show.appearance.motion import PoseHistory
 from tests.rolling import scenes
 
 

@@ -7,8 +7,9 @@ import pytest
 from scipy.special import ellipeinc
 
 import mbproj
-from mbproj.errors import InputError
-from mbproj.pages import PoseHistory, look_of
+from mbproj.base.errors import InputError
+from mbproj.show.appearance.mechanism import look_of
+from mbproj.show.appearance.motion import PoseHistory
 from tests.crossed import full
 from tests.rolling import scenes
 from tests.rolling.rattleback import ellipsoid, of_rattleback, rattleback

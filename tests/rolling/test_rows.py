@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from tests.rolling import scenes
 
 #: Front wheels whose axles meet the rear one 2 m beside the car.

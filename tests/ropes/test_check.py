@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.errors import InputError
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.errors import InputError
+from mbproj.base.mechanisms_folder import mechanism
 
 
 def test_check_says_how_long_ropes_are_and_how_far_they_wrap():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, SimulationError, modes, read_scene_text
-from mbproj.constraints.rope import Rope
+from mbproj.joints.primitives.rope import Rope
 from tests.kernel.scenes import needs_kernel
 from tests.ropes.scenes import ATWOOD, LOAD, G, R, scene, swinging
 from tests.stops.runs import run

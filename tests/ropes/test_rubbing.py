@@ -7,7 +7,7 @@ import pytest
 
 import mbproj
 from mbproj import InputError, read_scene_text
-from mbproj.analysis import outcomes
+from mbproj.results.analysis.expectations import outcomes
 from tests.kernel.scenes import needs_kernel
 from tests.ropes.scenes import G, scene
 from tests.stops.runs import run

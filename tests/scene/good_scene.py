@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.scene import Scene, read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import Scene, read_scene_text
 
 GOOD = """\
 mbproj: 1                                # format version, required

@@ -6,8 +6,8 @@ import string
 
 from hypothesis import strategies as st
 
-from mbproj.errors import InputError
-from mbproj.scene import Scene, read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import Scene, read_scene_text
 from tests.crossed import campaign
 from tests.scene.good_scene import GOOD
 from tests.scene.wrong_scenes import ROWS

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"

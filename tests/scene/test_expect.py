@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import pytest
 
+from mbproj.base.settings import Settings
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.observables import OBSERVABLES
-from mbproj.scene.records import Expectation, Settings
+from mbproj.scene.records import Expectation
 from mbproj.scene.sampling import nearest_samples, output_times
 from tests.scene.good_scene import GOOD, changed, errors, read
 

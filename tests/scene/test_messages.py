@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.joints import JOINTS
+from mbproj.base.errors import InputError
+from mbproj.joints.table import JOINTS
 from tests.scene.good_scene import GOOD, changed, errors, read
 from tests.scene.wrong_scenes import IDS, ROWS
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.scene import read_scene, read_scene_text
 from mbproj.scene.blocks.oversights import notes_on
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj
 from tests.scene.good_scene import changed, read
 from tests.support import MECHANISMS

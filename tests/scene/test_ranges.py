@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.ranges import RANGE, Listed, Normal, Points, Spaced, Uniform, given_range, named_range
 from mbproj.scene.text.document import compose

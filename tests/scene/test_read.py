@@ -9,8 +9,9 @@ import sys
 
 import pytest
 
-from mbproj.errors import InputError, Place
-from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Settings
+from mbproj.base.errors import InputError, Place
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.scene.records import Body, Joint, Marker, Pair
 from tests.scene.good_scene import GOOD, changed, read, read_with
 
 X, NOWHERE = (1.0, 0.0, 0.0), (0.2, 0.0, 0.0)
@@ -154,7 +155,7 @@ def test_places_of_values_and_of_blocks() -> None:
 
 def test_importing_the_reader_imports_no_arrays() -> None:
     code = (
-        "import sys, mbproj.scene.read as r; r.read_scene_text; "
+        "import sys, mbproj.scene.scene as r; r.read_scene_text; "
         "print([m for m in ('numpy', 'h5py', 'scipy', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

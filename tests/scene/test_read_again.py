@@ -7,10 +7,10 @@ from dataclasses import fields
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.mechanisms_folder import mechanism, validation_scenes
-from mbproj.scene import read
-from mbproj.scene.read import SceneText, read_scene
+from mbproj.base.errors import InputError
+from mbproj.base.mechanisms_folder import mechanism, validation_scenes
+from mbproj.scene import scene as read
+from mbproj.scene.scene import SceneText, read_scene
 from mbproj.scene.text.document import compose
 from tests.crossed import where
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mbproj.scene.text.rewrite import with_simulation
+from mbproj.scene.changes import with_simulation
 
 BLOCK = """\
 mbproj: 1            # format

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import yaml
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from tests.scene.good_scene import GOOD, changed, errors, read, read_with

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import yaml
 
-from mbproj.joints import JOINTS
+from mbproj.joints.table import JOINTS
 
 #: What the table of joints has, as messages list it.
 JOINT_TYPES = " or ".join([", ".join([*JOINTS][:-1]), [*JOINTS][-1]])

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.linear import NoEquilibrium, observed, reference_at, start_state
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.equilibrium.start import observed, start_state
 from mbproj.linear.modes import modes
+from mbproj.linear.reference import reference_at
 from tests.stops.runs import Recorded
 
 #: A block of 2 kg on a vertical slide, above a stop, with a spring that holds it where SPRING says so.

@@ -13,12 +13,12 @@ from scipy.optimize import brentq
 
 import mbproj
 from mbproj import compile_system, read_scene_text, settings_to_run, simulate
-from mbproj.analysis.observed import series
-from mbproj.errors import SimulationError
-from mbproj.linear import start_state
+from mbproj.base.errors import SimulationError
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.start import start_state
 from mbproj.linear.modes import modes
-from mbproj.model import resistance
+from mbproj.model.compile.contacts import resistance
+from mbproj.results.analysis.expectations import series
 from tests.stops.runs import DOP853, FIXED, Recorded, run
 
 GUIDE = Path(mbproj.__file__).parent / "guide"

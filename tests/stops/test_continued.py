@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from tests.stops.runs import DOP853, FIXED, simulated
 
 TEXT = """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mbproj import compile_system, read_scene_text
-from mbproj.scene import stop_units
+from mbproj.scene.blocks.stops import stop_units
 from tests.scene.good_scene import errors
 from tests.stops.scenes import SCENE as MANY
 

@@ -9,8 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from mbproj.figures import draw
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.figures.kinds import draw
 from tests.cli.commands import mbproj
 
 #: A hammer of 2 kg falls by 0.2 m on an anvil, and rests there after two bounces that count for nothing.

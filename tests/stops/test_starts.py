@@ -7,8 +7,8 @@ import pytest
 
 import mbproj
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
-from mbproj.dynamics import refuse_driven_beyond
-from mbproj.integrate import gaps_at_start, refuse_penetration
+from mbproj.equations.contacts import refuse_driven_beyond
+from mbproj.motion.contacts import gaps_at_start, refuse_penetration
 
 #: A block on a slide, driven where MOTION says so.
 BLOCK = """

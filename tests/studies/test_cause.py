@@ -7,13 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.scene import read_scene_text
-from mbproj.studies.measure.certain import not_smooth, uneven, why_not
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import Reference
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.measure.reference import Reference, not_smooth, uneven, why_not
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import solve
-from mbproj.studies.recommend.recommendation import recommend
+from mbproj.studies.measure.solve import Mechanism, solve
+from mbproj.studies.recommend import recommend
 
 PENDULUM = """
 mbproj: 1

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.studies.compare.comparison import compare
+from mbproj.base.errors import InputError
+from mbproj.studies.compare import compare
 
 
 def test_compare(slider_crank):
@@ -57,7 +57,7 @@ def test_names_that_are_not_there(pendulum):
 def test_runs_of_a_comparison_are_not_run_again(pendulum, monkeypatch):
     options = {"projections": ("gpopm",), "until": 0.1, "repetitions": 1, "processes": 1}
     first = compare(pendulum.scene, **options)
-    monkeypatch.setattr("mbproj.studies.compare.comparison.solve", None)
+    monkeypatch.setattr("mbproj.studies.measure.solve.solve", None)
     again = compare(pendulum.scene, **options)
     np.testing.assert_array_equal(again.entries[0].error, first.entries[0].error)
     with pytest.raises(TypeError):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.studies.compare.energy_split import energy_split
+from mbproj.studies.compare import energy_split
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import sample_times, solve
 from tests.crossed import where

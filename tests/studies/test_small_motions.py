@@ -7,7 +7,9 @@ import pytest
 from scipy.linalg import expm
 
 from mbproj import InputError, compile_system, read_scene_text
-from mbproj.linear import reference_at, round_of, start_state
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.linear.instants import round_of
+from mbproj.linear.reference import reference_at
 from mbproj.studies.stability import stability
 
 CART = """

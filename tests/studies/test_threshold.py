@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.cli.studies.threshold import _verdict
-from mbproj.errors import InputError
-from mbproj.scene import read_scene_text
-from mbproj.studies.measure.measurement import Measurement
+from mbproj.base.errors import InputError
+from mbproj.commands.threshold import _verdict
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.measure.measurement import Measurement, Timing
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.timing import Timing
 from mbproj.studies.threshold import ThresholdStudy, _recommended, threshold_study
 
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene
-from mbproj.errors import InputError
-from mbproj.integrate import choose, numbers_of
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.errors import InputError
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.tangents import numbers_of
 from tests.kernel.scenes import needs_kernel
 from tests.tangents.following import NEIGHBOURS, directions_of, follow
 

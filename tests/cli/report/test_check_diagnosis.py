@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.mechanisms_folder import mechanism
 from tests.cli.commands import mbproj
 
 PARALLELOGRAM = """\

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mbproj import __version__, kernel
-from mbproj.registry import FORMULATIONS
+from mbproj.base.registry import FORMULATIONS
 from tests.cli.commands import mbproj
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
-from mbproj.cli.report.junit import junit
-from mbproj.errors import ExitCode
-from mbproj.studies import SceneResult
+from mbproj.base.errors import ExitCode
+from mbproj.commands.report.junit import junit
+from mbproj.studies.batch import SceneResult
 
 
 def test_what_xml_cannot_say_and_what_commands_a_terminal_can_be_read():

@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import pytest
 
-from mbproj.cli.main import mbproj
-from mbproj.cli.report import progress
-from mbproj.cli.report.progress import Line, Telling
-from mbproj.studies import TIMING, with_words
+from mbproj.commands.main import mbproj
+from mbproj.commands.report import progress
+from mbproj.commands.report.progress import Line, Telling
+from mbproj.studies.parallel.progress import TIMING, with_words
 from tests.cli.commands import FIVE_BAR
 from tests.cli.report.watched import Clock, Terminal
 from tests.crossed import full

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.cli.report import progress
-from mbproj.cli.report.progress import Bar, Pace
-from mbproj.integrate import kernel_run
+from mbproj.commands.report import progress
+from mbproj.commands.report.progress import Bar, Pace
+from mbproj.motion import kernel_run
 from tests.cli.commands import FIVE_BAR
 from tests.cli.report.watched import Clock, Terminal
 from tests.kernel.scenes import needs_kernel

@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
-from mbproj.runs import notes_on
-from mbproj.scene import read_scene, settings_to_run
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.record import notes_on
 from tests.support import ROOT
 
 

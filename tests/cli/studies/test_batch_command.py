@@ -16,7 +16,7 @@ import h5py
 import pytest
 
 from mbproj.kernel import core
-from mbproj.results import stamp_attributes
+from mbproj.results.file.checksums import stamp_attributes
 from tests.cli.commands import mbproj
 from tests.crossed import full
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
@@ -236,7 +236,17 @@ def test_no_process_is_left_behind(tmp_path: Path, number: signal.Signals) -> No
     """Ctrl-C, a pipeline that is cancelled, or a kill: what was done is reported, but for the last."""
     write(tmp_path, "a", HOLDS)
     hanging(tmp_path, "b")
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "batch", ".", "--junit", "r.xml", "-j", "1"]
+    program = [
+        sys.executable,
+        "-c",
+        "from mbproj.commands.main import main; main()",
+        "batch",
+        ".",
+        "--junit",
+        "r.xml",
+        "-j",
+        "1",
+    ]
     run = subprocess.Popen(
         program,
         cwd=tmp_path,

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from mbproj import open_results
-from mbproj.cli.report.trust import lines_on
+from mbproj.commands.report.summary import lines_on
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
 from tests.support import ROOT
 
@@ -103,7 +103,7 @@ def test_a_failed_run_prints_its_certificate_too(tmp_path):
 @pytest.mark.full
 def test_an_interrupted_run_says_that_it_is_not_certified(tmp_path):
     arguments = ["run", FIVE_BAR, "--formulation", "full", "--duration", "1000", "--certify", "-q", "-o", "a.h5"]
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", *arguments]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", *arguments]
     process = subprocess.Popen(program, cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE)
     deadline = time.monotonic() + 60.0
     while not (tmp_path / "a.h5.part").exists() and time.monotonic() < deadline:

@@ -72,7 +72,15 @@ def test_bad_input(tmp_path, arguments, said):
 @pytest.mark.full
 def test_an_interrupted_map_resumes(tmp_path):
     """After Ctrl-C what was done is kept, and the study begins where it stopped."""
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "stability", SLIDER_CRANK, "--vary", "step"]
+    program = [
+        sys.executable,
+        "-c",
+        "from mbproj.commands.main import main; main()",
+        "stability",
+        SLIDER_CRANK,
+        "--vary",
+        "step",
+    ]
     environment = {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")}
     running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 120.0

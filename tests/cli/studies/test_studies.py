@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from mbproj.cli.main import STUDIES
+from mbproj.commands.main import STUDIES
 from tests.cli.commands import SLIDER_CRANK, kept, mbproj
 from tests.cli.examples import named
 from tests.support import ROOT
@@ -136,7 +136,15 @@ def test_bad_input(tmp_path, arguments, said):
 @pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 def test_an_interrupted_study_leaves_no_process_and_resumes(tmp_path):
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "tradeoff", SLIDER_CRANK, "--until", "1"]
+    program = [
+        sys.executable,
+        "-c",
+        "from mbproj.commands.main import main; main()",
+        "tradeoff",
+        SLIDER_CRANK,
+        "--until",
+        "1",
+    ]
     environment = {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")}
     running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 120.0

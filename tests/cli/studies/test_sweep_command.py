@@ -116,7 +116,7 @@ def test_a_thousand_million_cases_are_not_meant(tmp_path):
 def test_what_a_killed_sweep_had_done_is_not_done_again(tmp_path):
     """The leading process is killed in the middle; started again, it computes the rest and no case twice."""
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n")
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "sweep", "spec.yaml", "-j", "1"]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", "sweep", "spec.yaml", "-j", "1"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL)
     store = tmp_path / "spec-sweep" / "store.sqlite-wal"
@@ -165,7 +165,16 @@ def test_a_full_disk_ends_a_sweep_and_what_wanted_room_runs_again(tmp_path, keep
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
 def test_an_interrupted_sweep_has_its_tables_and_says_how_to_go_on(tmp_path):
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n", more="keep: all\n")
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "sweep", "spec.yaml", "-j", "1", "--fresh"]
+    program = [
+        sys.executable,
+        "-c",
+        "from mbproj.commands.main import main; main()",
+        "sweep",
+        "spec.yaml",
+        "-j",
+        "1",
+        "--fresh",
+    ]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60.0
@@ -187,7 +196,7 @@ def test_an_interrupted_sweep_has_its_tables_and_says_how_to_go_on(tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
 def test_who_presses_ctrl_c_again_and_again_sees_no_traceback(tmp_path):
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n")
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "sweep", "spec.yaml", "-j", "2"]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", "sweep", "spec.yaml", "-j", "2"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
     store, deadline = tmp_path / "spec-sweep" / "store.sqlite-wal", time.monotonic() + 60.0

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.dynamics.assembly.assemblies import assemblies, conditions, freedom_left
-from mbproj.dynamics.equations.constraint_equations import constraint_at
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene_text
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.assemblies import assemblies, conditions, freedom_left
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.scene import read_scene_text
 from tests.dynamics.assemblies.linkages import (
     BASE,
     FOUR_BAR,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
 from tests.cli.commands import mbproj
 from tests.integrate.kinematic.scenes import FOUR_BAR
 

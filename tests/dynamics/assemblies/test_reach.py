@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.dynamics import assemble
-from mbproj.dynamics.assembly.assemblies import conditions, reach_of
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene_text
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.assemblies import conditions, reach_of
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.motions import drive_at
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import full
 from tests.dynamics.assemblies.linkages import FOUR_BAR
 

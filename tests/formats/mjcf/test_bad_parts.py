@@ -8,8 +8,9 @@ import sys
 import pytest
 
 import mbproj
-from mbproj.errors import InputError
-from mbproj.formats import ImportOptions, read_model
+from mbproj.base.errors import InputError
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
 from mbproj.formats.signals import read_signals
 
 mujoco = pytest.importorskip("mujoco")
@@ -115,7 +116,7 @@ def test_a_mujoco_that_cannot_be_loaded_is_no_fault_of_mbproj(what, tmp_path):
     (tmp_path / "mujoco").mkdir()
     (tmp_path / "mujoco" / "__init__.py").write_text(what, encoding="utf-8")
     (tmp_path / "model.xml").write_text(MODEL.format(""), encoding="utf-8")
-    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom mbproj.cli import main; main()"
+    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom mbproj.commands.main import main; main()"
     command = [sys.executable, "-c", program, "import", "model.xml"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert done.returncode == 2, done.stderr

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import mbproj
+from mbproj.base.thresholds import THRESHOLDS
 from mbproj.formats.mechanism import Quantity
-from mbproj.formats.mjcf import equalities, parts, read
-from mbproj.thresholds import THRESHOLDS
+from mbproj.formats.mjcf import equalities, read
+from mbproj.formats.mjcf import joints as parts
 from tests.cli.commands import mbproj as command
 from tests.support import ROOT
 
@@ -181,7 +182,7 @@ def _anchored_twice(frames):
 
 
 def _rotation(results, name):
-    from mbproj.scene import to_matrix
+    from mbproj.scene.fields.rotations import to_matrix
 
     return np.array(to_matrix(tuple(results.body(name).orientation[0])))
 

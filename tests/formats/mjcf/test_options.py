@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.formats import ImportOptions, read_model
+from mbproj.formats.mechanism import ImportOptions
 from mbproj.formats.mjcf import actuators, compiled, read, source
-from mbproj.formats.mjcf.flags import SWITCHES
+from mbproj.formats.mjcf.compiled import SWITCHES
+from mbproj.formats.read import read_model
 
 mujoco = pytest.importorskip("mujoco")
 

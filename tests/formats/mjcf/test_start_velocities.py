@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.formats import ImportOptions, read_model
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
 
 mujoco = pytest.importorskip("mujoco")
 

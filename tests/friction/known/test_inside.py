@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.registry import PROJECTIONS
+from mbproj.base.registry import PROJECTIONS
 from tests.crossed import FULL, cover, crossed
 from tests.friction.known import closed_forms as exact
 from tests.friction.known.mechanisms import incline, on_a_belt, rotor, screw

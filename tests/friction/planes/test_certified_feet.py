@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism, read_scene_text, settings_to_run, simulate_certified
-from mbproj.cli.report.trust import lines_on
+from mbproj.commands.report.summary import lines_on
 from tests.crossed import full
 from tests.friction.known.closed_forms import Belt
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.scene import SceneText, friction_units, to_matrix
-from mbproj.scene.fields.rotations import unit
-from mbproj.studies import RigidMotion, rescaled, with_speed
+from mbproj.scene.blocks.friction import friction_units
+from mbproj.scene.fields.rotations import to_matrix, unit
+from mbproj.scene.scene import SceneText
+from mbproj.studies.variants import RigidMotion, rescaled, with_speed
 from tests.scene.good_scene import errors
 from tests.stops.runs import Recorded
 

@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from mbproj.integrate import START
+from mbproj.motion.marks import START
 from tests.friction.planes.feet import CORNERS, IN_PLANE, box
 from tests.laws import FrictionBalance
 from tests.stops.runs import run, simulated

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dynamics.observe.recorded import Block, Observation
-from mbproj.integrate import simulate
-from mbproj.scene.records import Scene, Settings
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.base.arrays import Array
+from mbproj.base.settings import Settings
+from mbproj.equations.recorded import Block, Observation
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import Scene
+from mbproj.studies.measure.solve import Mechanism
 
 SAMPLES = 10
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mbproj import Mechanism
-from mbproj.integrate import simulate
-from mbproj.scene import Settings
+from mbproj.base.settings import Settings
+from mbproj.motion.simulate import simulate
 from scripts.beside.lagrange import CRANK, HALF, FourBar, Governor
 from scripts.beside.stiff_scenes import four_bar, governor
 from tests.integrate.implicit.stiff_run import run

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mbproj.integrate import simulate
-from mbproj.registry import implicit_integrators, integrators
+from mbproj.base.registry import implicit_integrators, integrators
+from mbproj.motion.simulate import simulate
 from tests.model.driven_pendulum import RATES, driven
 from tests.model.element_states import FORMULATIONS
 from tests.support import Recorder

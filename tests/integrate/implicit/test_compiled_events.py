@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
-from mbproj.registry import implicit_integrators
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import implicit_integrators
+from mbproj.scene.scene import read_scene_text
 from tests.integrate.time_scenes import rotor
 from tests.kernel.mechanism_runs import run
 from tests.kernel.scenes import needs_kernel

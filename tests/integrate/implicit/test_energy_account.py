@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
-from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
-from mbproj.scene import read_scene_text
+from mbproj.motion.steppers.tableau import load_implicit_tableau
+from mbproj.scene.scene import read_scene_text
 from tests.integrate.stiff_scenes import CREEP
 
 OMEGA, MASS, START, STEP, STEPS = 100.0, 2.0, 0.01, 0.05, 6

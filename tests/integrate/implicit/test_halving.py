@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.integrate.formulations.choice import choose
-from mbproj.registry import implicit_integrators
-from mbproj.runs import notes_on
-from mbproj.scene import Settings, read_scene, read_scene_text
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import implicit_integrators
+from mbproj.base.settings import Settings
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.record import notes_on
 from tests.integrate.time_scenes import rotor
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import ROOT, Recorder

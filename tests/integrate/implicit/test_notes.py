@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.integrate import simulate
-from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
-from mbproj.integrate.steppers.stability_region import amplification
-from mbproj.scene import Settings, read_scene_text
+from mbproj.base.settings import Settings
+from mbproj.motion.simulate import simulate
+from mbproj.motion.steppers.runge_kutta import amplification
+from mbproj.motion.steppers.tableau import load_implicit_tableau
+from mbproj.scene.scene import read_scene_text
 from tests.kernel.scenes import assembled
 from tests.support import Recorder
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
-from mbproj.registry import implicit_integrators, integrators
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import implicit_integrators, integrators
 from tests.model.element_states import FORMULATIONS, PENDULUM
 from tests.model.element_states import run as run_scene
 

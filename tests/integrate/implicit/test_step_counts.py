@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.registry import implicit_integrators
+from mbproj.base.registry import implicit_integrators
 from scripts.beside.stiff_scenes import ringing
 from tests.kernel.mechanism_runs import run
 from tests.kernel.scenes import needs_kernel

@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mbproj.integrate import simulate
-from mbproj.registry import integrators
-from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
+from mbproj.base.registry import integrators
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.integrate.state_scenes import bounce, contact_times, height_at
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import ROOT, Recorder

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
-from mbproj.integrate.steppers.stability_region import amplification
+from mbproj.motion.steppers.runge_kutta import amplification
+from mbproj.motion.steppers.tableau import load_implicit_tableau
 
 NAMES = ("esdirk4", "radau5")
 #: The trees up to order 5 as weights of the stages, with 1 / density (Hairer, Nørsett & Wanner 1993, table II.2.2).

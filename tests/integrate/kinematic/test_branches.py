@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
+from mbproj.base.errors import SimulationError
 from tests.integrate.kinematic.scenes import BY_THE_ROCKER, FORMULATIONS, PARALLELOGRAM, rocker_at_dead_centre, run
 
 #: A force with a state: what is integrated beside the motion does not shorten the steps at what is nearly singular.

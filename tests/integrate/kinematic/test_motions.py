@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism, check, simulate_certified
-from mbproj.errors import InputError
-from mbproj.integrate.formulations import choice
-from mbproj.scene import read_scene_text, settings_to_run
-from mbproj.studies.compare.comparison import compare
+from mbproj.base.errors import InputError
+from mbproj.motion.formulations import choice
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.compare import compare
 from tests.integrate.kinematic.scenes import (
     BY_THE_ROCKER,
     FORMULATIONS,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.steppers.tableau import ERROR_ORDER, ORDER, quadrature
+from mbproj.motion.steppers.tableau import ERROR_ORDER, ORDER, quadrature
 from tests.crossed import crossed
 from tests.integrate.kinematic.scenes import FORMULATIONS, FOUR_BAR, run
 from tests.model.element_states import DRIVEN, T1, with_states

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.integrate import Reduced
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.kernel import core
-from mbproj.model import compile_system, rotation_matrix
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.motion.formulations.reduced import Reduced
 from tests.kernel.mechanism_runs import mechanism
 from tests.kernel.scenes import Case, ladder, loops, needs_kernel, opened, rails, shaft, star, tree
 from tests.support import random_body, random_chain, random_joint, scene_of

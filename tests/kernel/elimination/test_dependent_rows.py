@@ -9,12 +9,16 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.arrays import Array
-from mbproj.dynamics import State, pose_of
-from mbproj.integrate import Compiled, InPlane, Reduced, settle_rows
+from mbproj.base.arrays import Array
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.kinematics import pose_of
 from mbproj.kernel import core
-from mbproj.model import Plane, planar_reduction
-from mbproj.scene import read_scene
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.reduced import InPlane, Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
+from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import assembled, loops, needs_kernel, parallelogram, star
 from tests.support import MECHANISMS, REDUNDANT
 

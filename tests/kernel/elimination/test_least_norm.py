@@ -7,10 +7,13 @@ import pytest
 
 import mbproj
 from mbproj import read_scene_text
-from mbproj.dynamics import assemble, coordinate_values, pose_of
-from mbproj.integrate import Reduced, count_redundant
+from mbproj.equations.assembly.assemble import assemble, coordinate_values
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.motion.formulations.redundant_rows import count_redundant
 from tests.kernel.scenes import needs_kernel, shared_four_bars
 
 pytestmark = needs_kernel

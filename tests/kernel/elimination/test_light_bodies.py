@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from mbproj import Scene, mobility
-from mbproj.dynamics import SOLVERS, gamma, generalised_force, jacobian, mass_matrix, pose_of, twist_of
-from mbproj.integrate import space_acceleration
+from mbproj.equations.constraints import gamma, jacobian
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.of_motion import SOLVERS, generalised_force, mass_matrix
+from mbproj.motion.formulations.reduced import space_acceleration
 from tests.kernel.scenes import Case, loops, needs_kernel, opened, star
 
 pytestmark = needs_kernel

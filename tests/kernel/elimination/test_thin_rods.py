@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.scene import read_scene_text
+from mbproj.scene.scene import read_scene_text
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
 

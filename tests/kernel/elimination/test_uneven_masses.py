@@ -8,8 +8,8 @@ from decimal import Decimal, localcontext
 import numpy as np
 import pytest
 
-from mbproj.arrays import Array
-from mbproj.dynamics import body_rates, pose_of, twist_of
+from mbproj.base.arrays import Array
+from mbproj.equations.kinematics import body_rates, pose_of, twist_of
 from tests.kernel.scenes import Case, loops, needs_kernel, opened
 
 pytestmark = needs_kernel

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.figures import kinds
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.show.figures import kinds
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import scene
 from tests.mechanisms.curves.touching import FLAT, WIRE

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene
-from mbproj.figures import draw_profile
-from mbproj.functions import Track, ellipse
-from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import sheet
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.functions.plane_curve import ellipse
+from mbproj.functions.space_curve import Track
+from mbproj.scene.blocks.curve_sheet import sheet
+from mbproj.show.figures.designs import draw_profile
 from tests.cli.commands import mbproj
 
 SCENE = str(mechanism("cam"))

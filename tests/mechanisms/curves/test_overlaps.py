@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj import SimulationError, compile_system, initial_guess, read_scene_text
-from mbproj.dynamics import overlapping, pose_of
+from mbproj.equations.curve_checks import overlapping
+from mbproj.equations.kinematics import pose_of
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import scene

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene_text
-from mbproj.analysis.observed import datasets
+from mbproj.results.analysis.expectations import datasets
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import SLOT, scene
 from tests.mechanisms.curves.touching import DISCS, FLAT, ROLLER, TOUCH, WIRE

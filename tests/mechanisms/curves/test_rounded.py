@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene_text
-from mbproj.scene import notes_on
-from mbproj.scene.blocks.oversights import grain
+from mbproj.scene.blocks.oversights import grain, notes_on
 from tests.mechanisms.curves.scenes import CAM, scene
 
 

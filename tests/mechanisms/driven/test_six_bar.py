@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.analysis import loads_of
-from mbproj.results import ResultsWriter, open_results
-from mbproj.scene import read_scene_text
+from mbproj.results.analysis.loads import loads_of
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
+from mbproj.scene.scene import read_scene_text
 from tests.mechanisms.driven.linkages import SAMPLES, block, crossing, derivatives, pin, place, run
 
 O2, O4 = 0.0 + 0.0j, 0.45 + 0.12j

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import quad
 
 from mbproj import InputError, read_scene_text
-from mbproj.functions import Curve
-from mbproj.joints import geneva
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.functions.standard import Curve
+from mbproj.joints.table import geneva
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.scene import Body, Settings
+from mbproj.base.settings import Settings
+from mbproj.scene.records import Body
 from tests.mechanisms.exact.free_body import racket_rates
 from tests.mechanisms.running import TIGHT, angular_momentum, assert_close, run, run_scene
 from tests.support import DATA, scene_of

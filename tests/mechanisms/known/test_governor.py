@@ -9,10 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from mbproj.linear import assembled_start, steady_turn
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.start import assembled_start
+from mbproj.linear.equilibrium.steady import steady_turn
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene
 from tests.mechanisms.running import assert_close
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene, settings_to_run, simulate
-from mbproj.dynamics import pose_of
+from mbproj.equations.kinematics import pose_of
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.support import DATA, ROOT, Recorder

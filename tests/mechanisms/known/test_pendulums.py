@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipj
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.registry import PROJECTIONS, explicit_integrators, integrators
+from mbproj.base.registry import PROJECTIONS, explicit_integrators, integrators
 from tests.mechanisms.exact.pendulum import physical_angle
 from tests.support import ROOT, Recorder
 

@@ -8,11 +8,15 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eig
 from scipy.optimize import fsolve
 
-from mbproj.dynamics import NO_CONDITIONS, NO_DRIVE, coordinate_values, pose_of
-from mbproj.linear import EquilibriumProblem, assembled_start
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import NO_DRIVE
+from mbproj.equations.rank.row_space import NO_CONDITIONS
+from mbproj.linear.equilibrium.balance import EquilibriumProblem
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
 from tests.mechanisms.expected import expected, scene
 from tests.mechanisms.running import assert_close
 

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism
-from mbproj.errors import SimulationError
+from mbproj.base.errors import SimulationError
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.studies import CHECKS, Case, Finding, with_stiffness
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.variants import with_stiffness
+from mbproj.studies.verify.case import Case, Finding
+from mbproj.studies.verify.checks import CHECKS
 from tests.dynamics.force_scenes import BUSHINGS, HEAD, PAIR
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.mechanisms.running import angular_momentum, run_scene

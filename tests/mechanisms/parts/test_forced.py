@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.registry import integrators
-from mbproj.scene import read_scene_text
+from mbproj.base.registry import integrators
+from mbproj.scene.scene import read_scene_text
 from tests.mechanisms.running import Run, assert_close, run_scene
 
 BLOCK = """\

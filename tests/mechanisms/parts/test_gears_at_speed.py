@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.errors import SimulationError
+from mbproj.base.errors import SimulationError
 from tests.crossed import once, where
 from tests.kernel.scenes import needs_kernel
 from tests.support import Recorder

@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene_text, settings_to_run, simulate
-from mbproj.dynamics import pose_of
+from mbproj.equations.kinematics import pose_of
 from tests.support import Recorder
 
 G = 9.81

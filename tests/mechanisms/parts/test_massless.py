@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from mbproj.errors import InputError
-from mbproj.registry import PROJECTIONS
+from mbproj.base.errors import InputError
+from mbproj.base.registry import PROJECTIONS
 from tests.crossed import full, once
 from tests.mechanisms.exact.slider_crank import piston
 from tests.mechanisms.one_degree import time_to_reach

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from tests.crossed import where
 from tests.mechanisms.exact.swing import swinging
 from tests.mechanisms.parts.flywheels import FLOATING, HEAD, PENDULUM

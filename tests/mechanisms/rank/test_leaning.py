@@ -9,8 +9,8 @@ import pytest
 
 import mbproj
 from mbproj import InputError
-from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import read_scene
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.scene.scene import read_scene
 from scripts.turned_mechanisms import disagreements, turned
 from tests.crossed import once, some
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipkinc
 
-from mbproj.errors import InputError
-from mbproj.registry import PROJECTIONS, integrators
+from mbproj.base.errors import InputError
+from mbproj.base.registry import PROJECTIONS, integrators
 from tests.crossed import some, where
 from tests.mechanisms.exact.swing import swinging
 from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run, run_text

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from mbproj import Scene, read_scene
-from mbproj.integrate import Reduced, settle_rows, simulate
+from mbproj.base.settings import Settings
 from mbproj.kernel import core
-from mbproj.scene import Settings, read_scene_text
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene_text
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import ROOT, Recorder
 

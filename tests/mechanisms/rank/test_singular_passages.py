@@ -13,10 +13,10 @@ import pytest
 from scipy.integrate import quad
 
 from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
-from mbproj.errors import InputError, SimulationError
-from mbproj.model import rotation_matrix
-from mbproj.registry import integrators
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.registry import integrators
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import once, some
 from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
 from tests.mechanisms.running import assert_close

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from mbproj import unique_components
-from mbproj.dynamics import redundancy
-from mbproj.scene import read_scene_text
+from mbproj.equations.rank.redundancy import redundancy
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import crossed
 from tests.dynamics.linkages import assembled
 from tests.mechanisms.running import Run, assert_close, run_text

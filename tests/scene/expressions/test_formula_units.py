@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.scene.read import SceneText, read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import SceneText, read_scene_text
 
 SCENE = """\
 mbproj: 1

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mbproj.scene import read_scene_text
-from mbproj.scene.appearance import COLOURS, Appearance, PlacedShape
+from mbproj.scene.records import COLOURS, Appearance, PlacedShape
+from mbproj.scene.scene import read_scene_text
 
 TEXT = """\
 mbproj: 1

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from mbproj.errors import MAX_NAMES, Place, choose_from, did_you_mean
-from mbproj.scene.fields.choices import NameReference
+from mbproj.base.errors import MAX_NAMES, Place, choose_from, did_you_mean
+from mbproj.scene.fields.fields import NameReference
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.text.nodes import from_value
 

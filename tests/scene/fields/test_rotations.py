@@ -8,17 +8,19 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mbproj.scene.fields.checks import inertia_of
-from mbproj.scene.fields.inertia import from_elements, from_principal, principal_moments
+from mbproj.scene.fields.quantities import inertia_of
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.rotations import (
     SEQUENCES,
     determinant,
     from_axis_angle,
+    from_elements,
     from_euler,
     from_matrix,
+    from_principal,
     multiply,
     orthonormality_error,
+    principal_moments,
     unit,
 )
 from mbproj.scene.records import Matrix, Quaternion

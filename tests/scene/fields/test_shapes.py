@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mbproj.scene.blocks.solids import SHAPES
 from mbproj.scene.records import Body
-from mbproj.scene.solids.shapes import SHAPES
 from tests.scene.good_scene import read_with
 
 PI = math.pi

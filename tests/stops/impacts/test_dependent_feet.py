@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.registry import IMPACT_LAWS
+from mbproj.base.registry import IMPACT_LAWS
 from tests.laws import strike
 
 

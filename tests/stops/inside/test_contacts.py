@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run
-from mbproj.integrate import choose
+from mbproj.motion.formulations.choice import choose
 from tests.crossed import FULL, cover, crossed, some
 from tests.kernel.scenes import needs_kernel
 from tests.stops.inside.scenes import (

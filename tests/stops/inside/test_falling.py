@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.scene import read_scene_text
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene

@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from mbproj.arrays import cross, numbers
-from mbproj.cases import per_case
-from mbproj.model import matrix_L, rotation_matrix
-from mbproj.model.euler_parameters import product
-from mbproj.studies.cases.array import CaseArray, CaseObjects, CasesDiffer, KernelOfCases, OneCaseOnly, case_of, stacked
+from mbproj.base.arrays import cross, numbers
+from mbproj.base.cases import per_case
+from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
+from mbproj.studies.case_arrays import CaseArray, CaseObjects, CasesDiffer, KernelOfCases, OneCaseOnly, case_of, stacked
 
 WIDTH = 5
 RNG = np.random.default_rng(3)

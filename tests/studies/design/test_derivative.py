@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj.kernel import core
-from mbproj.studies.design.slopes.derivative import Counted
-from mbproj.studies.design.slopes.neighbours import Followed
+from mbproj.studies.design.neighbours import Followed
+from mbproj.studies.design.slopes import Counted
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.trial import Wish
 from tests.studies.design.scenes import SPRING

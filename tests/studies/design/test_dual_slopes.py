@@ -7,7 +7,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import mbproj
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.mechanisms_folder import mechanism
 from tests.kernel.scenes import needs_kernel
 from tests.studies.design.scenes import SPRING
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.scene import read_scene
-from mbproj.studies.design.design_folder import DesignFolder, best_scene
+from mbproj.scene.scene import read_scene
+from mbproj.studies.design.folder import DesignFolder, best_scene
 from mbproj.studies.design.run import engine_of
 from mbproj.studies.design.spec import read_spec
 from tests.studies.design.scenes import BALL, FOUR_BAR, SPRING, found, table, written

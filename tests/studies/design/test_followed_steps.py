@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from mbproj import settings_to_run
-from mbproj.errors import SimulationError
-from mbproj.integrate import FollowedSteps, simulate
+from mbproj.base.errors import SimulationError
 from mbproj.kernel import core
-from mbproj.scene import SceneText
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.motion.kernel_run import FollowedSteps
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import SceneText
+from mbproj.studies.measure.solve import Mechanism
 
 pytestmark = pytest.mark.skipif(core() is None, reason="no compiled kernel")
 

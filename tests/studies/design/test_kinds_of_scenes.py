@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.mechanisms_folder import mechanism
 from tests.crossed import where
 from tests.studies.design.scenes import found, table, written
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.studies.design import searches
+from mbproj.studies.design import run as searches
 from mbproj.studies.design.run import undominated
 from tests.studies.design.scenes import BALL, FOUR_BAR, found, table, written
 

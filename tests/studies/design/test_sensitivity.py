@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.figures import draw_sensitivities
-from mbproj.studies.design.slopes.differences import DifferenceWork, differences
+from mbproj.show.figures.designs import draw_sensitivities
+from mbproj.studies.design.slopes import DifferenceWork, differences
 from tests.cli.commands import mbproj as command
 from tests.studies.design.scenes import BALL
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.mechanisms_folder import mechanism
-from mbproj.studies.design.slopes.differences import DifferenceWork, differences
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.studies.design.slopes import DifferenceWork, differences
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 

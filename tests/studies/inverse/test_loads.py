@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, compile_system, loads, run
-from mbproj.scene import read_scene_text
-from mbproj.studies.inverse.given_motion import GivenMotion
-from mbproj.studies.inverse.spline import smoothed
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.inverse.given_motion import GivenMotion, smoothed
 from tests.studies.inverse import excavator
 
 CYLINDERS = tuple(f"{name}_cylinder" for name in excavator.NAMES)

@@ -8,16 +8,13 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from mbproj.integrate import simulate
-from mbproj.integrate.formulations.choice import Choice
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.studies.measure.accuracy import attempt
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.motion.formulations.choice import Choice
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, attempt, time_settings
 from mbproj.studies.measure.reference import _checked, _Fine, error, reference
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import sample_times, solve
-from mbproj.studies.measure.timing import time_settings
+from mbproj.studies.measure.solve import Mechanism, sample_times, solve
 from mbproj.studies.store import ValueCache
 from tests.support import ROOT, Recorder
 
@@ -61,7 +58,7 @@ def test_solutions_that_agree_are_uncertain_by_what_the_last_halving_moved(pendu
 def test_a_reference_is_computed_once(pendulum, monkeypatch):
     times = sample_times(1.0, 10)
     first = reference(pendulum, times)
-    monkeypatch.setattr("mbproj.studies.measure.reference.solve", None)
+    monkeypatch.setattr("mbproj.studies.measure.solve.solve", None)
     again = reference(pendulum, times)
     assert np.array_equal(first.position, again.position)
     assert (first.method, first.check) == (again.method, again.check)

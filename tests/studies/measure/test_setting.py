@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbproj.errors import InputError
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.studies.measure.setting import Setting, shortest
 from tests.support import ROOT
 

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbproj.errors import InputError
-from mbproj.scene import read_scene
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import read_scene
+from mbproj.studies.measure.reference import common_times, divisors, sampled, stride_for
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.spans import common_times, divisors, sampled, stride_for
-from mbproj.studies.tradeoff.ladders import MOST, Ladder, step_numbers
+from mbproj.studies.tradeoff import MOST, Ladder, step_numbers
 from tests.cli.commands import FIVE_BAR
 
 

@@ -5,16 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.scene import read_scene_text
-from mbproj.studies.compare.comparison import compare
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.compare import compare
 from mbproj.studies.measure import reference as references
-from mbproj.studies.measure.mechanism import Mechanism
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.recommend.recommendation import recommend
-from mbproj.studies.recommend.search import families
+from mbproj.studies.measure.solve import Mechanism
+from mbproj.studies.recommend import families, recommend
 from mbproj.studies.stability import stability
-from mbproj.studies.variants.livelier import with_damping
+from mbproj.studies.variants import with_damping
 from mbproj.studies.verify.checks import verify
 from tests.integrate.stiff_scenes import CREEP
 from tests.studies.scenes import OSCILLATOR, PENDULUM

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import count, islice
 
-from mbproj.studies.parallel.bundles import LARGEST, in_bundles
+from mbproj.studies.parallel.hand_out import LARGEST, in_bundles
 from tests.studies.tasks import fragile
 
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbproj.studies.store.value_cache import decoded, encoded
+from mbproj.studies.store import decoded, encoded
 from tests.studies.parallel.drawn import Drawn
 
 

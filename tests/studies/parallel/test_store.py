@@ -15,10 +15,11 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.errors import MbprojWarning, warn_once
+from mbproj.base.errors import MbprojWarning, warn_once
+from mbproj.studies import store as database
+from mbproj.studies import store as value_cache
 from mbproj.studies.parallel.hand_out import in_parallel
-from mbproj.studies.store import ValueCache, cached, database, value_cache
-from mbproj.studies.store.value_cache import decoded
+from mbproj.studies.store import ValueCache, cached, decoded
 from tests.studies.parallel.drawn import Drawn
 from tests.studies.tasks import keep
 from tests.support import ROOT

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from mbproj.errors import MbprojWarning
+from mbproj.base.errors import MbprojWarning
 from mbproj.studies.parallel import hand_out, workers
 from mbproj.studies.parallel.hand_out import in_parallel
 from tests.studies.tasks import die, environment, module_file, place

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from mbproj.studies.sweep.spec import read_spec
 from tests.studies.sweep.specs import MEASURE, complaints, write
 

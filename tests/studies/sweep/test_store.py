@@ -10,10 +10,9 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError, MbprojWarning
-from mbproj.studies.sweep.database import open_whole
+from mbproj.base.errors import InputError, MbprojWarning
 from mbproj.studies.sweep.folder import Store
-from mbproj.studies.sweep.row import CaseRow, Status
+from mbproj.studies.sweep.store import CaseRow, Status, open_whole
 from tests.crossed import some
 from tests.studies.sweep.specs import swept, write
 

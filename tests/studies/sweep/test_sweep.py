@@ -6,12 +6,12 @@ import sqlite3
 
 import pytest
 
-from mbproj.analysis import measured
-from mbproj.errors import InputError
-from mbproj.results import open_results
-from mbproj.studies.sweep.row import Status
+from mbproj.base.errors import InputError
+from mbproj.results.analysis.expectations import measured
+from mbproj.results.reader import open_results
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
+from mbproj.studies.sweep.store import Status
 from tests.cli.commands import mbproj
 from tests.crossed import once
 from tests.studies.sweep.specs import MEASURE, swept, write

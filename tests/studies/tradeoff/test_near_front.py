@@ -7,8 +7,7 @@ import pytest
 
 from mbproj.studies.measure.measurement import Measurement
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.tradeoff.fronts import projections_at_one_size
-from mbproj.studies.tradeoff.ladders import Ladder, promising
+from mbproj.studies.tradeoff import Ladder, projections_at_one_size, promising
 
 
 def trial(projection: str, step: float, evaluations: int) -> Measurement:

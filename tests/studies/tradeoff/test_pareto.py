@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbproj.studies.tradeoff.fronts import cheapest, excess, front
+from mbproj.studies.tradeoff import cheapest, excess, front
 
 VALUES = st.sampled_from([0.0, 1.0, 2.0, 3.0, 4.0, float("inf")]) | st.floats(min_value=1e-12, max_value=1e12)
 CLOUDS = st.lists(st.tuples(VALUES, VALUES), max_size=30)

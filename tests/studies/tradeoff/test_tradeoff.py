@@ -9,14 +9,12 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.scene import read_scene
-from mbproj.studies.measure.certain import certain_reference
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.base.errors import InputError
+from mbproj.scene.scene import read_scene
+from mbproj.studies.measure.reference import certain_reference
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.tradeoff.fronts import by_integrator, by_projection, studied
-from mbproj.studies.tradeoff.ladders import tradeoff
-from mbproj.studies.tradeoff.result import write_hdf5
+from mbproj.studies.measure.solve import Mechanism
+from mbproj.studies.tradeoff import by_integrator, by_projection, studied, tradeoff, write_hdf5
 from tests.support import ROOT
 
 PENDULUM = ROOT / "mechanisms" / "physical_pendulum.yaml"
@@ -104,7 +102,7 @@ def test_a_motion_that_cannot_be_predicted_is_cut_short(scene, monkeypatch):
     mechanism, own = Mechanism.of(scene), Setting.of(scene.settings)
     whole, notes = certain_reference(mechanism, 5.0, own, ("rk4",))
     assert (whole.times[-1], len(notes)) == (5.0, 1)
-    monkeypatch.setattr("mbproj.studies.measure.certain.CERTAIN", whole.uncertainty[500, 0] / mechanism.system.length)
+    monkeypatch.setattr("mbproj.studies.measure.reference.CERTAIN", whole.uncertainty[500, 0] / mechanism.system.length)
     cut, notes = certain_reference(mechanism, 5.0, own, ("rk4",))
     assert cut.times[-1] == whole.certain_until(whole.uncertainty[500, 0]) < 5.0
     assert "the study ends at" in notes[1]
