@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import Any
 
 from kernel_bench.case import FAMILIES, Case, family_case, paper_case
-from kernel_bench.goals import verdicts
 from kernel_bench.measure import measure, memory
 
 from mbproj.kernel import build_info, core
@@ -25,8 +24,8 @@ from mbproj.motion.formulations.compiled import PHASES
 
 #: The paper's mechanisms and the formulations that fit them.
 PAPER = {"five_bar": ("reduced", "planar"), "spatial_slider_crank": ("reduced",)}
-#: Links of the chains whose memory is measured.
-MEMORY_LINKS, QUICK_MEMORY_LINKS = 10_000, 1000
+#: Links of the chain whose memory is measured.
+MEMORY_LINKS = 10_000
 ROW = dict[str, Any]
 
 
@@ -47,15 +46,6 @@ def family_cases(name: str, formulations: list[str], quick: bool) -> Iterator[tu
         for size in family.quick if quick else family.sizes:
             print(f"{name} of {size} {family.what}, {formulation} ...", file=sys.stderr, flush=True)
             yield size, family_case(family, size, formulation == "planar")
-
-
-def memory_rows(formulations: list[str], links: int) -> list[ROW]:
-    """Bytes a body of a chain in each formulation."""
-    rows = []
-    for formulation in formulations:
-        case = family_case(FAMILIES["chain"], links, formulation == "planar")
-        rows.append({"formulation": formulation, "bodies": case.bodies} | memory(case))
-    return rows
 
 
 def print_rows(title: str, what: str, rows: list[ROW]) -> None:
@@ -94,15 +84,6 @@ def print_rows(title: str, what: str, rows: list[ROW]) -> None:
         print(f"| {' | '.join(cells)} |", flush=True)
 
 
-def print_memory(rows: list[ROW]) -> None:
-    """The table as Markdown."""
-    print("\nMemory of a run\n\n| bodies | formulation | resident, bytes a body | allocated, bytes a body |")
-    print("|---|---|---|---|")
-    for row in rows:
-        allocated = "-" if row["allocated"] is None else f"{row['allocated']:.0f}"
-        print(f"| {row['bodies']} | {row['formulation']} | {row['resident']:.0f} | {allocated} |")
-
-
 def main() -> None:
     """Measures what is asked for, prints the tables, writes the JSON."""
     names = [*PAPER, *FAMILIES, "memory"]
@@ -126,11 +107,9 @@ def main() -> None:
         tables[name] = [{"size": size} | measure(case, repeat) for size, case in cases]
         print_rows(FAMILIES[name].title, FAMILIES[name].what, tables[name])
     if "memory" in asked.only:
-        tables["memory"] = memory_rows(formulations, QUICK_MEMORY_LINKS if asked.quick else MEMORY_LINKS)
-        print_memory(tables["memory"])
-    print("\n| goal | measured | met |\n|---|---|---|")
-    for goal, value, met in verdicts(tables):
-        print(f"| {goal} | {value} | {'yes' if met else 'no'} |")
+        for formulation in formulations:
+            case = family_case(FAMILIES["chain"], MEMORY_LINKS, formulation == "planar")
+            print(f"\na run of a chain of {MEMORY_LINKS} links, {formulation}: {memory(case):.0f} bytes a body")
     if asked.json:
         asked.json.write_text(json.dumps({"build": build} | tables, indent=1), encoding="utf-8")
 

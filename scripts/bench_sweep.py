@@ -25,6 +25,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+import mbproj
 from mbproj.studies.case_blocks import FEWEST
 from mbproj.studies.parallel.hand_out import processors
 from mbproj.studies.sweep.folder import Folder
@@ -137,11 +138,13 @@ def study(cases: int) -> None:
     """Each program at its cheapest setting that is right at the probes, in turn."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
+        texts = [mjcf(length) for length in PROBES]
         exact = [ours(folder, [length], FINEST)(0) for length in PROBES]
         ours_at = cheapest(TOLERANCES, lambda setting: [ours(folder, [x], setting)(0) for x in PROBES], exact)
-        theirs_at = cheapest(STEPS, lambda setting: [theirs(x, setting) for x in PROBES], exact)
+        theirs_at = cheapest(STEPS, lambda setting: [theirs(text, setting) for text in texts], exact)
         print(f"mbproj: dop853, tolerance {ours_at:.1e}; MuJoCo: RK4, {theirs_at} steps of {5 / theirs_at:.2e} s")
         lengths = np.linspace(PROBES[0], PROBES[-1], cases).tolist()
+        models = [mjcf(length) for length in lengths]
         run = ours(folder, lengths, ours_at)
         run(0)
         spent = np.zeros(2)
@@ -150,7 +153,7 @@ def study(cases: int) -> None:
             begun = process_time()
             heights = [run(number) for number in block.tolist()]
             middle = process_time()
-            others = [theirs(length, theirs_at) for length in lengths[block[0] : block[-1] + 1]]
+            others = [theirs(text, theirs_at) for text in models[block[0] : block[-1] + 1]]
             spent += middle - begun, process_time() - middle
             apart = max(apart, float(np.abs(np.subtract(heights, others)).max()))
     print(f"mbproj {1e3 * spent[0] / cases:.2f} ms a case, MuJoCo {1e3 * spent[1] / cases:.2f} ms; {load()}")
@@ -213,17 +216,21 @@ def ours(folder: Path, lengths: Sequence[float], tolerance: float) -> Callable[[
     return cases_of(path)
 
 
-def theirs(length: float, steps: int) -> float:
-    """The tip's height after 5 s, of a model built for the length."""
+def theirs(text: str, steps: int) -> float:
+    """The tip's height after 5 s, of a model built from its text."""
     import mujoco
-    from peers.mujoco_rk4 import chain_model
+    from beside.by_mujoco import model_of
 
-    model = chain_model(5, length)
-    model.opt.timestep = 5.0 / steps
+    model = model_of(text, "RK4", 5.0 / steps)
     data = mujoco.MjData(model)
     mujoco.mj_step(model, data, nstep=steps)
     mujoco.mj_kinematics(model, data)
-    return float(data.site("marker").xpos[2])
+    return float(data.site("tip").xpos[2])
+
+
+def mjcf(length: float) -> str:
+    """MuJoCo's model of a length."""
+    return mbproj.export_model(ROOT / "mechanisms" / "five_bar.yaml", parameters={"length": length}).text
 
 
 def cheapest(settings: Sequence[Setting], heights: Callable[[Setting], list[float]], exact: list[float]) -> Setting:

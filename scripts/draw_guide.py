@@ -81,7 +81,7 @@ FIGURES: Mapping[str, tuple[tuple[str, ...], str]] = MappingProxyType(
     }
 )
 #: Figures that no command draws: `python scripts/growth.py --figure mbproj/guide/figures/growth.png` in ten minutes,
-#: and `python scripts/long_energy.py` in a quarter of an hour.
+#: and `python -m scripts.beside long-crank-rocker-10000 .. --figure FILE` of all long motions in a quarter of an hour.
 MEASURED = frozenset({"growth", "long_energy"})
 COLOURS = 64
 

@@ -35,7 +35,7 @@ SIZES = {
 COMMANDS: dict[str, Callable[[str, str], list[str]]] = {
     "check": lambda scene, results: ["check", scene],
     "run": lambda scene, results: ["run", scene, "-o", results],
-    "plot": lambda scene, results: ["plot", results, "-o", f"{results}.png"],
+    "plot": lambda scene, results: ["plot", results, "-o", f"{results}-pictures"],
     "animate": lambda scene, results: ["animate", results, "-o", f"{results}.html"],
     "modes": lambda scene, results: ["modes", scene],
 }
@@ -88,7 +88,7 @@ def _family(family: str, sizes: tuple[int, ...], folder: str, idle: float) -> It
 def _measured(arguments: list[str], folder: str) -> tuple[float, float]:
     """Processor time in s and largest memory in MB of a command; not a number where it fails."""
     process = subprocess.Popen(
-        [str(Path(sys.executable).with_name("mbproj")), *arguments],
+        [sys.executable, "-m", "mbproj", *arguments],
         cwd=folder,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -107,7 +107,8 @@ def _quietly(folder: str) -> dict[str, Any]:
 def _environment() -> dict[str, str]:
     """One thread, so that processor time is that of the work; and the scripts of this folder."""
     one = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1")
-    return {**os.environ, **one, "PYTHONPATH": str(Path(__file__).parent)}
+    here = Path(__file__).parent
+    return {**os.environ, **one, "PYTHONPATH": f"{here}{os.pathsep}{here.parent}"}
 
 
 def _table(family: str, rows: list[Row]) -> str:

@@ -10,8 +10,7 @@ from __future__ import annotations
 import argparse
 from time import perf_counter
 
-from validation.case import Case
-from validation.cases import CASES
+from validation.case import CASES, Case
 from validation.compare import Deviation, deviations, regular_text, run_case
 from validation.quantities import UNITS, Column
 

@@ -7,7 +7,7 @@
 
 `fixed` fits a line to the times of DOP853 at a tolerance of 1e-7 over 1 to 5 s, all with as many samples: with 1001, as
 by default, and with 2. `start` has compiled bytecode in a folder of its own. `peer` takes the settings that
-`bench_peers.py` chooses, and counts the whole call, not only its integration.
+`python -m scripts.beside` chooses, and counts the whole call, not only its integration.
 """
 
 from __future__ import annotations
@@ -131,18 +131,18 @@ def seconds(arguments: list[str], bytecode: str) -> float:
 
 def peer(times: int) -> None:
     """The whole call beside programs derived by hand."""
-    from bench_peers import installed
-    from peers.problem import MECHANISMS
-    from peers.sweep import sweep
+    from beside.measure import installed, sweep
+    from beside.problems import problem_of
 
-    programs = {each.name: each for each in installed(["mbproj_run", "hand_derived"], "auto")}
-    pairs = ("mbproj, auto, DOP853", "hand-derived, DOP853")
-    for mechanism in MECHANISMS.values():
-        tried = [sweep(programs[name], mechanism, (ERROR,)) for name in pairs]
-        chosen = [next(each for each in trials if each.error <= ERROR) for trials in tried]
-        own, bound = least(times, *(each.setting.integrate for each in chosen))
-        labels = [each.setting.label for each in chosen]
-        print(f"{mechanism.name}, {mechanism.duration} s: {own:.2f} ms at {labels[0]}, by hand {bound:.2f} ms ", end="")
+    for name in ("five-bar", "slider-crank"):
+        problem, chosen = problem_of(name), []
+        for program in installed(problem, ["mbproj", "hand"]):
+            if program.name.endswith("DOP853"):
+                trials = sweep(problem, program, (ERROR,), np.inf)
+                chosen.append(next(trial for trial in trials if trial.error <= ERROR))
+        own, bound = least(times, *(trial.run for trial in chosen))
+        labels = [trial.setting.label for trial in chosen]
+        print(f"{name}, {problem.end} s: {own:.2f} ms at {labels[0]}, by hand {bound:.2f} ms ", end="")
         print(f"at {labels[1]}: {own / bound:.1f} times")
 
 

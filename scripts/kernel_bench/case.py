@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from peers.problem import MECHANISMS
-
 from kernel_bench import scenes
 from kernel_bench.frequency import highest_frequency
 from mbproj import State, System, assemble, compile_system, initial_guess, read_scene
+from mbproj.base.mechanisms_folder import mechanism
 from mbproj.base.settings import Settings
 from mbproj.kernel import core
 from mbproj.model.planar.reduction import NotPlanar, planar_reduction
@@ -65,7 +64,7 @@ class Case:
 
 def paper_case(name: str, planar: bool) -> Case:
     """One of the paper's mechanisms as its scene says."""
-    scene = read_scene(MECHANISMS[name].scene)
+    scene = read_scene(mechanism(name))
     system = compile_system(scene)
     state = assemble(system, initial_guess(scene, system))
     settings = replace(scene.settings, output_step=scene.settings.duration)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from peers.problem import Array
 
 from mbproj import State
+from mbproj.base.arrays import Array
 from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.formulations.reduced import InPlane
 

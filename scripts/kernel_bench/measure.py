@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from resource import getpagesize
 from statistics import median
@@ -52,17 +50,6 @@ def measure(case: Case, repeat: int) -> dict[str, Any]:
     }
 
 
-def memory(case: Case) -> dict[str, Any]:
-    """Bytes a body that a run holds when it has begun: its growth of the resident memory, and where the C library tells
-    it, what is allocated."""
-    run = case.compiled.run(case.start, case.settings)  # what is loaded and built once is there before
-    del run
-    with _growth() as grown:
-        run = case.compiled.run(case.start, case.settings)
-        run.advance(1, FOREVER)
-    return {key: None if size is None else size / case.bodies for key, size in grown.items()}
-
-
 def _run(case: Case) -> tuple[float, Any]:
     """Processor seconds of a run after its start, and the run. Its samples are the start and the end."""
     run = case.compiled.run(case.start, case.settings)
@@ -76,58 +63,20 @@ def _run(case: Case) -> tuple[float, Any]:
     return spent, run
 
 
-@contextmanager
-def _growth() -> Iterator[dict[str, int | None]]:
-    """How much the resident and the allocated memory, in bytes, have grown when the block ends."""
-    grown: dict[str, int | None] = {}
-    gc.collect()
-    _trim()
-    resident, allocated = _resident(), _allocated()
-    yield grown
-    _trim()
-    now = _allocated()
-    grown["resident"] = _resident() - resident
-    grown["allocated"] = None if now is None or allocated is None else now - allocated
+def memory(case: Case) -> float:
+    """Bytes a body by which the resident memory grows when a run has begun. What is free goes back to the system before
+    and after, so that what is new does not hide in it."""
+    run = case.compiled.run(case.start, case.settings)  # what is loaded and built once is there before
+    del run
+    before = _resident()
+    run = case.compiled.run(case.start, case.settings)
+    run.advance(1, FOREVER)
+    grown = _resident() - before
+    del run
+    return grown / case.bodies
 
 
 def _resident() -> int:
+    gc.collect()
+    ctypes.CDLL(None).malloc_trim(0)
     return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * getpagesize()
-
-
-class _Mallinfo(ctypes.Structure):
-    """struct mallinfo2 of the GNU C library, from 2.33 on."""
-
-    _fields_ = tuple(
-        (name, ctypes.c_size_t)
-        for name in (
-            "arena",
-            "ordblks",
-            "smblks",
-            "hblks",
-            "hblkhd",
-            "usmblks",
-            "fsmblks",
-            "uordblks",
-            "fordblks",
-            "keepcost",
-        )
-    )
-
-
-def _allocated() -> int | None:
-    """What malloc has handed out, in its heap and in mappings of their own; None where the C library does not tell."""
-    try:
-        mallinfo2 = ctypes.CDLL(None).mallinfo2
-    except AttributeError:
-        return None
-    mallinfo2.restype = _Mallinfo
-    found = mallinfo2()
-    return int(found.uordblks) + int(found.hblkhd)
-
-
-def _trim() -> None:
-    """Gives free memory back to the system, so that what follows does not hide in it."""
-    try:
-        ctypes.CDLL(None).malloc_trim(0)
-    except AttributeError:
-        return

@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from peers.problem import ACROSS, ALONG, GRAVITY, LENGTH, MASS, Array
 
+from mbproj.base.arrays import Array
 from mbproj.base.settings import Settings
 from mbproj.scene.records import GROUND, Body, Joint, Matrix, Pair, Vector
 from mbproj.scene.scene import Scene
 
+#: A bar: m, kg, kg m² along and across; m/s².
+LENGTH, MASS, ALONG, ACROSS, GRAVITY = 1.0, 1.0, 0.01 / 6, 1.01 / 12, 9.8
 #: Standard deviation of the kick, rad/s for each bar; its generator's seed.
 KICK, SEED = 1.0, 5
 ACROSS_X, ACROSS_Y, DOWN = np.array([1.0, 0, 0]), np.array([0, 1.0, 0]), np.array([0, 0, -LENGTH])

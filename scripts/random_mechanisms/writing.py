@@ -15,7 +15,8 @@ from .solvable import is_solvable
 HEAD = """mbproj: 1
 title: {title}
 gravity: {gravity}
-simulation: {{duration: {duration}, step: {step}, output_step: {step}, integrator: rk4}}
+simulation: {{duration: {duration}, step: {step}, output_step: {step}, integrator: rk4,
+  kinematic: false}}
 """
 #: The step and the duration of the runs, s: a tenth of a radian at most of what forces and motions set swinging.
 STEP, STEPS = 1e-3, 4

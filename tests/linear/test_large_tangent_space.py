@@ -138,7 +138,7 @@ def test_a_long_chain_that_swings_has_the_modes_of_that_instant():
 
 
 def test_what_is_too_free_is_refused_with_the_limit(monkeypatch):
-    monkeypatch.setattr("mbproj.linear.bordered.THRESHOLDS", replace(THRESHOLDS, most_dense=100))
+    monkeypatch.setattr("mbproj.base.thresholds.THRESHOLDS", replace(THRESHOLDS, most_dense=100))
     scene = read_scene_text(chain(160))
     system = compile_system(scene)
     reference = reference_at(system, assembled_start(scene, system), "start")

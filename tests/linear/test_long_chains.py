@@ -103,7 +103,7 @@ def test_upright_a_long_chain_rests_too_but_is_not_stable():
 
 
 def test_from_other_starts_an_upright_chain_finds_where_it_hangs_by_sparse_matrices(monkeypatch):
-    monkeypatch.setattr("mbproj.linear.equilibrium.find.THRESHOLDS", replace(THRESHOLDS, large=8))
+    monkeypatch.setattr("mbproj.base.thresholds.THRESHOLDS", replace(THRESHOLDS, large=8))
     found = at_rest(chain(10).replace("gravity: [0, 0, -9.81]", "gravity: [0, 0, 9.81]"))
     assert not found.stable
     (hangs,) = other_equilibria(found.reference.system, found, 1)

@@ -105,6 +105,20 @@ def test_mmopm_does_not_depend_on_alpha(alpha, singular):
     np.testing.assert_allclose(change, expected, atol=1e-10 * max(alpha, 1.0) ** 0.5 * np.abs(expected).max())
 
 
+def test_inverse_matrices_lose_digits_with_alpha_and_solves_do_not(singular):
+    """Eq. 61 as it is printed, with inverses: what is left of the violation grows with α. With solves it does not."""
+    M, C_q, violation = singular
+    left = []
+    for alpha in (1e2, 1e10):
+        inverse = np.linalg.inv(M + alpha * C_q.T @ C_q)
+        printed = -inverse @ C_q.T @ np.linalg.inv(C_q @ inverse @ C_q.T) @ violation
+        solved = method("mmopm", alpha=alpha).correction(*singular)
+        left.append([np.abs(C_q @ change + violation).max() for change in (printed, solved)])
+    (few, solved_few), (many, solved_many) = left
+    assert many > 1e4 * few
+    assert max(solved_few, solved_many) < 1e-10
+
+
 def test_mass_orthogonal_leaves_a_part_of_order_one_over_alpha(definite):
     """Eq. 52: halving 1/α halves what is left, and what is corrected tends to the physical correction."""
     M, C_q, violation = definite

@@ -172,7 +172,7 @@ def read_everything(path) -> None:
         _ = (results.gravity, results.status, results.attributes, results.marker("tip"))
 
 
-#: Damages of each kind of file; many more are those of `scripts/results_campaign.py`.
+#: Damages of each kind of file; many more are those of `scripts/fuzz_campaign.py --only results`.
 TRIALS = 24
 
 

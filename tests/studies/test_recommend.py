@@ -1,7 +1,4 @@
-"""Recommendations hold against references that the recommender did not see, and nothing is much cheaper.
-
-The whole claim (ten mechanisms, three errors, the clock) is measured by scripts/recommendations.py.
-"""
+"""Recommendations hold against references that the recommender did not see, and nothing is much cheaper."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ def test_a_file_that_cannot_be_written_is_reported_at_the_option(tmp_path, monke
     def refuse(descriptor: int, size: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("mbproj.results.writer.reserve", refuse)
+    monkeypatch.setattr("mbproj.results.crash_safety.reserve", refuse)
     (tmp_path / "s.yaml").write_text(ONE_BAR)
     with pytest.raises(InputError) as raised:
         command.main([str(tmp_path / "s.yaml"), "-o", "out.h5"], standalone_mode=False)

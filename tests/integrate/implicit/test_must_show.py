@@ -7,8 +7,8 @@ from math import asin, cos, sqrt
 import numpy as np
 import pytest
 
-from scripts.stiff.cases import CASES, belt, chain, governor
-from scripts.stiff.measure import run
+from scripts.beside.stiff_scenes import CASES, belt, chain, governor
+from tests.integrate.implicit.stiff_run import run
 
 IMPLICIT = ("esdirk4", "radau5")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj.base.registry import implicit_integrators
-from scripts.stiff.cases import ringing
+from scripts.beside.stiff_scenes import ringing
 from tests.kernel.mechanism_runs import run
 from tests.kernel.scenes import needs_kernel
 

@@ -69,7 +69,7 @@ def test_designs_that_are_tried_by_arrays_have_the_bits_that_they_have_alone(cas
         grouped.extend(rows)
         return rows
 
-    monkeypatch.setattr("mbproj.studies.design.trial.by_arrays", counted)
+    monkeypatch.setattr("mbproj.studies.case_blocks.by_arrays", counted)
     together, alone = tried_by_arrays(wish, designs), [tried(wish, u) for u in designs]
     for one, other in zip(together, alone, strict=True):
         for name in ("residuals", "goals", "limits", "open"):

@@ -58,7 +58,7 @@ def test_solutions_that_agree_are_uncertain_by_what_the_last_halving_moved(pendu
 def test_a_reference_is_computed_once(pendulum, monkeypatch):
     times = sample_times(1.0, 10)
     first = reference(pendulum, times)
-    monkeypatch.setattr("mbproj.studies.measure.reference.solve", None)
+    monkeypatch.setattr("mbproj.studies.measure.solve.solve", None)
     again = reference(pendulum, times)
     assert np.array_equal(first.position, again.position)
     assert (first.method, first.check) == (again.method, again.check)

@@ -1,1 +1,0 @@
-"""Mechanisms whose numbers `scripts/find_designs.py` finds."""

@@ -1,1 +1,0 @@
-"""What scripts/long_energy.py runs: mechanisms, their exact motions, and symplectic methods beside mbproj's."""
