@@ -40,8 +40,8 @@ READERS: dict[tuple[str, ...], int] = {
 #: Waits after some samples, so that it can be killed.
 KILLED = """
 import sys, time
-from mbproj.cli import main
-from mbproj.results import ResultsWriter
+from mbproj.commands.main import main
+from mbproj.results.writer import ResultsWriter
 write = ResultsWriter._flush
 def wait(self):
     write(self)
