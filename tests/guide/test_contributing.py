@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -142,3 +143,26 @@ def test_the_page_shows_the_time_step():
     source = (ROOT / "mbproj/kernel/src/step/step.cpp").read_text(encoding="utf-8")
     places = [source.index(statement) for statement in statements]
     assert len(places) == 7 and places == sorted(places)
+
+
+#: What stands in the first place that each row of "Where to look" names.
+STANDS = {
+    "Where is the time step?": "void step(Run& run) {",
+    "Where is the paper's loop?": "def march(",
+    "Where is a joint defined?": '"revolute": JointType(',
+    "Where does a scene become results?": "def record_run(",
+    "Where is a formulation?": "def choose(",
+    "Where is a command?": "def command(",
+    "Where does a threshold come from?": "class Thresholds",
+    "Where is a figure drawn?": '"reactions": PictureKind(',
+}
+
+
+def test_each_thing_stands_where_the_page_says():
+    rows = [line.split("|")[1:4] for line in pages()["contributing"].text.splitlines() if line.startswith("| Where")]
+    assert [question.strip() for question, *_ in rows] == list(STANDS)
+    for question, first, then in rows:
+        (named, *_) = [name for name in re.findall(r"`(mbproj/\S+)`", f"{first} {then}")]
+        place = ROOT / named
+        texts = [place] if place.is_file() else list(place.glob("*.py"))
+        assert any(STANDS[question.strip()] in text.read_text(encoding="utf-8") for text in texts), question
