@@ -11,7 +11,7 @@ from mbproj import compile_system, equilibrium, linearize, modes, read_scene, re
 from mbproj.errors import InputError
 from tests.cli.commands import mbproj
 from tests.elements.pid import ran
-from tests.elements.wheel_and_slide import FORMULATIONS
+from tests.elements.scenes import FORMULATIONS
 
 #: A cart that nothing pushes, and a signal.
 SCENE = """

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from mbproj import compile_system, read_scene_text
 from mbproj.studies import rescaled
 from tests.elements.pid import PID, ran, reference
-from tests.elements.wheel_and_slide import SELDOM_FULL
+from tests.elements.scenes import SELDOM_FULL
 
 DRIVE = """
 mbproj: 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.elements.kinds import motor, spring
-from tests.elements.wheel_and_slide import FORMULATIONS, at, brief, run
+from tests.elements.scenes import FORMULATIONS, at, brief, run
 
 
 @pytest.mark.full_where(formulation="full")

@@ -16,7 +16,7 @@ from mbproj.model import compile_system, initial_guess, with_elements
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.studies import CHECKS, Case
 from mbproj.studies.verify.checks import _check
-from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL, TWO_SLIDES
+from tests.elements.scenes import FORMULATIONS, SELDOM_FULL, TWO_SLIDES
 from tests.support import Recorder
 
 POST = (0.2, 0.0, 0.9)

@@ -16,7 +16,7 @@ from mbproj.studies.recommend.recommendation import recommend
 from mbproj.studies.stability.bisection import stability
 from mbproj.studies.verify.checks import verify
 from tests.crossed import full
-from tests.elements.wheel_and_slide import TWO_SLIDES, scene_of
+from tests.elements.scenes import TWO_SLIDES, scene_of
 from tests.kernel.scenes import needs_kernel
 
 pytestmark = needs_kernel

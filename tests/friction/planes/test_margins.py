@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.friction.planes.feet import box
+from tests.friction.planes.scenes import box
 from tests.kernel.scenes import needs_kernel
 from tests.laws import FrictionBalance
 from tests.stops.runs import run

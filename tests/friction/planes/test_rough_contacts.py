@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.friction.known.mechanisms import block
-from tests.friction.planes.feet import CORNERS, IN_PLANE, box
 from tests.friction.planes.pucks import puck
+from tests.friction.planes.scenes import CORNERS, IN_PLANE, box
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run, same, simulated
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.integrate import START
-from tests.friction.planes.feet import CORNERS, IN_PLANE, box
+from tests.friction.planes.scenes import CORNERS, IN_PLANE, box
 from tests.laws import FrictionBalance
 from tests.stops.runs import run, simulated
 

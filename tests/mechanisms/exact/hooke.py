@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tests.mechanisms.one_degree import Of
+from tests.mechanisms.closed_forms import Of
 from tests.mechanisms.running import Run
 
 

@@ -10,7 +10,7 @@ from scipy.special import binom
 
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import read_scene_text
-from tests.mechanisms.one_degree import time_to_reach
+from tests.mechanisms.closed_forms import time_to_reach
 from tests.mechanisms.running import Run, assert_close, run, run_scene
 from tests.support import ROOT
 
