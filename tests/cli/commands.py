@@ -21,7 +21,7 @@ from threading import Lock
 import pytest
 
 from tests.cli.fork_server import in_this_process
-from tests.report_schema.reports import refuse_what_no_table_says
+from tests.cli.reports import refuse_what_no_table_says
 from tests.support import ROOT
 
 FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")

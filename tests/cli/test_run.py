@@ -16,9 +16,9 @@ import pytest
 from mbproj import open_results
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
 from tests.cli.examples import named
+from tests.cli.reports import refuse_what_no_table_says
 from tests.crossed import full
 from tests.integrate.stiff_scenes import CREEP
-from tests.report_schema.reports import refuse_what_no_table_says
 from tests.support import REDUNDANT, ROOT
 
 KEYS = {

@@ -19,9 +19,8 @@ from mbproj.constraints.rope import Rope
 from mbproj.dynamics import second_derivatives, third_derivatives
 from mbproj.joints import thread
 from mbproj.model import Binding, bind, bindings
-from tests.constraints.lines import ON_CURVES, made
 from tests.kernel.scenes import needs_kernel
-from tests.support import Recorder
+from tests.support import ON_CURVES, Recorder, made
 
 STEP = 1e-30
 

@@ -15,7 +15,7 @@ from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.rope import Rope
 from mbproj.joints import mesh, thread
-from tests.constraints.lines import ON_CURVES, made
+from tests.support import ON_CURVES, made
 
 STEP = 1e-30
 

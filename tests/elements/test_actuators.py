@@ -9,8 +9,7 @@ from scipy.linalg import expm
 
 from mbproj import compile_system, equilibrium, modes, read_scene_text
 from mbproj.errors import InputError
-from tests.elements.pid import PID, ran
-from tests.elements.scenes import FORMULATIONS
+from tests.elements.scenes import FORMULATIONS, PID, ran
 
 WHEEL = """
 mbproj: 1

@@ -10,8 +10,7 @@ from scipy.linalg import expm
 from mbproj import compile_system, equilibrium, linearize, modes, read_scene, read_scene_text
 from mbproj.errors import InputError
 from tests.cli.commands import mbproj
-from tests.elements.pid import ran
-from tests.elements.scenes import FORMULATIONS
+from tests.elements.scenes import FORMULATIONS, ran
 
 #: A cart that nothing pushes, and a signal.
 SCENE = """

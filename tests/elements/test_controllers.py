@@ -19,8 +19,7 @@ from mbproj import (
 )
 from mbproj.errors import InputError, SimulationError
 from tests.crossed import crossed, full
-from tests.elements.pid import ran
-from tests.elements.scenes import FORMULATIONS, SELDOM_FULL
+from tests.elements.scenes import FORMULATIONS, SELDOM_FULL, ran
 from tests.support import Recorder
 
 CART = """

@@ -8,8 +8,7 @@ from scipy.linalg import expm
 
 from mbproj import compile_system, read_scene_text
 from mbproj.studies import rescaled
-from tests.elements.pid import PID, ran, reference
-from tests.elements.scenes import SELDOM_FULL
+from tests.elements.scenes import PID, SELDOM_FULL, ran, reference
 
 DRIVE = """
 mbproj: 1

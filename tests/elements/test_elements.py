@@ -20,8 +20,7 @@ from mbproj.model import compile_system, initial_guess, with_elements
 from mbproj.studies import CHECKS, Case
 from mbproj.studies.verify.checks import _check
 from tests.crossed import full
-from tests.elements.kinds import cam, pi_controller, rack
-from tests.elements.scenes import FORMULATIONS, SELDOM_FULL, at, brief, run, scene_of
+from tests.elements.scenes import FORMULATIONS, SELDOM_FULL, at, brief, cam, pi_controller, rack, run, scene_of
 from tests.kernel.scenes import needs_kernel
 
 

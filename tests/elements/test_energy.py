@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.elements.kinds import motor, spring
-from tests.elements.scenes import FORMULATIONS, at, brief, run
+from tests.elements.scenes import FORMULATIONS, at, brief, motor, run, spring
 
 
 @pytest.mark.full_where(formulation="full")

@@ -11,7 +11,7 @@ from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.modes import modes
 from mbproj.results import open_results
 from mbproj.runs import record_equilibrium
-from tests.friction.belt import SCENE as BELT
+from tests.friction.scenes import BELT
 from tests.support import ROOT
 
 #: A double pendulum in a plane, its arms straight out, with brakes.

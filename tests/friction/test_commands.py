@@ -7,7 +7,7 @@ import json
 import pytest
 
 from tests.cli.commands import mbproj
-from tests.friction.belt import SCENE
+from tests.friction.scenes import BELT
 
 #: Two arms of 1 kg each with their masses at 1 m and 3 m from the wall: a brake that holds 40 N m bears both, the other
 #: one its own arm. The third joint slides.
@@ -35,7 +35,7 @@ forces:
 @pytest.fixture
 def folder(tmp_path):
     (tmp_path / "arms.yaml").write_text(ARMS)
-    (tmp_path / "belt.yaml").write_text(SCENE)
+    (tmp_path / "belt.yaml").write_text(BELT)
     return tmp_path
 
 

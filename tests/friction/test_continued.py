@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.crossed import full
-from tests.friction.belt import AGAIN, SCENE, SLIPS, STICKS
+from tests.friction.scenes import AGAIN, BELT, SLIPS, STICKS
 from tests.stops.runs import simulated
 
 ENDS = (0.5 * (STICKS + SLIPS), SLIPS + 0.1, AGAIN - 0.1, AGAIN + 0.2)
@@ -19,7 +19,7 @@ COARSE = "integrator: rk4, step: 0.1 s"
 
 def text(duration, steps, formulation):
     own = f"simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}"
-    return re.sub("simulation: .*", own, SCENE.partition("expect:")[0])
+    return re.sub("simulation: .*", own, BELT.partition("expect:")[0])
 
 
 @pytest.mark.parametrize(("steps", "formulation"), [(DOPRI5, "planar"), (FIXED, "planar"), full(COARSE, "full")])

@@ -10,8 +10,8 @@ from mbproj.analysis.observed import series
 from mbproj.results import open_results
 from mbproj.scene import OBSERVABLES, friction_units
 from tests.cli.commands import mbproj
-from tests.friction.scenes import SCENE as MANY
-from tests.scene.good_scene import errors
+from tests.friction.scenes import EVERY_FRICTION as MANY
+from tests.scene.scenes import errors
 
 #: I ω' = -4 from ω = 3: the disc turns 9/4 rad in 1.5 s, and its energy of 9 J is lost.
 SCENE = """\

@@ -13,7 +13,7 @@ from mbproj.analysis import friction_records, sticking
 from mbproj.figures import draw
 from mbproj.results import open_results
 from tests.cli.commands import mbproj
-from tests.friction.belt import AGAIN, HOLDS, SCENE, SLID, SLIDES, SLIPS, STICKS
+from tests.friction.scenes import AGAIN, BELT, HOLDS, SLID, SLIDES, SLIPS, STICKS
 
 #: Two slides and a bit of the third sticking.
 END = 3.5
@@ -24,7 +24,7 @@ LOST = SLIDES * sum(SLID)
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("belt")
-    (path / "belt.yaml").write_text(SCENE)
+    (path / "belt.yaml").write_text(BELT)
     done = mbproj("run", "belt.yaml", "--json", folder=path)
     assert done.returncode == 0, done.stderr
     (path / "said.json").write_text(done.stdout)

@@ -11,12 +11,12 @@ from mbproj import assemble, compile_system, initial_guess, read_scene_text
 from mbproj.functions import constant_series
 from mbproj.functions.series import run
 from mbproj.model import obstacle_in_plane, planar_reduction
-from tests.friction.scenes import SCENE
+from tests.friction.scenes import EVERY_FRICTION
 
 
 @pytest.fixture(scope="module")
 def system():
-    return compile_system(read_scene_text(SCENE, "f.yaml"))
+    return compile_system(read_scene_text(EVERY_FRICTION, "f.yaml"))
 
 
 def test_what_can_stick(system):
@@ -31,7 +31,7 @@ def test_what_can_stick(system):
     np.testing.assert_array_equal(dry.stribeck, [0, 0.05, 0, 0, 0])
     np.testing.assert_array_equal(dry.bearing, [0, -1, -1, 2, 3])
     assert dry.owners[1] == "force 'brake'" and dry.owners[2] == "force 'sleeve'"
-    lines = SCENE.splitlines()
+    lines = EVERY_FRICTION.splitlines()
     begins = ["coulomb:", "coulomb: {torque", "displacement: {", "coulomb: {coefficient", "angle: {coefficient"]
     for place, text in zip(dry.places, begins, strict=True):
         assert lines[place.line - 1][place.column - 1 :].startswith(text)
@@ -63,7 +63,7 @@ def test_what_is_regularised_is_a_law(system):
 
 
 def test_dry_friction_that_sticks_is_no_law():
-    scene = read_scene_text(SCENE)
+    scene = read_scene_text(EVERY_FRICTION)
     dry = tuple(force for force in scene.forces if force.name in ("bearing", "brake", "thread"))
     system = compile_system(replace(scene, forces=dry))
     assert system.forces.is_empty and system.names.forces == () and system.frictions.size == 3

@@ -13,7 +13,7 @@ from mbproj.functions.series import run
 from mbproj.scene import SceneText, to_matrix
 from mbproj.scene.fields.rotations import unit
 from mbproj.studies import RigidMotion, renumbered, rescaled, with_damping
-from tests.friction.scenes import SCENE
+from tests.friction.scenes import EVERY_FRICTION
 
 
 def carried(bearings, force, torque):
@@ -39,7 +39,7 @@ def slid(system, s):
 
 def test_a_scene_in_another_unit_of_length_has_the_same_friction():
     """Forces are k times, torques k² times as large where the joints bear so much more, at k times the speed in m/s."""
-    scene, k = read_scene_text(SCENE), 7.0
+    scene, k = read_scene_text(EVERY_FRICTION), 7.0
     system, larger = compile_system(scene), compile_system(rescaled(scene, k))
     force, torque = np.array([3.0, -4.0, 5.0]), np.array([0.2, 0.3, -0.1])
     of = np.where(np.array(system.names.friction_units) == "m", k, k**2)
@@ -52,7 +52,7 @@ def test_a_scene_in_another_unit_of_length_has_the_same_friction():
 
 
 def test_a_scene_moved_or_numbered_otherwise_has_the_same_friction():
-    scene = read_scene_text(SCENE)
+    scene = read_scene_text(EVERY_FRICTION)
     system = compile_system(scene)
     turn = np.array(to_matrix(unit((0.3, -0.5, 0.2, 0.7))))
     moved = compile_system(RigidMotion(turn, np.array([1.0, -2.0, 0.5])).scene(scene))
@@ -68,7 +68,7 @@ def test_a_scene_moved_or_numbered_otherwise_has_the_same_friction():
 
 def test_a_study_changes_any_value_of_it():
     """By its path or by a parameter that it names, from the text that was read once; wrong ones have their place."""
-    text = SceneText(SCENE, "f.yaml")
+    text = SceneText(EVERY_FRICTION, "f.yaml")
 
     def dry(**changes):
         frictions = compile_system(text.scene(changes)).frictions
@@ -91,7 +91,7 @@ def test_a_study_changes_any_value_of_it():
 
 
 def test_a_study_of_damping_leaves_dry_friction_as_it_is():
-    scene = read_scene_text(SCENE)
+    scene = read_scene_text(EVERY_FRICTION)
     before, after = compile_system(scene), compile_system(with_damping(scene, 3.0))
     np.testing.assert_array_equal(after.forces.laws.damping, 3.0 * before.forces.laws.damping)
     np.testing.assert_array_equal(after.frictions.static, before.frictions.static)

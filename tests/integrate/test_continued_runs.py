@@ -19,9 +19,8 @@ from mbproj.integrate.reporting.tally import Tally
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from tests.crossed import crossed
-from tests.integrate.state_scenes import bounce
-from tests.integrate.time_scenes import TROLLEY, rotor
-from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
+from tests.integrate.event_scenes import TROLLEY, bounce, rotor
+from tests.mechanisms.closed_forms import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT, Recorder
 
 FORMULATIONS = ("full", "reduced", "planar")

@@ -16,7 +16,7 @@ from mbproj.integrate.reporting.tally import Tally
 from mbproj.scene import read_scene_text
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
-from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
+from tests.mechanisms.closed_forms import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT
 
 #: Chains of loops that pass singular poses, rows that follow from others, and a scene with neither.

@@ -16,7 +16,7 @@ from mbproj.integrate import simulate
 from mbproj.model import compile_system, initial_guess
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings, output_times, read_scene, whole_steps
-from tests.integrate.wheel import ROUND, spinner
+from tests.kernel.scenes import ROUND, spinner
 from tests.support import ROOT, Recorder, random_chain, scene_of
 
 

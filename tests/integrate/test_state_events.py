@@ -11,8 +11,7 @@ from mbproj.integrate import simulate
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.crossed import full
-from tests.integrate.state_scenes import DOOR, bounce, contact_times, door_times, height_at
-from tests.integrate.time_scenes import INERTIA, rotor
+from tests.integrate.event_scenes import DOOR, INERTIA, bounce, contact_times, door_times, height_at, rotor
 from tests.support import Recorder
 
 FORMULATIONS = ("full", "reduced", "planar")

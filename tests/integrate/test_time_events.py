@@ -11,7 +11,7 @@ from mbproj.integrate.events.time_events import time_events
 from mbproj.model import compile_system
 from mbproj.scene import read_scene_text
 from tests.crossed import crossed, full
-from tests.integrate.time_scenes import INERTIA, TROLLEY, rotor, run
+from tests.integrate.event_scenes import INERTIA, TROLLEY, rotor, run
 
 FORMULATIONS = ("full", "reduced", "planar")
 #: Torques of 0.4 ms or less, with their impulses in N m s.

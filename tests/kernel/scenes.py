@@ -1,8 +1,10 @@
-"""Mechanisms of every shape from the joint table, closed at the scene's pose, and states of them with open joints."""
+"""Mechanisms of every shape from the joint table, closed at the scene's pose, states of them with open joints, and
+runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,15 +12,16 @@ import pytest
 
 from mbproj import Scene
 from mbproj.dynamics import State, assemble
-from mbproj.integrate import Reduced
+from mbproj.integrate import Reduced, Report, simulate
 from mbproj.joints import JOINTS
 from mbproj.kernel import build_info, core
 from mbproj.model import System, compile_system, initial_guess
-from mbproj.scene import Body, Joint, Pair, read_scene
+from mbproj.scene import Body, Joint, Marker, Pair, ProjectionSettings, Settings, read_scene
 from tests.support import (
     MASSLESS,
     MECHANISMS,
     REDUNDANT,
+    Recorder,
     random_body,
     random_chain,
     random_coupling,
@@ -26,6 +29,8 @@ from tests.support import (
     scene_of,
     with_flywheels,
 )
+
+# Mechanisms of every shape from the joint table, closed at the scene's pose, and states of them with open joints.
 
 needs_kernel = pytest.mark.skipif(core() is None, reason=f"needs the compiled kernel: {build_info()}")
 
@@ -235,3 +240,50 @@ def shared_four_bars(loops: int) -> str:
         for k, (one, other, x, z) in enumerate(pairs)
     ]
     return "\n  ".join(["mbproj: 1\ngravity: [3, 2, -9.8]\nbodies:", *bodies]) + "\njoints:\n  " + "\n  ".join(joints)
+
+
+# Runs of the shipped mechanisms in memory, and their bits.
+
+PATHS = {path.stem: path for path in MECHANISMS}
+
+
+def run(scene: Scene, **keys) -> tuple[Recorder, Report]:
+    projection = ProjectionSettings(**keys.pop("projection", {}))
+    recorder = Recorder()
+    return recorder, simulate(*assembled(scene), Settings(projection=projection, **keys), recorder)
+
+
+def mechanism(name: str) -> Scene:
+    return read_scene(PATHS[name])
+
+
+def bits(blocks: list[Mapping[str, np.ndarray]]) -> str:
+    digest = hashlib.sha256()
+    for path in sorted(blocks[0]):
+        digest.update(np.concatenate([block[path] for block in blocks]).tobytes())
+    return digest.hexdigest()
+
+
+def print_bits() -> None:
+    """For a process of its own."""
+    print(*(bits(run(mechanism(name), duration=0.3, **keys)[0].blocks) for name, keys in REPEATED))
+
+
+REPEATED = [
+    ("five_bar", {"step": 0.01}),
+    ("five_bar", {"step": 0.01, "formulation": "reduced"}),
+    ("stewart_platform", {"tolerance": 1e-8, "integrator": "dopri5", "output_step": 0.01}),
+]
+
+
+# A wheel about a fixed axle, which turns evenly.
+
+ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
+
+
+def spinner(speed: float):
+    """A wheel about z without gravity."""
+    wheel = Body("wheel", 1.0, ROUND, (0.0, 0.0, 0.0))
+    axis = Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
+    joint = Joint("axle", "revolute", ("ground", "wheel"), Pair((0.0,) * 3, (0.0,) * 3), axis, speed={"angle": speed})
+    return scene_of([wheel], [joint], [Marker("rim", "wheel", (1.0, 0.0, 0.0))], gravity=(0.0, 0.0, 0.0))

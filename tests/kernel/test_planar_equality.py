@@ -14,8 +14,15 @@ from mbproj.kernel import core
 from mbproj.model import Plane, System, matrix_E, planar_reduction
 from mbproj.scene import ProjectionSettings, read_scene
 from tests.kernel.scenes import assembled, needs_kernel, parallelogram
-from tests.model.planar_equations import planar_constraint, planar_gamma, planar_jacobian
-from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain
+from tests.model.planar_scenes import (
+    CLOSED_ONLY,
+    SCENES,
+    Drawing,
+    chain,
+    planar_constraint,
+    planar_gamma,
+    planar_jacobian,
+)
 from tests.support import MECHANISMS, with_flywheels
 
 pytestmark = needs_kernel

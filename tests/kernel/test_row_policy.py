@@ -14,7 +14,7 @@ from mbproj.model import Plane, planar_reduction
 from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
 from scripts.large_mechanisms.scenes import scissor_grid
 from tests.kernel.scenes import assembled, needs_kernel
-from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
+from tests.mechanisms.closed_forms import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT
 
 pytestmark = needs_kernel

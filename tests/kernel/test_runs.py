@@ -12,8 +12,7 @@ from mbproj import Scene
 from mbproj.integrate import load_tableau, simulate
 from mbproj.scene import ProjectionSettings, Settings
 from tests.crossed import crossed, full
-from tests.kernel.mechanism_runs import bits, mechanism, print_bits, run
-from tests.kernel.scenes import SCENES, assembled, needs_kernel
+from tests.kernel.scenes import SCENES, assembled, bits, mechanism, needs_kernel, print_bits, run
 from tests.support import ROOT, Recorder, random_chain
 
 pytestmark = needs_kernel
@@ -87,7 +86,7 @@ def test_the_same_input_gives_the_same_bits(capsys):
     for _ in range(2):
         print_bits()
         runs.append(capsys.readouterr().out)
-    code = "from tests.kernel.mechanism_runs import print_bits; print_bits()"
+    code = "from tests.kernel.scenes import print_bits; print_bits()"
     runs.append(
         subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True).stdout
     )

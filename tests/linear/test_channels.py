@@ -16,7 +16,7 @@ from mbproj.linear.modes import modes
 from mbproj.linear.reduction.projected import projected
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
-from tests.model.driven_pendulum import RATES, driven
+from tests.model.element_scenes import RATES, driven
 
 #: Of the current, where the angle is held at 1 rad, and of the integral: 2 i = m g l sin 1, and 30 ∫e = 0.8 i.
 CURRENT, INTEGRAL = 1.65096607219, 0.0440257619251

@@ -37,9 +37,8 @@ from mbproj.dynamics.derivatives.tangent import moved
 from mbproj.joints import JOINTS, thread
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene
-from tests.constraints.lines import LINES, WIRES, made
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES
-from tests.support import PARAMETERS, random_chain, with_flywheels
+from tests.support import LINES, PARAMETERS, WIRES, made, random_chain, with_flywheels
 
 DRIVEN = """\
 motions:

@@ -22,7 +22,7 @@ from mbproj.linear.stored import stored
 from mbproj.results import open_results, read_modes, write_modes
 from mbproj.runs import record_equilibrium
 from mbproj.thresholds import THRESHOLDS
-from tests.model.element_states import PENDULUM, case
+from tests.model.element_scenes import PENDULUM, case
 from tests.support import Recorder
 
 #: It hangs, with 2 kg 0.5 m below its pin: ω² = 9.81 / 0.6, and its damper takes 0.3 N m s.

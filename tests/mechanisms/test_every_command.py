@@ -24,8 +24,8 @@ from mbproj.cli import mbproj
 from mbproj.errors import MbprojError
 from mbproj.scene import Settings
 from mbproj.studies import time_settings
+from tests.cli.reports import refuse_what_no_table_says
 from tests.crossed import some
-from tests.report_schema.reports import refuse_what_no_table_says
 from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS
 

@@ -12,7 +12,7 @@ from mbproj.dynamics import channel_slopes
 from mbproj.integrate import simulate
 from mbproj.kernel import core
 from tests.crossed import full
-from tests.model.driven_pendulum import RATES, driven
+from tests.model.element_scenes import RATES, driven
 from tests.support import Recorder
 
 FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]

@@ -11,8 +11,8 @@ from mbproj.integrate import FullFormulation, simulate
 from mbproj.linear import stored_state
 from mbproj.results import ResultsWriter, open_results
 from tests.crossed import crossed, full
-from tests.integrate.state_scenes import bounce
-from tests.model.element_states import DRIVEN, FORMULATIONS, T1, T2, case, run
+from tests.integrate.event_scenes import bounce
+from tests.model.element_scenes import DRIVEN, FORMULATIONS, T1, T2, case, run
 from tests.support import Recorder
 
 #: A mass that bounces on a rigid stop.

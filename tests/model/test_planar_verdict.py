@@ -14,8 +14,7 @@ from mbproj.model import compile_system, initial_guess
 from mbproj.model.planar import NotPlanar, Plane, planar_reduction
 from mbproj.scene import Joint, read_scene
 from mbproj.thresholds import THRESHOLDS
-from tests.model.planar_equations import planar_jacobian
-from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, reduced, turns
+from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, planar_jacobian, reduced, turns
 from tests.support import MECHANISMS
 
 #: What the shipped mechanisms are: the plane's normal, or the reason.

@@ -14,8 +14,7 @@ from mbproj.pages.page.write import html
 from mbproj.results import check_results, open_results
 from mbproj.scene import meshes, meshes_of, read_scene
 from tests.cli.commands import mbproj
-from tests.pages.runs import recorded
-from tests.pages.unpacked import block_of, bytes_of, data_of
+from tests.pages.runs import block_of, bytes_of, data_of, recorded
 
 #: A tetrahedron: the same in both formats, in mm.
 CORNERS = np.array([[0, 0, 0], [100, 0, 0], [0, 200, 0], [0, 0, 300]])

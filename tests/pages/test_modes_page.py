@@ -17,7 +17,7 @@ from mbproj.pages.page.write import html
 from mbproj.results import read_modes, write_modes
 from mbproj.scene import read_scene_text
 from tests.pages.browser import MISSING, SMALL, Opened, browser
-from tests.pages.unpacked import block_of, bytes_of, data_of
+from tests.pages.runs import block_of, bytes_of, data_of
 
 #: A damped slider on a spring with a pendulum on it: both modes are complex.
 SCENE = """\

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from mbproj.pages.data.packing import LARGEST, ORDERS, Packer, step_of
-from tests.pages.unpacked import block_of
+from tests.pages.runs import block_of
 
 NUMBERS = arrays(
     float,

@@ -16,8 +16,7 @@ from mbproj.pages.page.three_js import three_js
 from mbproj.pages.page.write import as_json, html
 from mbproj.results import Poses, ResultsWriter, open_results
 from mbproj.scene import read_scene_text
-from tests.pages.runs import FIVE_BAR, HOSTILE, five_bar, recorded
-from tests.pages.unpacked import block_of, bytes_of, data_of
+from tests.pages.runs import FIVE_BAR, HOSTILE, block_of, bytes_of, data_of, five_bar, recorded
 from tests.support import Recorder as Kept
 
 

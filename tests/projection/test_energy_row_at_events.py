@@ -13,7 +13,7 @@ from mbproj.model import compile_system, initial_guess
 from mbproj.runs import notes_on_rows
 from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.crossed import crossed
-from tests.integrate.state_scenes import bounce, height_at
+from tests.integrate.event_scenes import bounce, height_at
 from tests.integrate.stiff_scenes import CLAMP
 from tests.projection.long_runs import CONTROLLED, SCENES, run
 from tests.support import Recorder

@@ -18,9 +18,9 @@ from mbproj.report_schema import ANY_NAME, report_of
 from mbproj.report_schema.info import NOT_BUILT
 from mbproj.report_schema.reports import REPORTS
 from tests.cli.commands import mbproj
+from tests.cli.reports import PRINTED_BY, all_of, refuse_what_no_table_says, said_in
 from tests.crossed import where
 from tests.report_schema.commands import SAID, prepare
-from tests.report_schema.reports import PRINTED_BY, all_of, refuse_what_no_table_says, said_in
 
 #: Reports of studies, which take seconds.
 LONG = {"compare", "fit", "optimise-topologies", "recommend", "sensitivity", "stability", "threshold", "tradeoff"}

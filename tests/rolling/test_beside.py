@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 import mbproj
 from tests.crossed import crossed
 from tests.rolling import scenes
-from tests.rolling.rattleback import of_rattleback, rattleback
+from tests.rolling.scenes import of_rattleback, rattleback
 
 RADIUS, SPEED = 0.3, 1.5
 #: Of the cart and its wheel, in kg; with the wheel's 0.04 kg m² the whole has 4 + 0.04/0.09 kg.

@@ -11,7 +11,7 @@ from mbproj.errors import InputError
 from mbproj.pages import PoseHistory, look_of
 from tests.crossed import full
 from tests.rolling import scenes
-from tests.rolling.rattleback import ellipsoid, of_rattleback, rattleback
+from tests.rolling.scenes import ellipsoid, of_rattleback, rattleback
 
 
 def run(text, **settings):

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from mbproj.errors import InputError
 from mbproj.scene import Scene, read_scene_text
 from tests.crossed import campaign
-from tests.scene.good_scene import GOOD
-from tests.scene.wrong_scenes import ROWS
+from tests.scene.scenes import GOOD, ROWS
 
 COUNTS = {"few": 75, "many": 300}
 SIGNS = "[]{}:,&*!|>'\"#%@`\t\n -?~"

@@ -11,7 +11,7 @@ from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.observables import OBSERVABLES
 from mbproj.scene.records import Expectation, Settings
 from mbproj.scene.sampling import nearest_samples, output_times
-from tests.scene.good_scene import GOOD, changed, errors, read
+from tests.scene.scenes import GOOD, changed, errors, read
 
 
 def expectation(text: str, blocks: str = "", **given: object) -> Expectation:

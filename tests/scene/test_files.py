@@ -8,7 +8,7 @@ import pytest
 
 from mbproj.errors import InputError
 from mbproj.scene import Scene, read_scene, read_scene_text
-from tests.scene.good_scene import GOOD
+from tests.scene.scenes import GOOD
 
 NOT_TEXT = ": error: this is a binary file, not a scene; a scene is YAML text in UTF-8"
 CONTENTS = {

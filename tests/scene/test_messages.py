@@ -8,8 +8,7 @@ import pytest
 
 from mbproj.errors import InputError
 from mbproj.joints import JOINTS
-from tests.scene.good_scene import GOOD, changed, errors, read
-from tests.scene.wrong_scenes import IDS, ROWS
+from tests.scene.scenes import GOOD, IDS, ROWS, changed, errors, read
 
 
 @pytest.mark.parametrize(("old", "new", "message"), ROWS, ids=IDS)

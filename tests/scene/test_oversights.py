@@ -11,7 +11,7 @@ import pytest
 from mbproj.scene import read_scene, read_scene_text
 from mbproj.scene.blocks.oversights import notes_on
 from tests.cli.commands import mbproj
-from tests.scene.good_scene import changed, read
+from tests.scene.scenes import changed, read
 from tests.support import MECHANISMS
 
 ROD = "{mass: 1, inertia: [0.001, 0.1, 0.1], position: [0, 0, 0]}"  # 1.1 m long

@@ -11,7 +11,7 @@ import pytest
 
 from mbproj.errors import InputError, Place
 from mbproj.scene.records import Body, Joint, Marker, Pair, ProjectionSettings, Settings
-from tests.scene.good_scene import GOOD, changed, read, read_with
+from tests.scene.scenes import GOOD, changed, read, read_with
 
 X, NOWHERE = (1.0, 0.0, 0.0), (0.2, 0.0, 0.0)
 HALF = math.sqrt(0.5)

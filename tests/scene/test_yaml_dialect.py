@@ -8,8 +8,7 @@ import yaml
 from mbproj.errors import InputError
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode
-from tests.scene.good_scene import GOOD, changed, errors, read, read_with
-from tests.scene.wrong_scenes import WRONG
+from tests.scene.scenes import GOOD, WRONG, changed, errors, read, read_with
 
 NUMBERS = {
     "1e-6": 1e-6,

@@ -7,8 +7,8 @@ import pytest
 
 from mbproj import SimulationError
 from tests.crossed import full
-from tests.stops.inside.scenes import BALL, BETWEEN_WALLS, CRADLE, DRIVEN, PRESSED, ROD
 from tests.stops.runs import DOP853, FIXED, run
+from tests.stops.scenes import BALL, BETWEEN_WALLS, CRADLE, DRIVEN, PRESSED, ROD
 
 IN_A_PLANE = ("planar", "reduced", "full")
 

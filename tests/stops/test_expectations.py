@@ -6,7 +6,7 @@ import pytest
 
 from mbproj import compile_system, read_scene_text
 from mbproj.scene import stop_units
-from tests.scene.good_scene import errors
+from tests.scene.scenes import errors
 from tests.stops.scenes import SCENE as MANY
 
 SCENE = """\

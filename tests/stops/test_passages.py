@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.crossed import crossed, full
-from tests.stops.inside.scenes import THREE_BALLS
 from tests.stops.runs import DOP853, run
+from tests.stops.scenes import THREE_BALLS
 
 #: A ball that is thrown up above a point from which it keeps a distance, and falls back.
 THROWN = """

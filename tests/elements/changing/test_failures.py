@@ -14,7 +14,7 @@ import pytest
 import mbproj
 from mbproj import InputError, SimulationError, read_scene_text
 from tests.crossed import full
-from tests.elements.pid import ran
+from tests.elements.scenes import ran
 
 ROOT = """
 mbproj: 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.crossed import crossed
-from tests.elements.pid import ran
+from tests.elements.scenes import ran
 
 G = 9.81
 SCENE = """

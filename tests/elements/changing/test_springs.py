@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from mbproj import equilibrium, export_model, modes, read_scene_text
 from tests.crossed import full
-from tests.elements.pid import ran
+from tests.elements.scenes import ran
 
 ON_RAIL = "type: linear_spring_damper, joint: rail"
 BETWEEN = "type: spring_damper, points: {ground: [-1, 0, 0], cart: [0, 0, 0]}"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.crossed import crossed
-from tests.friction.known import closed_forms as exact
-from tests.friction.known.mechanisms import FORMULATIONS, STEPS, rotor
+from tests.friction import closed_forms as exact
+from tests.friction.mechanisms import FORMULATIONS, STEPS, rotor
 from tests.stops.runs import run
 
 J, MASS, SPEED = 0.5, 2.0, 30.0

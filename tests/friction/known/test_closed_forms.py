@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from tests.friction.known import closed_forms as exact
+from tests.friction import closed_forms as exact
 
 SOLVER = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-14}
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.friction.known import closed_forms as exact
-from tests.friction.known.mechanisms import incline, rotor
+from tests.friction import closed_forms as exact
+from tests.friction.mechanisms import incline, rotor
 from tests.stops.runs import run
 
 J = 0.5

@@ -7,8 +7,8 @@ import pytest
 
 from mbproj import SimulationError
 from tests.crossed import full
-from tests.friction.known import closed_forms as exact
-from tests.friction.known.mechanisms import FORMULATIONS, STEPS, rotor
+from tests.friction import closed_forms as exact
+from tests.friction.mechanisms import FORMULATIONS, STEPS, rotor
 from tests.stops.runs import run
 
 #: A slider of 2 kg on a guide along x, `centre` beside it, pushed along x at a point `at` beside it.

@@ -10,10 +10,9 @@ import pytest
 import mbproj
 from mbproj.registry import PROJECTIONS
 from tests.crossed import FULL, cover, crossed
-from tests.friction.known import closed_forms as exact
-from tests.friction.known.mechanisms import incline, on_a_belt, rotor, screw
-from tests.friction.known.pendulum import pendulum
-from tests.friction.known.slider_crank import linkage
+from tests.friction import closed_forms as exact
+from tests.friction.mechanisms import incline, on_a_belt, pendulum, rotor, screw
+from tests.friction.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run, same, simulated
 

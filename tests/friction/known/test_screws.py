@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.friction.known import closed_forms as exact
-from tests.friction.known.mechanisms import screw
+from tests.friction import closed_forms as exact
+from tests.friction.mechanisms import screw
 from tests.stops.runs import run
 
 J, M, G, R = 0.02, 50.0, 9.81, 0.03

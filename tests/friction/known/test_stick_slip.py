@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from tests.friction.known import closed_forms as exact
-from tests.friction.known.mechanisms import on_a_belt
+from tests.friction import closed_forms as exact
+from tests.friction.mechanisms import on_a_belt
 from tests.stops.runs import run
 
 BELT = exact.Belt(m=2.0, k=300.0, v=0.1, sliding=6.0, static=9.0)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from tests.crossed import crossed
-from tests.friction.known import pendulum as exact
-from tests.friction.known.mechanisms import STEPS
+from tests.friction import mechanisms
+from tests.friction.mechanisms import STEPS
 from tests.stops.runs import run
 
 START, TORQUE, ARM = 1.2, 0.8, 0.08
@@ -22,15 +22,15 @@ def ends(recorded):
 def test_it_swings_lower_each_time_and_stays_where_it_is_held(formulation):
     """Each swing loses torque × way; it rests where m g l sin θ is below the torque."""
     amplitudes = [START]
-    held = np.arcsin(TORQUE / (exact.MASS * exact.G * exact.LENGTH))
+    held = np.arcsin(TORQUE / (mechanisms.MASS * mechanisms.G * mechanisms.LENGTH))
     while amplitudes[-1] > held:
-        amplitudes.append(exact.next_amplitude(amplitudes[-1], TORQUE))
-    text = exact.pendulum(f"{{torque: {TORQUE}}}", duration=8.0, formulation=formulation)
+        amplitudes.append(mechanisms.next_amplitude(amplitudes[-1], TORQUE))
+    text = mechanisms.pendulum(f"{{torque: {TORQUE}}}", duration=8.0, formulation=formulation)
     _, recorded = run(text)
     side = (-1) ** (len(amplitudes) - 1)
     assert len(amplitudes) > 4
     assert ends(recorded) == pytest.approx([side * amplitudes[-1], 0.0], abs=1e-9)
-    hanging = exact.MASS * exact.G * exact.LENGTH * np.sin(side * amplitudes[-1])
+    hanging = mechanisms.MASS * mechanisms.G * mechanisms.LENGTH * np.sin(side * amplitudes[-1])
     assert recorded["friction/force"][-1, 0] == pytest.approx(hanging, rel=1e-8)
     way = amplitudes[0] + 2.0 * sum(amplitudes[1:-1]) + amplitudes[-1]
     assert recorded["friction/dissipation"][-1, 0] == pytest.approx(TORQUE * way, rel=1e-8)
@@ -41,9 +41,9 @@ def test_it_swings_lower_each_time_and_stays_where_it_is_held(formulation):
 @crossed("formulation, steps", ["planar", "reduced"], STEPS, together=1)
 def test_the_force_in_the_pivot_makes_the_friction(formulation, steps):
     """Friction arm |F|, where F has the acceleration in it that friction changes: through two turns."""
-    state, turns = exact.swing(exact.by_the_force(ARM), START, 0.0, 2.2)
+    state, turns = mechanisms.swing(mechanisms.by_the_force(ARM), START, 0.0, 2.2)
     assert len(turns) == 2
-    text = exact.pendulum(
+    text = mechanisms.pendulum(
         f"{{coefficient: {ARM / 0.2}, radius: 0.2}}", duration=2.2, steps=steps, formulation=formulation
     )
     _, recorded = run(text)
@@ -59,13 +59,13 @@ def test_the_force_in_the_pivot_makes_the_friction(formulation, steps):
 def test_methods_keep_their_order_from_turn_to_turn(integrator, order, step, law):
     """Fixed steps that end at the turns: half the step, 2^-order of the error."""
     coulomb = f"{{torque: {TORQUE}}}" if law == "constant" else f"{{coefficient: {ARM / 0.2}, radius: 0.2}}"
-    acceleration = exact.constant(TORQUE) if law == "constant" else exact.by_the_force(ARM)
-    state, turns = exact.swing(acceleration, START, 0.0, 2.2)
+    acceleration = mechanisms.constant(TORQUE) if law == "constant" else mechanisms.by_the_force(ARM)
+    state, turns = mechanisms.swing(acceleration, START, 0.0, 2.2)
     assert len(turns) == 2
     errors = []
     for size in (step, 0.5 * step, 0.25 * step):
         steps = f"integrator: {integrator}, step: {size}, output_step: 2.2"
-        _, recorded = run(exact.pendulum(coulomb, duration=2.2, steps=steps))
+        _, recorded = run(mechanisms.pendulum(coulomb, duration=2.2, steps=steps))
         errors.append(np.abs(ends(recorded) - state).max())
     orders = -np.diff(np.log2(errors))
     assert orders.max() < order + 1.5

@@ -10,7 +10,7 @@ import pytest
 from mbproj import Mechanism, read_scene_text, settings_to_run, simulate_certified
 from mbproj.cli.report.trust import lines_on
 from tests.crossed import full
-from tests.friction.known.closed_forms import Belt
+from tests.friction.closed_forms import Belt
 from tests.friction.planes.scenes import CORNERS, IN_PLANE, box
 from tests.kernel.scenes import needs_kernel
 from tests.support import Recorder

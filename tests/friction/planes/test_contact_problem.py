@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.friction.planes.beams import HEIGHT, MASS, WEIGHT, beam, feet
+from tests.friction.planes.scenes import HEIGHT, MASS, WEIGHT, beam, feet
 from tests.kernel.scenes import needs_kernel
 from tests.laws import Cone, contact_problem
 

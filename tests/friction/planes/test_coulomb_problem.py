@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.friction.planes.beams import MASS, WEIGHT, beam, feet
+from tests.friction.planes.scenes import MASS, WEIGHT, beam, feet
 from tests.kernel.scenes import needs_kernel
 from tests.laws import Cone, coulomb_problem
 

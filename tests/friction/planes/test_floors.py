@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from tests.friction.known import closed_forms as exact
-from tests.friction.known.mechanisms import block
-from tests.friction.planes.pucks import puck
+from tests.friction import closed_forms as exact
+from tests.friction.mechanisms import block
+from tests.friction.planes.scenes import puck
 from tests.stops.runs import run
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.friction.known import closed_forms as exact
-from tests.friction.known.mechanisms import STEPS, incline
+from tests.friction import closed_forms as exact
+from tests.friction.mechanisms import STEPS, incline
 from tests.stops.runs import run
 
 G = 9.81

@@ -9,7 +9,7 @@ from mbproj import assemble, compile_system, initial_guess, read_scene_text, set
 from mbproj.scene import SceneText, friction_units, to_matrix
 from mbproj.scene.fields.rotations import unit
 from mbproj.studies import RigidMotion, rescaled, with_speed
-from tests.scene.good_scene import errors
+from tests.scene.scenes import errors
 from tests.stops.runs import Recorded
 
 #: A puck that slides down a slope and comes to rest, and a pad on a disc, which turns beside it.

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.friction.known.mechanisms import block
-from tests.friction.planes.pucks import puck
-from tests.friction.planes.scenes import CORNERS, IN_PLANE, box
+from tests.friction.mechanisms import block
+from tests.friction.planes.scenes import CORNERS, IN_PLANE, box, puck
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run, same, simulated
 

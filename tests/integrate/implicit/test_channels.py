@@ -10,8 +10,7 @@ import pytest
 
 from mbproj.integrate import simulate
 from mbproj.registry import implicit_integrators, integrators
-from tests.model.driven_pendulum import RATES, driven
-from tests.model.element_states import FORMULATIONS
+from tests.model.element_scenes import FORMULATIONS, RATES, driven
 from tests.support import Recorder
 
 both = pytest.mark.parametrize("integrator", implicit_integrators())

@@ -8,9 +8,8 @@ import pytest
 from mbproj.errors import SimulationError
 from mbproj.registry import implicit_integrators
 from mbproj.scene import read_scene_text
-from tests.integrate.time_scenes import rotor
-from tests.kernel.mechanism_runs import run
-from tests.kernel.scenes import needs_kernel
+from tests.integrate.event_scenes import rotor
+from tests.kernel.scenes import needs_kernel, run
 
 pytestmark = needs_kernel
 both = pytest.mark.parametrize("integrator", implicit_integrators())

@@ -14,8 +14,7 @@ from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 from mbproj.kernel import core
 from mbproj.registry import implicit_integrators, integrators
 from mbproj.scene import Body, Settings, read_scene, read_scene_text
-from tests.kernel.mechanism_runs import PATHS, bits, mechanism, run
-from tests.kernel.scenes import assembled, needs_kernel
+from tests.kernel.scenes import PATHS, assembled, bits, mechanism, needs_kernel, run
 from tests.support import scene_of
 
 pytestmark = needs_kernel

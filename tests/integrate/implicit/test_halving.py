@@ -11,7 +11,7 @@ from mbproj.integrate.formulations.choice import choose
 from mbproj.registry import implicit_integrators
 from mbproj.runs import notes_on
 from mbproj.scene import Settings, read_scene, read_scene_text
-from tests.integrate.time_scenes import rotor
+from tests.integrate.event_scenes import rotor
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import ROOT, Recorder
 

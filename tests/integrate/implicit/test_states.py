@@ -8,8 +8,8 @@ import pytest
 
 from mbproj.errors import SimulationError
 from mbproj.registry import implicit_integrators, integrators
-from tests.model.element_states import FORMULATIONS, PENDULUM
-from tests.model.element_states import run as run_scene
+from tests.model.element_scenes import FORMULATIONS, PENDULUM
+from tests.model.element_scenes import run as run_scene
 
 both = pytest.mark.parametrize("integrator", implicit_integrators())
 each = pytest.mark.parametrize("formulation", FORMULATIONS)

@@ -7,8 +7,7 @@ import pytest
 
 from mbproj.registry import implicit_integrators
 from scripts.stiff.cases import ringing
-from tests.kernel.mechanism_runs import run
-from tests.kernel.scenes import needs_kernel
+from tests.kernel.scenes import needs_kernel, run
 
 both = pytest.mark.parametrize("integrator", implicit_integrators())
 

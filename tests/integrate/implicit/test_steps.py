@@ -11,7 +11,7 @@ import pytest
 from mbproj.integrate import simulate
 from mbproj.registry import integrators
 from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
-from tests.integrate.state_scenes import bounce, contact_times, height_at
+from tests.integrate.event_scenes import bounce, contact_times, height_at
 from tests.kernel.scenes import assembled, needs_kernel
 from tests.support import ROOT, Recorder
 

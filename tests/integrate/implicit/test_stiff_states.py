@@ -16,7 +16,7 @@ from mbproj.integrate.stiff.step_limits import step_limit
 from mbproj.scene import Settings, read_scene
 from tests.crossed import full
 from tests.kernel.scenes import assembled, needs_kernel
-from tests.model.element_states import FORMULATIONS, case, run
+from tests.model.element_scenes import FORMULATIONS, case, run
 from tests.support import ROOT
 
 seldom_full = pytest.mark.parametrize("formulation", [full("full"), *FORMULATIONS[1:]])

@@ -8,7 +8,7 @@ import pytest
 from mbproj.integrate.steppers.tableau import ERROR_ORDER, ORDER, quadrature
 from tests.crossed import crossed
 from tests.integrate.kinematic.scenes import FORMULATIONS, FOUR_BAR, run
-from tests.model.element_states import DRIVEN, T1, with_states
+from tests.model.element_scenes import DRIVEN, T1, with_states
 
 #: Behind the crank's motion goes nothing; x follows a sine, z follows x.
 LAGS = (f"(sin({DRIVEN}*t) - x)/{T1}", "x")

@@ -9,8 +9,7 @@ from mbproj import Scene
 from mbproj.integrate import Reduced
 from mbproj.kernel import core
 from mbproj.model import compile_system, rotation_matrix
-from tests.kernel.mechanism_runs import mechanism
-from tests.kernel.scenes import Case, ladder, loops, needs_kernel, opened, rails, shaft, star, tree
+from tests.kernel.scenes import Case, ladder, loops, mechanism, needs_kernel, opened, rails, shaft, star, tree
 from tests.support import random_body, random_chain, random_joint, scene_of
 
 pytestmark = needs_kernel

@@ -9,8 +9,7 @@ import mbproj
 from mbproj.figures import kinds
 from mbproj.mechanisms_folder import mechanism
 from tests.kernel.scenes import needs_kernel
-from tests.mechanisms.curves.scenes import scene
-from tests.mechanisms.curves.touching import FLAT, WIRE
+from tests.mechanisms.curves.scenes import FLAT, WIRE, scene
 
 pytestmark = needs_kernel
 

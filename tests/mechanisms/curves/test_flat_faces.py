@@ -8,8 +8,7 @@ import pytest
 from mbproj import InputError, read_scene_text
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
-from tests.mechanisms.curves.scenes import scene
-from tests.mechanisms.curves.touching import FLAT
+from tests.mechanisms.curves.scenes import FLAT, scene
 from tests.stops.runs import run
 
 pytestmark = needs_kernel

@@ -8,8 +8,7 @@ import pytest
 from mbproj import InputError, read_scene_text
 from mbproj.analysis.observed import datasets
 from tests.kernel.scenes import needs_kernel
-from tests.mechanisms.curves.scenes import SLOT, scene
-from tests.mechanisms.curves.touching import DISCS, FLAT, ROLLER, TOUCH, WIRE
+from tests.mechanisms.curves.scenes import DISCS, FLAT, ROLLER, SLOT, TOUCH, WIRE, scene
 from tests.stops.runs import run
 
 pytestmark = needs_kernel

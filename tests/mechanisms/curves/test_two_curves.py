@@ -7,8 +7,7 @@ import pytest
 
 from mbproj import InputError, read_scene_text
 from tests.kernel.scenes import needs_kernel
-from tests.mechanisms.curves.scenes import scene
-from tests.mechanisms.curves.touching import DISC, DISCS, ROLLER, TOUCH
+from tests.mechanisms.curves.scenes import DISC, DISCS, ROLLER, TOUCH, scene
 from tests.stops.runs import run
 
 pytestmark = needs_kernel

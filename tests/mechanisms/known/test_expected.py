@@ -6,12 +6,19 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.mechanisms.closed_forms import reached_at
-from tests.mechanisms.exact.four_bars import planar_energy, planar_pose, spatial_energy, spatial_pose
-from tests.mechanisms.exact.free_body import racket_rates
-from tests.mechanisms.exact.hooke import energy as hooke_energy
-from tests.mechanisms.exact.pendulum import physical_angle
-from tests.mechanisms.expected import bare, expected, scene
+from tests.mechanisms.closed_forms import (
+    bare,
+    expected,
+    physical_angle,
+    planar_energy,
+    planar_pose,
+    racket_rates,
+    reached_at,
+    scene,
+    spatial_energy,
+    spatial_pose,
+)
+from tests.mechanisms.closed_forms import energy as hooke_energy
 from tests.mechanisms.running import assert_close
 from tests.support import DATA, MECHANISMS
 

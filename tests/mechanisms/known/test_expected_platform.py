@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tests.mechanisms.expected import bare, expected
+from tests.mechanisms.closed_forms import bare, expected
 from tests.mechanisms.running import assert_close
 
 KNOWN = bare("stewart_platform")

@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tests.mechanisms.closed_forms import Linkage, reached_at
-from tests.mechanisms.exact.rings import bennett_poses, bricard_poses
-from tests.mechanisms.exact.slider_crank import piston
-from tests.mechanisms.expected import bare, expected
+from tests.mechanisms.closed_forms import Linkage, bare, bennett_poses, bricard_poses, expected, piston, reached_at
 from tests.mechanisms.running import assert_close
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.mechanisms.closed_forms import time_to_reach
-from tests.mechanisms.exact.four_bars import planar_energy, spatial_energy, spatial_pose
+from tests.mechanisms.closed_forms import planar_energy, spatial_energy, spatial_pose, time_to_reach
 from tests.mechanisms.running import TIGHT, Run, assert_close, global_angular_velocity, run
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from mbproj import Scene
 from mbproj.scene import Body, Settings
-from tests.mechanisms.exact.free_body import racket_rates
+from tests.mechanisms.closed_forms import racket_rates
 from tests.mechanisms.running import TIGHT, angular_momentum, assert_close, run, run_scene
 from tests.support import DATA, scene_of
 

@@ -13,7 +13,7 @@ from mbproj.linear import assembled_start, steady_turn
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.modes import modes
 from mbproj.model import compile_system
-from tests.mechanisms.expected import expected, scene
+from tests.mechanisms.closed_forms import expected, scene
 from tests.mechanisms.running import assert_close
 
 P = scene("governor").parameters

@@ -8,7 +8,7 @@ from scipy.special import ellipj
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
 from mbproj.registry import PROJECTIONS, explicit_integrators, integrators
-from tests.mechanisms.exact.pendulum import physical_angle
+from tests.mechanisms.closed_forms import physical_angle
 from tests.support import ROOT, Recorder
 
 PHYSICAL = ROOT / "mechanisms" / "physical_pendulum.yaml"

@@ -10,8 +10,7 @@ from scipy.special import ellipj, ellipk
 from mbproj.errors import InputError
 from mbproj.registry import PROJECTIONS
 from tests.crossed import full, once
-from tests.mechanisms.closed_forms import time_to_reach
-from tests.mechanisms.exact.slider_crank import piston
+from tests.mechanisms.closed_forms import piston, time_to_reach
 from tests.mechanisms.running import TIGHT, Run, assert_close, global_angular_velocity, run, run_text
 from tests.support import ROOT
 

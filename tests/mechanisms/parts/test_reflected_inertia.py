@@ -7,7 +7,7 @@ import pytest
 
 from mbproj.errors import InputError
 from tests.crossed import where
-from tests.mechanisms.exact.swing import swinging
+from tests.mechanisms.closed_forms import swinging
 from tests.mechanisms.parts.flywheels import FLOATING, HEAD, PENDULUM
 from tests.mechanisms.running import BRIEF, TIGHT, assert_close, run_text
 

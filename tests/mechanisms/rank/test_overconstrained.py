@@ -10,8 +10,7 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, simulate
 from tests.crossed import some
-from tests.mechanisms.closed_forms import Linkage
-from tests.mechanisms.exact.rings import bennett_poses, bennett_ratio, bricard_poses
+from tests.mechanisms.closed_forms import Linkage, bennett_poses, bennett_ratio, bricard_poses
 from tests.mechanisms.running import TIGHT, Run, assert_close, run
 from tests.support import ROOT
 

@@ -12,7 +12,7 @@ from scipy.special import ellipj, ellipkinc
 from mbproj.errors import InputError
 from mbproj.registry import PROJECTIONS, integrators
 from tests.crossed import some, where
-from tests.mechanisms.exact.swing import swinging
+from tests.mechanisms.closed_forms import swinging
 from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run, run_text
 from tests.support import ROOT
 

@@ -18,7 +18,7 @@ from mbproj.model import rotation_matrix
 from mbproj.registry import integrators
 from mbproj.scene import read_scene_text
 from tests.crossed import once, some
-from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
+from tests.mechanisms.closed_forms import PARALLELOGRAM
 from tests.mechanisms.running import assert_close
 from tests.support import Recorder
 

@@ -29,7 +29,7 @@ from mbproj.scene.expressions.units import (
     Dimension,
     unit_of,
 )
-from tests.scene.good_scene import read_with
+from tests.scene.scenes import read_with
 
 SI = {
     "m": 1,

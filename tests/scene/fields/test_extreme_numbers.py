@@ -6,7 +6,7 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
 from tests.cli.commands import mbproj
-from tests.scene.good_scene import GOOD, changed, errors
+from tests.scene.scenes import GOOD, changed, errors
 
 SCENES = [
     (changed("duration: 10", "duration: 1e-308"), "'duration' is 1e-308: numbers below 1e-50"),

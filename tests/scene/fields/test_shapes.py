@@ -11,7 +11,7 @@ import pytest
 
 from mbproj.scene.records import Body
 from mbproj.scene.solids.shapes import SHAPES
-from tests.scene.good_scene import read_with
+from tests.scene.scenes import read_with
 
 PI = math.pi
 TURN = "{axis: [1, -2, 0.5], angle: 40 deg}"

@@ -9,7 +9,8 @@ from mbproj import assemble, compile_system, initial_guess, read_scene_text, set
 from mbproj.integrate import choose
 from tests.crossed import FULL, cover, crossed, some
 from tests.kernel.scenes import needs_kernel
-from tests.stops.inside.scenes import (
+from tests.stops.runs import DOP853, FIXED, run, same, simulated
+from tests.stops.scenes import (
     BALL,
     BEAM,
     BETWEEN_WALLS,
@@ -22,7 +23,6 @@ from tests.stops.inside.scenes import (
     SOFT_BALL,
     THREE_BALLS,
 )
-from tests.stops.runs import DOP853, FIXED, run, same, simulated
 
 pytestmark = needs_kernel
 

@@ -11,10 +11,10 @@ from mbproj.integrate import FullFormulation
 from mbproj.integrate.formulations import choice as formulation_choice
 from mbproj.integrate.formulations import full_in_loop
 from tests.crossed import some
-from tests.friction.known.slider_crank import linkage
+from tests.friction.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel
-from tests.stops.inside.scenes import BALL, DRIVEN, PRESSED_LOOP, SOFT_BALL, THREE_BALLS
 from tests.stops.runs import DOP853, FIXED, run, simulated
+from tests.stops.scenes import BALL, DRIVEN, PRESSED_LOOP, SOFT_BALL, THREE_BALLS
 
 FINE = "integrator: dop853, tolerance: 1.0e-9, output_step: 0.1"
 COARSE = "integrator: rk4, step: 1.0e-2, output_step: 0.1"

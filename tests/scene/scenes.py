@@ -1,13 +1,18 @@
-"""The scene of the design, which reads without a problem, and how a test spoils it."""
+"""A scene in which nothing is wrong, and scenes with one mistake each."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from mbproj.errors import InputError
+from mbproj.joints import JOINTS
 from mbproj.scene import Scene, read_scene_text
+
+# The scene of the design, which reads without a problem, and how a test spoils it.
 
 GOOD = """\
 mbproj: 1                                # format version, required
@@ -62,3 +67,27 @@ def errors(text: str, **given: Any) -> list[str]:
     with pytest.raises(InputError) as raised:
         read(text, **given)
     return [str(problem).splitlines()[0] for problem in raised.value.problems]
+
+
+# What is wrong with a scene, by the rows of `wrong/*.yaml`: one piece of the good scene, what stands there instead, and
+# the first message (behind the file's name). `schema: blind` marks what a JSON Schema cannot see.
+
+#: What the table of joints has, as messages list it.
+JOINT_TYPES = " or ".join([", ".join([*JOINTS][:-1]), [*JOINTS][-1]])
+TABLE: dict[str, list[dict[str, str]]] = {
+    path.stem: yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))
+    for path in sorted((Path(__file__).parent / "wrong").glob("*.yaml"))
+}
+WRONG: dict[str, list[tuple[str, str, str]]] = {
+    group: [(row["old"], row["new"], f"f.yaml:{row['message']}".replace("<joints>", JOINT_TYPES)) for row in rows]
+    for group, rows in TABLE.items()
+}
+ROWS = [row for rows in WRONG.values() for row in rows]
+IDS = [f"{group}-{number}" for group, rows in WRONG.items() for number, _ in enumerate(rows)]
+#: Those that a JSON Schema of the format accepts nevertheless.
+BLIND = {
+    f"{group}-{number}"
+    for group, rows in TABLE.items()
+    for number, row in enumerate(rows)
+    if row.get("schema") == "blind"
+}

@@ -1,4 +1,4 @@
-"""A pendulum whose elements have states, x and z, with rates of a test's own."""
+"""Scenes whose elements have states, and a pendulum that a motor drives."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
 from tests.support import Recorder
+
+# A pendulum whose elements have states, x and z, with rates of a test's own.
 
 FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]
 #: A pendulum with a damper, whose work is integrated beside the states and whose angle is followed.
@@ -56,3 +58,57 @@ def run(options, until=1.0, resumed=None, **own):
     recorder, marks = Recorder(), []
     keep = {"keep": lambda *mark: marks.append(mark[-1]), "resumed": resumed or {}}
     return simulate(system, state, replace(settings, duration=until), recorder, **keep), recorder, marks
+
+
+# A pendulum whose pin a motor turns, with a controller: functions that name channels, and states of elements.
+
+#: A pendulum whose pin a motor turns; a wheel beside it, in the same plane.
+DRIVEN_PENDULUM = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 0.5, output_step: 0.1, tolerance: 1e-12, integrator: dop853}
+bodies:
+  rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, -0.2]}
+  wheel: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, 1]}
+joints:
+  pin: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}
+  axle: {type: revolute, bodies: [ground, wheel], location: [0, 0, 1], axis: [0, 1, 0], angle: 0.02 rad}
+forces:
+  motor: {type: torsion_spring_damper, joint: pin, torque: "2*t"}
+  spring: {type: torsion_spring_damper, joint: axle, torque: "-t"}
+"""
+NAMES = ("current", "integral", "filtered", "angle", "speed", "turn")
+CHANNELS_OF = Channels.of(
+    [
+        (ChannelKind.STATE, 0),
+        (ChannelKind.STATE, 1),
+        (ChannelKind.STATE, 2),
+        (ChannelKind.COORDINATE, 0),
+        (ChannelKind.RATE, 0),
+        (ChannelKind.COORDINATE, 1),
+    ]
+)
+RATES = (
+    "(20*(1 - angle) + 30*integral - 2*filtered - 0.8*current - 2*speed)/2e-3",
+    "1 - angle",
+    "(speed - filtered)/0.01",
+)
+
+
+def programs(texts):
+    """Functions of the channels by name."""
+    variables = {"t": 0} | {name: CHANNELS + number for number, name in enumerate(NAMES)}
+    return flatten([Program(compiled(parse(text), {}, variables)[0], text) for text in texts])
+
+
+def driven(motor="2*current", spring="0*t", rates=RATES, **options):
+    """(system with a motor's current and a controller's states, start, settings)."""
+    scene = read_scene_text(DRIVEN_PENDULUM, simulation=options)
+    system = compile_system(scene)
+    start = assemble(system, initial_guess(scene, system))
+    states = ElementStates(np.zeros(3), np.ones(3), programs(rates), np.zeros(3, dtype=bool))
+    names = replace(system.names, states=("x.current", "x.integral", "x.filtered"), state_units=("A", "s", "1/s"))
+    forces = replace(system.forces, programs=programs([motor, spring]))
+    system = replace(system, states=states, names=names, forces=forces, channels=CHANNELS_OF)
+    start = start.of(system, 0.0, positions=start.q, velocities=start.v, turns=start.turns)
+    return system, start, settings_to_run(scene)

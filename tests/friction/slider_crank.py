@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from tests.friction.known.mechanisms import STEPS
+from tests.friction.mechanisms import STEPS
 
 R, L, G = 0.1, 0.3, 9.81
 MASS = {"crank": 1.0, "rod": 0.6, "slider": 1.5}
