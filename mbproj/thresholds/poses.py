@@ -126,7 +126,7 @@ class Passages:
         "length",
         "kernel",
         "away from singular poses, a stage of a kinematic run is also on its branch where its correction is shorter",
-        "no case: tests/integrate/kinematic/test_motions.py begins at rest with 1e-9 too",
+        "no case: tests/integrate/test_kinematic.py begins at rest with 1e-9 too",
     )
     crossed_way: float = threshold(
         1e-4,
@@ -197,7 +197,7 @@ class Looks:
         "intervals",
         "numpy",
         "fewer quiet intervals do not separate two features",
-        "tests/integrate/test_time_events.py: with 1, a pulse ends at its top",
+        "tests/integrate/test_events.py: with 1, a pulse ends at its top",
     )
     edge_decades: int = threshold(
         3,

@@ -54,14 +54,14 @@ class Closing:
         "1",
         "both",
         "from one trial correction to the next the limit of turns is multiplied by this",
-        "tests/projection/test_damping.py: uneven chains do not close in 12 passes with 0.5 and `stiffer` 10",
+        "tests/projection/test_hard_to_close.py: uneven chains do not close in 12 passes with 0.5 and `stiffer` 10",
     )
     stiffer: float = threshold(
         100.0,
         "1",
         "both",
         "the moment of inertia of a body that turns too far is multiplied by this, times turn / limit",
-        "tests/projection/test_damping.py: uneven chains do not close in 12 passes with 10 and `tighter` 0.5",
+        "tests/projection/test_hard_to_close.py: uneven chains do not close in 12 passes with 10 and `tighter` 0.5",
     )
     open_limit: float = threshold(
         1e-6,

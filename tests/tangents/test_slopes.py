@@ -13,7 +13,7 @@ from mbproj.errors import InputError
 from mbproj.integrate import choose, numbers_of
 from mbproj.mechanisms_folder import mechanism
 from tests.kernel.scenes import needs_kernel
-from tests.tangents.following import NEIGHBOURS, directions_of, follow
+from tests.studies.design.following import NEIGHBOURS, directions_of, follow
 
 pytestmark = needs_kernel
 
