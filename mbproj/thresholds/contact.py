@@ -82,14 +82,14 @@ class Contact:
         "kernel",
         "above this damping, relative to B, Newton's method for shared loads finds no better short step, and "
         "takes a long one",
-        "no case: tests/friction/planes/test_margins.py holds with 1e-10 too",
+        "no case: tests/friction/planes/test_contact_problem.py holds with 1e-10 too",
     )
     slow_motion: float = threshold(
         1e-3,
         "length or rad / interval",
         "numpy",
         "round-off of speeds is relative to at least this speed",
-        "no case: tests/stops/test_at_rest.py holds with 1000 too",
+        "no case: tests/stops/test_compliant.py holds with 1000 too",
     )
     middle_unlike: float = threshold(
         1e-3,

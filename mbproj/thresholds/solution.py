@@ -37,7 +37,7 @@ class Closing:
         "both",
         "a violation below so many ε of a row's coordinates, or an energy below so many ε of its terms, may "
         "be round-off; events nearer in ε of time are one",
-        "tests/projection/test_schedule.py: with 1, projections do not end at round-off",
+        "tests/projection/test_methods.py: with 1, projections do not end at round-off",
     )
     slow: float = threshold(
         0.1, "1", "kernel", "a pass that leaves a larger part of the violation needs a new factor", "simplified Newton"
@@ -68,7 +68,7 @@ class Closing:
         "length, rad",
         "both",
         "a run ends where a failed projection leaves a larger violation",
-        "no case: tests/projection/test_fallback.py holds with 1e-12 too",
+        "no case: tests/projection/test_hard_to_close.py holds with 1e-12 too",
     )
     lost_limit: float = threshold(
         1.0, "length, rad", "both", "a run ends at a larger violation", "the mechanism itself"

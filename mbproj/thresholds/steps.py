@@ -52,14 +52,14 @@ class Steps:
         "steps",
         "kernel",
         "the argument of a law is evaluated so far on either side of an event, for its direction and its rate",
-        "no case: tests/integrate/test_state_events.py holds with 0.1 too",
+        "no case: tests/integrate/test_events.py holds with 0.1 too",
     )
     chatter: float = threshold(
         1e-4,
         "samples",
         "kernel",
         "a law chatters where it passes its edge again within this part of the time between samples",
-        "tests/integrate/test_state_events.py: with 1e-10, a run whose law chatters does not stop in a minute",
+        "tests/integrate/test_events.py: with 1e-10, a run whose law chatters does not stop in a minute",
     )
     most_chatter: int = threshold(
         100, "1", "kernel", "a law that chatters so often in a row never settles", "no run gets to its end at this rate"
@@ -174,7 +174,7 @@ class Steps:
         "-",
         "kernel",
         "after so many passes no law becomes less stiff, so that Newton's method ends",
-        "tests/integrate/implicit/test_halving.py: with 1000, Radau IIA solves no part of a step of a belt",
+        "tests/integrate/implicit/test_steps.py: with 1000, Radau IIA solves no part of a step of a belt",
     )
     most_steps: float = threshold(
         1e8,
@@ -189,7 +189,7 @@ class Steps:
         "both",
         "the most halvings of a fixed step that is not solved or does not resolve a short move, and of a "
         "correction that does not help",
-        "tests/integrate/implicit/test_halving.py: 1 is too few for a mass that comes to stick",
+        "tests/integrate/implicit/test_steps.py: 1 is too few for a mass that comes to stick",
     )
     branch_halvings: int = threshold(
         4, "-", "kernel", "a fixed step that passes a singular pose is halved so many times", "errors fall by 16³"
@@ -206,7 +206,7 @@ class Steps:
         "1",
         "numpy",
         "a mode that decays or grows by less than this part of its frequency is a vibration",
-        "no case: tests/integrate/implicit/test_notes.py holds with 1e-9 too",
+        "no case: tests/integrate/implicit/test_energy.py holds with 1e-9 too",
     )
     marks_apart: float = threshold(
         9.0, "times it takes", "numpy", "the time from one mark of a run to the next", "a tenth of a run's time"

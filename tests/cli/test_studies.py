@@ -1,4 +1,5 @@
-"""`mbproj compare`, `tradeoff` and `threshold` as a user meets them."""
+"""`mbproj compare`, `tradeoff`, `threshold`, `stability`, `verify`, `fit`, `optimise` and `sensitivity` as a user meets
+them."""
 
 from __future__ import annotations
 
@@ -12,12 +13,18 @@ import time
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from mbproj import open_results
 from mbproj.cli.main import STUDIES
-from tests.cli.commands import SLIDER_CRANK, kept, mbproj
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, kept, mbproj
 from tests.cli.examples import named
+from tests.studies.design.scenes import BALL, table, written
+from tests.studies.scenes import write
 from tests.support import ROOT
+
+# `mbproj compare`, `tradeoff` and `threshold` as a user meets them.
 
 PENDULUM = str(ROOT / "mechanisms" / "physical_pendulum.yaml")
 SMALL = (
@@ -169,3 +176,238 @@ def _parent(pid: int) -> int | None:
         return int(Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[1])
     except OSError:
         return None
+
+
+# `mbproj stability` as a user meets it: table, figure, CSV, --json, interruption, bad input.
+
+FEW = ("--points", "5", "--duration", "1")
+
+
+def test_table_figure_and_csv(tmp_path, undrawn):
+    options = (*FEW, "--projections", "none,gpopm", "--from", "0.001", "--to", "0.02", "-o", "out")
+    done = mbproj("stability", SLIDER_CRANK, "--vary", "step", *options, folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert lines[0] == "Spatial slider-crank (Zhang, Liu & Liu 2015, sect. 5.2): step (s); its own 0.01; rk4, 1 s"
+    assert lines[2].split() == ["method", "from", "to", "state", "first", "bad"]
+    assert [line.split()[0] for line in lines if line.startswith(("none", "gpopm"))] == ["none", "gpopm"]
+    stem = "out/spatial_slider_crank-stability-step"
+    assert lines[-2:] == [f"{stem}.csv", f"{stem}.png"]
+    assert (tmp_path / lines[-1]).exists()
+    with (tmp_path / lines[-2]).open() as file:
+        rows = list(csv.DictReader(file))
+    assert {row["projection"] for row in rows} == {"none", "gpopm"}
+    assert all(float(row["open_by"]) < 2e-12 for row in rows if row["projection"] == "gpopm")
+    again = mbproj("stability", SLIDER_CRANK, "--vary", "step", *options, folder=tmp_path)
+    assert again.stdout == done.stdout
+    other = mbproj("stability", SLIDER_CRANK, "--vary", "step", *options, "--points", "6", folder=tmp_path)
+    assert (other.returncode, other.stdout == done.stdout) == (0, False)  # another study, with values of its own
+
+
+def test_json_of_baumgartes_limit(tmp_path, undrawn):
+    path = write(tmp_path, "slow", "", "step: 0.01", "step: 1e-4")
+    done = mbproj("stability", str(path), "--vary", "baumgarte-gain", "--points", "6", "--json", folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    found = json.loads(done.stdout)
+    (change,) = found["methods"]["baumgarte"]["limits"]
+    assert change["value"] == pytest.approx(found["analytic"], rel=0.02)
+    assert found["analytic"] == pytest.approx(27853, abs=1)
+    table = mbproj("stability", str(path), "--vary", "baumgarte-gain", "--points", "6", folder=tmp_path)
+    assert "theory: α h = 2.785, the real stability limit of rk4" in table.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--vary", "stiffness"), "--vary: error: no force of the scene has a 'stiffness' to vary; add a spring"),
+        (("--vary", "sped"), "--vary: error: unknown quantity 'sped'; did you mean 'speed'"),
+        (("--vary", "penalty", "--projections", "gopm"), "'gopm' has no 'alpha' to vary"),
+        (("--vary", "step", "--projection", "gopm"), "'--projections'"),
+        (("--vary", "step", "--from", "-1"), "--from"),
+        (("--vary", "step", "--from", "x"), "--from"),
+        ((), "Missing option '--vary'"),
+    ],
+)
+def test_bad_input_of_stability(tmp_path, arguments, said):
+    done = mbproj("stability", str(ROOT / "mechanisms" / "five_bar.yaml"), *arguments, folder=tmp_path)
+    assert (done.returncode, done.stdout, "Traceback" in done.stderr) == (2, "", False)
+    assert said in done.stderr
+
+
+@pytest.mark.full
+def test_an_interrupted_map_resumes(tmp_path):
+    """After Ctrl-C what was done is kept, and the study begins where it stopped."""
+    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "stability", SLIDER_CRANK, "--vary", "step"]
+    environment = {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")}
+    running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 120.0
+    while not kept(tmp_path / "cache") and time.monotonic() < deadline:
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    _, said = running.communicate(timeout=30)
+    assert (running.returncode, said.splitlines()[-1]) == (130, "interrupted")
+    assert kept(tmp_path / "cache")[0] in ("none", "baumgarte", "gopm", "gpopm")
+
+
+# `mbproj verify` as a user meets it: the table, --json, --store, exit codes.
+
+
+@pytest.mark.full
+def test_the_table(tmp_path):
+    done = mbproj("verify", FIVE_BAR, folder=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("Five-bar pendulum")
+    assert lines[1].split() == ["check", "what", "must", "hold", "measured", "allowed"]
+    assert lines[-1] == "  19 hold, 1 do not apply, 0 fail; runs take the planar formulation"
+    assert max(map(len, lines)) < 200
+    done = mbproj("verify", FIVE_BAR, "--json", "--plot", "checks.svg", "--write-table", "checks.md", folder=tmp_path)
+    assert json.loads(done.stdout)["files"] == ["checks.svg", "checks.md"]
+    drawn = (tmp_path / "checks.svg").read_text(encoding="utf-8")
+    assert "orthogonal" in drawn
+    assert "turns" not in drawn  # the check that does not apply
+
+
+def test_a_failing_check_ends_with_4(tmp_path):
+    """With a loose stop test the joints are not closed to what the scene's own tolerance asks for after one pass."""
+    path = write(tmp_path, "loose")
+    options = ("--projection-tolerance", "1e-30", "--max-iterations", "1")
+    done = mbproj("verify", str(path), *options, "--json", folder=tmp_path)
+    found = json.loads(done.stdout)
+    assert (done.returncode, found["holds"]) == (4, False)
+    (closed,) = (check for check in found["checks"] if check["verdict"] == "failed")
+    assert closed["name"] == "closed"
+    assert closed["measured"] > closed["allowed"] == 1e-30
+    table = mbproj("verify", str(path), *options, folder=tmp_path)
+    assert (table.returncode, "FAILS; m or rad, " in table.stdout) == (4, True)
+
+
+def test_stored_with_the_results_and_shown_by_info(tmp_path):
+    path = write(tmp_path, "swing")
+    run = mbproj("run", str(path), "-q", folder=tmp_path)
+    assert run.returncode == 0, run.stderr
+    before = mbproj("info", "results.h5", folder=tmp_path).stdout
+    assert "\nverification\n" not in before
+    for _ in range(2):  # the second takes the place of the first
+        done = mbproj("verify", str(path), "--store", "results.h5", folder=tmp_path)
+        assert (done.returncode, done.stderr) == (0, "stored in results.h5\n")
+    info = mbproj("info", "results.h5", folder=tmp_path).stdout
+    assert "\n".join(done.stdout.splitlines()[1:]) in info
+    assert json.loads(mbproj("info", "results.h5", "--json", folder=tmp_path).stdout)["verification"]["holds"] is True
+    with open_results(tmp_path / "results.h5") as results:
+        found = results.verification
+        assert found is not None
+        assert len(found.checks) == 20
+        assert len(results.time) == 21
+    assert sorted(each.name for each in tmp_path.glob("results*")) == ["results.h5"]
+    again = mbproj("rerun", "results.h5", "-o", "again.h5", "-q", folder=tmp_path)
+    assert again.returncode == 0, again.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "said"),
+    [
+        ("missing.h5", "cannot store in 'missing.h5': there is none yet; mbproj run SCENE -o missing.h5"),
+        ("text.h5", "'text.h5' is not a results file of mbproj"),
+        ("other.h5", "'other.h5' holds results of another scene, or of other parameters"),
+    ],
+)
+def test_what_cannot_be_stored_is_said_before_anything_is_computed(tmp_path, file, said):
+    (tmp_path / "text.h5").write_text("not HDF5")
+    other = write(tmp_path, "other", "", "mass: 1", "mass: 2")
+    assert mbproj("run", str(other), "-q", "-o", "other.h5", folder=tmp_path).returncode == 0
+    done = mbproj("verify", str(write(tmp_path, "swing")), "--store", file, folder=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert said in done.stderr
+    assert done.stderr.startswith("--store: error: ")
+
+
+def test_a_scene_that_cannot_run_is_refused_as_by_run(tmp_path):
+    path = write(tmp_path, "light", "", "mass: 1, inertia: [0.1, 0.1, 0.1]", "mass: 0, inertia: [0, 0, 0]")
+    for command in ("run", "verify"):
+        done = mbproj(command, str(path), folder=tmp_path)
+        assert (done.returncode, done.stdout, "Traceback" in done.stderr) == (2, "", False)
+        assert "the joints leave a motion that moves no mass" in done.stderr
+
+
+# `mbproj fit`, `optimise` and `sensitivity` on the command line: what they print and write, and their exit codes.
+
+FAR = "maximise: {far: {body: ball, quantity: position, component: x, at: end}}\n"
+VARY = "vary: {parameters.angle: [0.1, 1.5]}\nstarts: 1\n"
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("MBPROJ_CACHE", str(tmp_path / "cache"))
+    times = np.linspace(0.0, 1.0, 11)
+    table(tmp_path / "flight.csv", time__s=times, position_x__m=10.0 * np.cos(0.5) * times)
+    return tmp_path
+
+
+def test_fit_prints_writes_and_goes_on(folder, undrawn):
+    written(folder, BALL, VARY + "match: {flight: {body: ball, through: flight.csv}}\n")
+    first = mbproj("fit", "design.yaml", "-j", "1", folder=folder)
+    assert first.returncode == 0, first.stderr
+    assert "least_squares, because all that is wanted are residuals" in first.stdout
+    assert "flight: 11 points, off by " in first.stdout
+    assert {path.name for path in (folder / "design-design").iterdir()} == {
+        *("best.yaml", "starts.csv", "design.json", "design.png")
+    }
+    again = json.loads(mbproj("fit", "design.yaml", "-j", "1", "--json", folder=folder).stdout)
+    assert again["reused"] == 1
+    assert again["numbers"]["parameters.angle"]["value"] == pytest.approx(0.5, rel=1e-9)
+
+
+@pytest.mark.full
+def test_a_design_is_drawn_again_from_its_folder(folder):
+    written(folder, BALL, VARY + "match: {flight: {body: ball, through: flight.csv}}\n")
+    assert mbproj("fit", "design.yaml", "-j", "1", "-q", folder=folder).returncode == 0
+    done = mbproj("plot", "design-design", "-o", "pictures", "--format", "svg", folder=folder)
+    assert done.returncode == 0, done.stderr
+    names = [f"design-design-{kind}.svg" for kind in ("fit", "convergence", "correlation")]
+    assert [line.rpartition("/")[2] for line in done.stdout.split()] == names
+    assert "flight" in (folder / "pictures" / names[0]).read_text()
+    for options, said in (
+        (("--kind", "front"), "--kind front: the design has one goal alone"),
+        (("--kind", "heat"), "unknown kind 'heat' of a design"),
+        (("--marker", "tip"), "--marker is for results of runs"),
+    ):
+        wrong = mbproj("plot", "design-design", *options, folder=folder)
+        assert (wrong.returncode, said in wrong.stderr) == (2, True), wrong.stderr
+    (folder / "design-design" / "design.json").write_text('{"format": "mbproj design 1", "matches": 3}')
+    damaged = mbproj("plot", "design-design", folder=folder)
+    assert damaged.returncode == 2
+    assert "design.json: error: it is not what mbproj wrote of a design" in damaged.stderr
+
+
+def test_a_constraint_that_is_not_kept_is_exit_code_3(folder):
+    limit = "subject_to: {high: {body: ball, quantity: position, component: z, at: end, at_least: 100 m}}\n"
+    written(folder, BALL, VARY + FAR + limit)
+    done = mbproj("optimise", "design.yaml", "-j", "1", folder=folder)
+    assert done.returncode == 3
+    assert "note: no design keeps all constraints" in done.stderr
+
+
+def test_each_command_names_the_other(folder):
+    written(folder, BALL, VARY + FAR)
+    done = mbproj("fit", "design.yaml", folder=folder)
+    assert done.returncode == 2
+    assert "it matches nothing; use: mbproj optimise design.yaml" in done.stderr
+
+
+def test_what_somebody_else_wrote_is_not_replaced(folder):
+    written(folder, BALL, VARY + FAR)
+    (folder / "design-design").mkdir()
+    (folder / "design-design" / "best.yaml").write_text("mine\n")
+    done = mbproj("optimise", "design.yaml", folder=folder)
+    assert done.returncode == 2
+    assert "best.yaml" in done.stderr
+    assert (folder / "design-design" / "best.yaml").read_text() == "mine\n"
+
+
+def test_sensitivity_is_a_table(folder):
+    (folder / "scene.yaml").write_text(BALL)
+    done = mbproj("sensitivity", "scene.yaml", "--of", "far", "--to", "angle", "--json", folder=folder)
+    (row,) = json.loads(done.stdout)
+    assert (row["measure"], row["number"], row["unit"]) == ("far", "angle", "m/rad")
+    assert row["elasticity"] == pytest.approx(-np.tan(1.0), rel=1e-9)

@@ -1,16 +1,20 @@
-"""Pictures of the mechanism itself: poses stand where the run has them, and where the bars of the five-bar are."""
+"""Pictures and films of the mechanism itself: poses where the run has them, at the times that they say."""
 
 from __future__ import annotations
+
+import sys
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from matplotlib.collections import PolyCollection
+from PIL import Image
 
-from mbproj.cli.commands import check, plot
+from mbproj.cli.commands import animate, check, plot
 from mbproj.dynamics import assemble
 from mbproj.errors import InputError
-from mbproj.figures import draw, draw_start, picture_axes, projected, why_not
+from mbproj.figures import draw, draw_start, duration_and_speed, picture_axes, projected, times_of, why_not
+from mbproj.figures.kinds import film
 from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
 from mbproj.pages.appearance.mechanism import look_of
@@ -22,6 +26,8 @@ from tests.crossed import some
 from tests.pages.runs import FIVE_BAR, five_bar
 from tests.results.pendulum_blocks import record
 from tests.support import MECHANISMS
+
+# Pictures of the mechanism itself: poses stand where the run has them, and where the bars of the five-bar are.
 
 
 @pytest.fixture(scope="module")
@@ -121,3 +127,94 @@ def test_results_without_a_readable_scene_say_so(tmp_path):
     assert reason is not None and reason.startswith(
         "the scene in the results cannot be read: unknown parameter 'length'"
     )
+
+
+# Films: their pictures stand at the times that they say, in a format that others read.
+
+
+@pytest.fixture(scope="module")
+def film_path(tmp_path_factory):
+    return five_bar(tmp_path_factory.mktemp("film") / "five_bar.h5", duration=1)
+
+
+@pytest.fixture
+def short(monkeypatch):
+    """Films of five pictures."""
+    monkeypatch.setattr(film, "SHORTEST", 0.2)
+    monkeypatch.setattr(film, "LONGEST", 0.2)
+
+
+def animated(*arguments):
+    return CliRunner().invoke(animate.command, [str(each) for each in arguments], catch_exceptions=False)
+
+
+@pytest.mark.parametrize(
+    ("span", "seconds", "speed"), [(0.1, 4.0, 0.025), (10.0, 10.0, 1.0), (150.0, 15.0, 10.0), (0.0, 0.05, 1.0)]
+)
+def test_a_film_lasts_as_long_as_one_likes_to_watch(span, seconds, speed):
+    assert duration_and_speed(span) == pytest.approx((seconds, speed))
+
+
+def test_pictures_are_even_in_time():
+    times = times_of(np.array([1.0, 1.5, 6.0]))
+    assert len(times) == 101
+    assert np.allclose(np.diff(times), 0.05)
+    assert (times[0], times[-1]) == (1.0, 6.0)
+    assert times_of(np.array([2.0])).tolist() == [2.0]
+
+
+def test_a_gif_has_all_pictures_and_its_bars_where_the_run_has_them(film_path, tmp_path, short):
+    """The colour of the last bar moves as its centre of mass does."""
+    target = tmp_path / "film.gif"
+    assert animated(film_path, "-o", target).stdout == f"{target}\n"
+    with Image.open(target) as shown:
+        assert (shown.n_frames, shown.info["duration"], shown.info["loop"]) == (5, 50, 0)
+        pictures = []
+        for number in range(5):
+            shown.seek(number)
+            pictures.append(np.asarray(shown.convert("RGB"), dtype=float))
+    blue = [np.argwhere(np.linalg.norm(picture - [102, 204, 238], axis=2) < 60.0) for picture in pictures]
+    height = np.array([each[:, 0].mean() for each in blue])
+    assert (np.diff(height) > 3.0).all()  # rows count downwards, and it falls
+    assert animated(film_path, "-o", target).exit_code == 0  # ours is replaced
+    target.write_bytes(b"GIF89a of somebody else")
+    with pytest.raises(InputError, match=r"film.gif' exists and is not a film in GIF of mbproj"):
+        animated(film_path, "-o", target)
+
+
+def test_ffmpeg_is_given_every_pixel_of_every_picture(film_path, tmp_path, short, monkeypatch):
+    """A stand-in notes what it is told, and counts what it is given."""
+    stand_in = tmp_path / "ffmpeg"
+    stand_in.write_text(
+        f"#!{sys.executable}\nimport sys\nsize = len(sys.stdin.buffer.read())\n"
+        "open(sys.argv[-1], 'w').write(' '.join(sys.argv[1:-1]) + f' {size}')\n"
+    )
+    stand_in.chmod(0o755)
+    monkeypatch.setattr(film.shutil, "which", lambda name: str(stand_in))
+    animated(film_path, "-o", tmp_path / "film.mp4")
+    *told, size = (tmp_path / "film.mp4").read_text().split()
+    width, height = map(int, told[told.index("-s") + 1].split("x"))
+    assert width % 2 == height % 2 == 0
+    assert int(size) == 5 * 3 * width * height
+    assert "comment=mbproj" in told
+    stand_in.write_text("#!/bin/sh\necho 'Unknown encoder libx264' >&2\nexit 1\n")
+    (tmp_path / "film.mp4").unlink()
+    with pytest.raises(InputError, match="ffmpeg cannot make the film: Unknown encoder libx264; install one with"):
+        animated(film_path, "-o", tmp_path / "film.mp4")
+    assert not (tmp_path / "film.mp4").exists()
+
+
+def test_without_ffmpeg_one_line_says_so(film_path, tmp_path, monkeypatch):
+    monkeypatch.setattr(film.shutil, "which", lambda name: None)
+    with pytest.raises(InputError) as error:
+        animated(film_path, "-o", tmp_path / "film.mp4")
+    (problem,) = error.value.problems
+    assert problem.message == "a film in MP4 needs ffmpeg, which is not here"
+    assert problem.hint == "install it (apt install ffmpeg), or end the name in .gif"
+
+
+def test_a_film_is_of_results_alone(film_path, tmp_path):
+    with pytest.raises(InputError, match=r"a film is of results of runs, and '.*five_bar.yaml' is none"):
+        animated(FIVE_BAR, "-o", tmp_path / "film.gif")
+    with pytest.raises(InputError, match=r"--full is for pages, and '.*film.gif' is a film"):
+        animated(film_path, "--full", "-o", tmp_path / "film.gif")

@@ -1,6 +1,9 @@
-"""Inverse dynamics: an excavator by hand, shared forces, what is refused, and what smoothing does."""
+"""Inverse dynamics: an excavator by hand, shared forces, smoothing, and `mbproj loads`."""
 
 from __future__ import annotations
+
+import csv
+import json
 
 import numpy as np
 import pytest
@@ -9,26 +12,146 @@ from mbproj import InputError, compile_system, loads, run
 from mbproj.scene import read_scene_text
 from mbproj.studies.inverse.given_motion import GivenMotion
 from mbproj.studies.inverse.spline import smoothed
-from tests.studies.inverse import excavator
+from tests.cli.commands import mbproj
 
-CYLINDERS = tuple(f"{name}_cylinder" for name in excavator.NAMES)
-PINS = tuple(f"{name}_pin.angle" for name in excavator.NAMES)
+# An excavator: boom, arm and bucket in a vertical plane, each moved by a cylinder, and its forces by hand.
+
+MASS = np.array([1200.0, 500.0, 400.0])
+MOMENT = np.array([2500.0, 400.0, 90.0])
+LENGTH = np.array([5.0, 2.5, 1.2])
+CENTRE = np.array([2.4, 1.1, 0.6])
+GRAVITY = 9.81
+#: Of each cylinder: its end on the link before, in the axes of that link from its joint, and its end on its own link.
+BASE = np.array([[0.6, -0.4], [3.2, 0.7], [0.8, 0.4]])
+ROD = np.array([[2.2, 0.5], [-0.6, 0.4], [-0.3, 0.25]])
+#: θ(t) = mean + swing sin(2π t / 4 s + phase): angles of the joints, the first from the horizontal.
+MEAN, SWING, PHASE = np.array([0.7, -1.4, -0.8]), np.array([0.25, 0.35, 0.5]), np.array([0.3, 1.1, 2.0])
+RATE = 2.0 * np.pi / 4.0
+NAMES = ("boom", "arm", "bucket")
+
+
+def motion(t):
+    """Angles of the joints and their first and second derivatives, (3, T) each."""
+    phase = RATE * t + PHASE[:, None]
+    return (
+        MEAN[:, None] + SWING[:, None] * np.sin(phase),
+        RATE * SWING[:, None] * np.cos(phase),
+        -(RATE**2) * SWING[:, None] * np.sin(phase),
+    )
+
+
+def excavator_coordinates(t):
+    """The joints' coordinates (T, 3): they count from the pose that the scene gives."""
+    return (motion(t)[0] - motion(np.zeros(1))[0]).T
+
+
+def direction(angle):
+    """Along a link, and across it, in the plane (x, z)."""
+    return np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+
+
+def cylinder_forces(t):
+    """By hand, (T, 3), positive where a cylinder pushes: the moments of inertia and weight about each joint of all that
+    it carries, over how a cylinder lengthens with its angle."""
+    θ, rate, bend = (np.cumsum(part, axis=0) for part in motion(t))
+    relative = motion(t)[0]
+    place, pushed = np.zeros((2, len(t))), np.zeros((2, len(t)))
+    joints, centres, inertias = [], [], []
+    for k in range(3):
+        along, across = direction(θ[k])
+        swung = across * bend[k] - along * rate[k] ** 2
+        joints.append(place)
+        centres.append(place + CENTRE[k] * along)
+        inertias.append(MASS[k] * (pushed + CENTRE[k] * swung + np.array([[0.0], [GRAVITY]])))
+        place, pushed = place + LENGTH[k] * along, pushed + LENGTH[k] * swung
+    forces = []
+    for k in range(3):
+        torque = np.zeros(len(t))
+        for carried in range(k, 3):
+            arm = centres[carried] - joints[k]
+            torque += MOMENT[carried] * bend[carried] + arm[0] * inertias[carried][1] - arm[1] * inertias[carried][0]
+        along, across = direction(relative[k])
+        before = np.array([LENGTH[k - 1] if k else 0.0, 0.0])
+        rod = before[:, None] + ROD[k][0] * along + ROD[k][1] * across
+        apart = rod - BASE[k][:, None]
+        turned = ROD[k][0] * across - ROD[k][1] * along
+        lengthens = np.sum(apart * turned, axis=0) / np.linalg.norm(apart, axis=0)
+        forces.append(torque / lengthens)
+    return np.stack(forces, axis=1)
+
+
+def excavator(*, driven: bool):
+    """The mechanism; `driven` by motions of its joints, else free, with the cylinders as forces of nothing."""
+    θ = np.cumsum(motion(np.zeros(1))[0][:, 0])
+    bodies, joints, forces, motions, place = {}, {}, {}, {}, np.zeros(2)
+    before, before_place, before_angle = "ground", np.zeros(2), 0.0
+    for k, name in enumerate(NAMES):
+        along, across = direction(θ[k])
+        bodies[name] = {
+            "mass": float(MASS[k]),
+            "inertia": [1.0, float(MOMENT[k]), 1.0 + float(MOMENT[k])],
+            "position": _in_space(place + CENTRE[k] * along),
+            "orientation": {"axis": [0, -1, 0], "angle": float(θ[k])},
+        }
+        joints[f"{name}_pin"] = {
+            "type": "revolute",
+            "bodies": [before, name],
+            "location": _in_space(place),
+            "axis": [0, -1, 0],
+        }
+        ahead, beside = direction(before_angle)
+        forces[f"{name}_cylinder"] = {
+            "type": "spring_damper",
+            "points": {
+                before: _in_space(before_place + BASE[k][0] * ahead + BASE[k][1] * beside),
+                name: _in_space(place + ROD[k][0] * along + ROD[k][1] * across),
+            },
+            "stiffness": 0.0,
+        }
+        if driven:
+            at, start = f"{RATE!r}*t + {float(PHASE[k])!r}", f"sin({float(PHASE[k])!r})"
+            motions[f"{name}_motion"] = {
+                "joint": f"{name}_pin",
+                "angle": f"{float(SWING[k])!r} * (sin({at}) - {start})",
+            }
+        before, before_place, before_angle = name, place, float(θ[k])
+        place = place + LENGTH[k] * along
+    found = {
+        "mbproj": 1,
+        "gravity": [0, 0, -GRAVITY],
+        "simulation": {"duration": 4.0, "step": 0.02},
+        "bodies": bodies,
+        "joints": joints,
+        "forces": forces,
+        "markers": {"tooth": {"body": "bucket", "location": {"bucket": [float(LENGTH[2] - CENTRE[2]), 0, 0]}}},
+    }
+    return found | ({"motions": motions} if driven else {})
+
+
+def _in_space(place):
+    return [float(place[0]), 0.0, float(place[1])]
+
+
+# Inverse dynamics: an excavator by hand, shared forces, what is refused, and what smoothing does.
+
+CYLINDERS = tuple(f"{name}_cylinder" for name in NAMES)
+PINS = tuple(f"{name}_pin.angle" for name in NAMES)
 
 
 @pytest.fixture(scope="module")
 def dug():
     """A run of the driven excavator."""
-    return run(excavator.scene(driven=True), duration=1.0, step=0.01, output_step=0.02)
+    return run(excavator(driven=True), duration=1.0, step=0.01, output_step=0.02)
 
 
 def given(t, noise=0.0):
-    values = excavator.coordinates(t)
+    values = excavator_coordinates(t)
     return GivenMotion(PINS, ("rad",) * 3, t, values + noise * np.random.default_rng(4).normal(size=values.shape))
 
 
 def test_the_cylinders_of_an_excavator_push_as_the_moments_by_hand_say(dug):
     found = loads(dug, actuators=CYLINDERS)
-    expected = excavator.cylinder_forces(dug.time)
+    expected = cylinder_forces(dug.time)
     np.testing.assert_allclose(found.force, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
     assert found.units == ("N",) * 3
     assert found.freedom == found.rank == 3
@@ -46,8 +169,8 @@ def test_a_motion_given_by_samples_takes_the_same_forces_but_for_the_spline():
     errors = []
     for count in (31, 61):
         t = np.linspace(0.0, 4.0, count)
-        found = loads(excavator.scene(driven=False), given(t), actuators=CYLINDERS)
-        expected = excavator.cylinder_forces(t)
+        found = loads(excavator(driven=False), given(t), actuators=CYLINDERS)
+        expected = cylinder_forces(t)
         inside = slice(count // 5, -count // 5)
         errors.append(np.abs(found.force - expected)[inside].max() / np.abs(expected).max())
         assert found.balance < 1e-12
@@ -58,20 +181,20 @@ def test_a_motion_given_by_samples_takes_the_same_forces_but_for_the_spline():
 
 def test_without_names_the_given_coordinates_are_the_actuators():
     t = np.linspace(0.0, 4.0, 41)
-    found = loads(excavator.scene(driven=False), given(t))
+    found = loads(excavator(driven=False), given(t))
     assert found.names == PINS
     assert found.units == ("N m",) * 3
 
 
 def test_the_tooth_of_the_bucket_and_one_angle_tell_the_whole_motion():
     """Markers: x and z of the tooth and the angle of the bucket's pin take the place of three angles."""
-    scene, t = excavator.scene(driven=True), np.linspace(0.0, 1.0, 51)
+    scene, t = excavator(driven=True), np.linspace(0.0, 1.0, 51)
     results = run(scene, duration=1.0, step=0.02)
     tooth = results.marker("tooth").position
     values = np.column_stack([tooth[:, 0], tooth[:, 2], results.coordinate("bucket_pin.angle").value])
     motion = GivenMotion(("tooth.x", "tooth.z", "bucket_pin.angle"), ("m", "m", "rad"), results.time, values)
-    found = loads(excavator.scene(driven=False), motion, actuators=CYLINDERS)
-    expected = excavator.cylinder_forces(t)
+    found = loads(excavator(driven=False), motion, actuators=CYLINDERS)
+    expected = cylinder_forces(t)
     inside = slice(10, -10)
     np.testing.assert_allclose(found.force[inside], expected[inside], rtol=0.0, atol=1e-5 * np.abs(expected).max())
 
@@ -81,24 +204,24 @@ def test_noise_is_smoothed_and_what_that_changes_is_said():
     """Samples with noise of 1e-4 rad: its size is found, and the forces are near those of the true motion,
     while interpolation would make accelerations of noise."""
     t = np.linspace(0.0, 4.0, 121)
-    found = loads(excavator.scene(driven=False), given(t, 1e-4), actuators=CYLINDERS)
-    expected = excavator.cylinder_forces(t)
+    found = loads(excavator(driven=False), given(t, 1e-4), actuators=CYLINDERS)
+    expected = cylinder_forces(t)
     assert [each.noise for each in found.smoothing] == pytest.approx([1e-4] * 3, rel=0.3)
     assert all(1e-4 < each.largest < 6e-4 for each in found.smoothing)
     off = np.abs(found.force - expected)[12:-12] / np.abs(expected).max(axis=0)
     assert off.max() < 0.1
-    raw = loads(excavator.scene(driven=False), given(t, 1e-4), actuators=CYLINDERS, smooth={"rad": 0.0})
+    raw = loads(excavator(driven=False), given(t, 1e-4), actuators=CYLINDERS, smooth={"rad": 0.0})
     assert np.abs(raw.force - expected)[12:-12].max() > 3.0 * np.abs(found.force - expected)[12:-12].max()
 
 
 def test_what_is_given_twice_is_averaged():
     """Angles and a marker that contradict each other by noise: the closed motion is between them."""
     t = np.linspace(0.0, 1.0, 26)
-    results = run(excavator.scene(driven=True), duration=1.0, step=0.02, output_step=0.04)
+    results = run(excavator(driven=True), duration=1.0, step=0.02, output_step=0.04)
     tooth = results.marker("tooth").position[:, [0, 2]]
-    values = np.column_stack([excavator.coordinates(t), tooth + np.array([3e-4, -3e-4])])
+    values = np.column_stack([excavator_coordinates(t), tooth + np.array([3e-4, -3e-4])])
     names, units = (*PINS, "tooth.x", "tooth.z"), ("rad",) * 3 + ("m",) * 2
-    found = loads(excavator.scene(driven=False), GivenMotion(names, units, t, values), actuators=CYLINDERS)
+    found = loads(excavator(driven=False), GivenMotion(names, units, t, values), actuators=CYLINDERS)
     changes = {each.name: each.largest for each in found.smoothing}
     assert 0.0 < changes["tooth.x"] < 3e-4
     assert 0.0 < changes["boom_pin.angle"] < 3e-4
@@ -129,9 +252,9 @@ def test_a_freedom_without_an_actuator_is_named(dug):
 
 def test_a_motion_that_leaves_a_freedom_open_is_refused():
     t = np.linspace(0.0, 4.0, 41)
-    motion = GivenMotion(PINS[:2], ("rad",) * 2, t, excavator.coordinates(t)[:, :2])
+    motion = GivenMotion(PINS[:2], ("rad",) * 2, t, excavator_coordinates(t)[:, :2])
     with pytest.raises(InputError, match="determines 2 of 3 degrees of freedom"):
-        loads(excavator.scene(driven=False), motion, actuators=CYLINDERS)
+        loads(excavator(driven=False), motion, actuators=CYLINDERS)
 
 
 @pytest.mark.parametrize(
@@ -249,5 +372,110 @@ def test_a_spline_tells_noise_from_a_smooth_motion():
 
 
 def test_a_motion_names_what_the_scene_has():
-    system = compile_system(read_scene_text(excavator.scene(driven=False), "digger"))
+    system = compile_system(read_scene_text(excavator(driven=False), "digger"))
     assert system.names.coordinates == PINS
+
+
+# `mbproj loads` on the command line: tables in, tables out, and what is refused with its place.
+
+#: A bar that turns about a level axis: m = 2 kg, its centre 0.5 m away, J about the pin 0.3 + 2 · 0.25 kg m².
+SCENE = """\
+mbproj: 1
+gravity: [0, 0, -9.8]
+simulation: {duration: 1, step: 0.01}
+bodies: {bar: {mass: 2, inertia: [0.1, 0.3, 0.3], position: [0.5, 0, 0]}}
+joints: {A: {type: revolute, bodies: [ground, bar], location: [0, 0, 0], axis: [0, -1, 0]}}
+markers: {tip: {body: bar, location: {bar: [0.5, 0, 0]}}}
+"""
+MOTIONS = "motions: {m: {joint: A, angle: 0.5*sin(3*t)}}\n"
+T = np.linspace(0.0, 1.0, 41)
+ANGLE = 0.5 * np.sin(3.0 * T)
+TORQUE = 0.8 * -9.0 * ANGLE + 2.0 * 9.8 * 0.5 * np.cos(ANGLE)
+
+
+def write(folder, text, name="scene.yaml"):
+    (folder / name).write_text(text)
+    return name
+
+
+def table(folder, headings, *columns):
+    lines = [headings, *(",".join(f"{value:.17g}" for value in row) for row in zip(*columns, strict=True))]
+    return write(folder, "\n".join(lines) + "\n", "given.csv")
+
+
+def test_a_table_in_degrees_gives_a_table_a_picture_and_numbers(tmp_path):
+    given = table(tmp_path, "time (s), A.angle (deg)", T, np.degrees(ANGLE))
+    scene = write(tmp_path, SCENE)
+    done = mbproj(
+        "loads", scene, "--given", given, "-o", "a.csv", "--plot", "a.png", "--over", "A.angle", folder=tmp_path
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "1 degree of freedom, 1 actuator, 41 samples" in done.stdout
+    assert "power balance" in done.stdout and "interpolated" in done.stdout
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+    with (tmp_path / "a.csv").open() as file:
+        headings, *rows = csv.reader(file)
+    assert headings == ["time (s)", "A.angle force (N m)", "A.angle rate (rad/s)", "A.angle power (W)"]
+    found = np.array(rows, dtype=float)
+    np.testing.assert_allclose(found[5:-5, 1], TORQUE[5:-5], rtol=0.0, atol=1e-5)
+    numbers = json.loads(mbproj("loads", scene, "--given", given, "--json", folder=tmp_path).stdout)
+    np.testing.assert_allclose(numbers["actuators"]["A.angle"]["force"], found[:, 1], rtol=1e-12)
+    assert numbers["power_balance"] < 1e-12
+
+
+@pytest.mark.full
+def test_a_marker_in_millimetres_and_results_tell_the_same_motion(tmp_path):
+    x, z = 1000.0 * np.cos(ANGLE), 1000.0 * np.sin(ANGLE)
+    given = table(tmp_path, "t;tip.position_x [mm];tip.z [mm]".replace(";", ","), T, x, z)
+    scene = write(tmp_path, SCENE)
+    done = mbproj("loads", scene, "--given", given, "--actuator", "A.angle", "--json", folder=tmp_path)
+    found = json.loads(done.stdout)["actuators"]["A.angle"]["force"]
+    np.testing.assert_allclose(found[8:-8], TORQUE[8:-8], rtol=0.0, atol=1e-3)
+    assert mbproj("run", write(tmp_path, SCENE + MOTIONS, "driven.yaml"), folder=tmp_path).returncode == 0
+    of_results = json.loads(mbproj("loads", "results.h5", "--json", folder=tmp_path).stdout)
+    t = np.array(of_results["time"])
+    exact = -7.2 * 0.5 * np.sin(3.0 * t) + 9.8 * np.cos(0.5 * np.sin(3.0 * t))
+    np.testing.assert_allclose(of_results["actuators"]["m"]["force"], exact, rtol=0.0, atol=1e-10)
+    as_given = mbproj("loads", scene, "--given", "results.h5", "--actuator", "A.angle", "--json", folder=tmp_path)
+    np.testing.assert_allclose(json.loads(as_given.stdout)["actuators"]["A.angle"]["force"], exact, atol=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("time, A.angel\n" + "0,0\n" * 7, "given.csv:1: error: column 'A.angel' is no joint coordinate"),
+        ("time, A.angle (mm)\n" + "0,0\n" * 7, "given.csv:1: error: column 'A.angle' is in rad, and 'mm' is not"),
+        ("time, A.angle (furlong)\n" + "0,0\n" * 7, "unknown unit 'furlong'"),
+        ("A.angle\n" + "0\n" * 7, "it needs a column 'time (s)'"),
+        ("time, A.angle\n0,0\n1,x\n", "given.csv:3: error: 'x' is not a number"),
+        ("time, A.angle\n0,0\n1,4_5\n", "given.csv:3: error: '4_5' is not a number"),
+        ("time, A.angle, A.angle\n" + "0,0,0\n" * 7, "given.csv:1: error: two columns are of 'A.angle'"),
+        ("time, A.angle\n0,0\n1\n", "given.csv:3: error: it has 1 cells"),
+        ("time, A.angle\n0,0\n1,nan\n", "given.csv:3: error: a number is not finite"),
+        ("time, A.angle\n0,0\n1,1\n2,2\n", "it has 3 samples"),
+        ("time, A.angle\n" + "".join(f"{t},0\n" for t in (0, 1, 2, 2, 3, 4, 5)), "given.csv:5: error: its time"),
+        ("", "it is empty"),
+    ],
+)
+def test_what_is_wrong_with_a_table_is_said_with_its_line(tmp_path, text, said):
+    scene, given = write(tmp_path, SCENE), write(tmp_path, text, "given.csv")
+    done = mbproj("loads", scene, "--given", given, folder=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ((), "it is not said which actuators move the mechanism"),
+        (("--smooth", "1 mm"), "--smooth is for a motion that is given"),
+        (("--actuator", "B.angle"), "--actuator: error: there is no actuator 'B.angle'"),
+        (("--actuator", "A.angle", "--weight", "A.angle"), "'A.angle' is not NAME=W"),
+        (("--actuator", "A.angle", "--over", "A.angel"), "did you mean 'A.angle'?"),
+        (("--actuator", "A.angle", "--plot", "a.gif"), "has no ending of a picture"),
+    ],
+)
+def test_options_that_are_wrong_are_said(tmp_path, options, said):
+    done = mbproj("loads", write(tmp_path, SCENE), *options, folder=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr, done.stderr
