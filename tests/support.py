@@ -16,6 +16,7 @@ from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceA
 from mbproj.constraints.curves.profile import Arc, Lap, Profile
 from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
 from mbproj.constraints.primitive import Primitive
+from mbproj.dynamics import State, assemble
 from mbproj.functions import Track, ellipse
 from mbproj.functions.curves.laws import Rise
 from mbproj.functions.curves.shapes import CamFollower, of_law, polar, polyline, through
@@ -23,6 +24,7 @@ from mbproj.functions.curves.space_curve import through_space
 from mbproj.functions.curves.track import SpaceTrack
 from mbproj.joints import JOINTS, TWO_ANGLES, Parameter
 from mbproj.joints.joint_type import Ratio
+from mbproj.model import System, compile_system, initial_guess
 from mbproj.scene import Body, Joint, Marker, Pair, Settings
 from mbproj.scene.blocks.ropes.path import Node
 from mbproj.scene.blocks.ropes.path import Path as RopePath
@@ -345,3 +347,9 @@ class Recorder:
 
     def __getitem__(self, path: str) -> np.ndarray:
         return np.concatenate([block[path] for block in self.blocks])
+
+
+def assembled(scene: Scene) -> tuple[System, State]:
+    """The System of a scene, and its start with closed joints."""
+    system = compile_system(scene)
+    return system, assemble(system, initial_guess(scene, system))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
+from mbproj import read_scene_text, settings_to_run, simulate
 from mbproj.constraints import PRIMITIVES
 from mbproj.constraints.coupling import Coupling
 from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
@@ -21,7 +21,7 @@ from mbproj.dynamics import second_derivatives, third_derivatives
 from mbproj.joints import mesh, thread
 from mbproj.model import Binding, bind, bindings
 from tests.kernel.scenes import needs_kernel
-from tests.support import ON_CURVES, Recorder, made
+from tests.support import ON_CURVES, Recorder, assembled, made
 
 # Every primitive: its gradient and curvature against the complex step on random vectors.
 
@@ -240,8 +240,7 @@ joints:
 def test_a_primitive_without_a_kernel_form_runs_in_the_full_formulation_and_says_so():
     """A sled on an edge through its centre of mass keeps its speed and turns evenly: it goes round a circle."""
     scene = read_scene_text(SLED)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     forward = state.v[:3] / np.linalg.norm(state.v[:3])
     across = np.cross([0.0, 0.0, 1.0], forward)
     edge = Binding(KnifeEdge(), 0, ((0, 2, across), (0, 2, np.zeros(3))))

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.dynamics import assemble
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.mechanisms_folder import mechanism
-from mbproj.model import compile_system, initial_guess
 from mbproj.runs import notes_on
 from mbproj.scene import read_scene, settings_to_run
 from tests.cli.commands import mbproj as command
-from tests.support import ROOT
+from tests.support import ROOT, assembled
 
 # What check says of redundant rows, motions without mass, singular poses and conditions.
 
@@ -172,11 +170,10 @@ def test_a_run_marks_reactions_that_are_not_unique(tmp_path):
 def test_a_tolerance_below_round_off_is_pointed_out(tolerance, notes):
     """The five-bar's coordinates are up to 1.1 m: 4 ε of that is 1e-15 m. Its error falls no further than 1e-13 m."""
     scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml")
-    system = compile_system(scene)
     settings = replace(
         settings_to_run(scene), duration=0.1, step=None, tolerance=tolerance, integrator="dop853", output_step=0.05
     )
-    report = simulate(system, assemble(system, initial_guess(scene, system)), settings)
+    report = simulate(*assembled(scene), settings)
     found = [
         note for note in notes_on(report) if note.text.startswith("the tolerance of 1e-16 is below what round-off")
     ]

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj import read_scene, settings_to_run, simulate
 from mbproj.cli.main import mbproj
 from mbproj.cli.report import progress
 from mbproj.cli.report.progress import Bar, Line, Pace, Telling
@@ -19,6 +19,7 @@ from mbproj.studies import TIMING, with_words
 from tests.cli.commands import FIVE_BAR
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
+from tests.support import assembled
 
 # A clock and a terminal of a test's own.
 
@@ -233,8 +234,8 @@ def test_a_run_without_samples_tells_how_far_it_is(monkeypatch) -> None:
     """Its first sample after the start is its last."""
     monkeypatch.setattr(kernel_run, "RETURN_SECONDS", 0.0)
     scene = read_scene(FIVE_BAR, {}, {"duration": "1", "step": "1e-4", "output_step": "1"})
-    system, told = compile_system(scene), list[float]()
-    simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), progress=told.append)
+    told = list[float]()
+    simulate(*assembled(scene), settings_to_run(scene), progress=told.append)
     assert len(told) > 50
     assert told == sorted(told)
     assert told[-1] == 1.0

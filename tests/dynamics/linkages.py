@@ -8,18 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj import Scene
-from mbproj.dynamics.assembly.assemble import State, assemble
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.system import System
 from mbproj.scene import Body, Joint, Pair
 from tests.support import scene_of
 
 GROUND = "ground"
-
-
-def assembled(scene: Scene) -> tuple[System, State]:
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system))
 
 
 def body(name: str, position: Sequence[float], mass: float = 1.0, inertia: Sequence[float] = (0.01,) * 3) -> Body:

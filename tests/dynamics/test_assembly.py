@@ -18,15 +18,10 @@ from mbproj.joints import JOINTS
 from mbproj.model import compile_system, initial_guess
 from mbproj.scene import Body, Joint, Pair, read_scene, read_scene_text
 from mbproj.thresholds import THRESHOLDS
-from tests.support import ROOT, random_chain, scene_of
+from tests.support import ROOT, assembled, random_chain, scene_of
 
 ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
 Y_AXIS = Pair((0.0, 1.0, 0.0), (0.0, 1.0, 0.0), local=True)
-
-
-def assembled(scene):
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system))
 
 
 def link(name: str, x: float, z: float = 0.0, turn: float = 0.0) -> Body:

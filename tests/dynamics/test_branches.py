@@ -9,16 +9,15 @@ import pytest
 from PIL import Image
 
 import mbproj
-from mbproj.dynamics import assemble
 from mbproj.dynamics.assembly.assemblies import assemblies, conditions, freedom_left, reach_of
 from mbproj.dynamics.equations.constraint_equations import constraint_at
 from mbproj.dynamics.equations.motions import drive_at
-from mbproj.model import compile_system, initial_guess
 from mbproj.results import open_results
 from mbproj.scene import read_scene_text
 from tests.cli.commands import mbproj as command
 from tests.crossed import full
 from tests.integrate.kinematic_scenes import FOUR_BAR as FILE
+from tests.support import assembled
 
 # Linkages whose numbers of assemblies are known, as scenes.
 
@@ -157,9 +156,7 @@ def six_bar(motions=""):
 
 def made(text):
     """(system, start) of a scene's text."""
-    scene = read_scene_text(text)
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system))
+    return assembled(read_scene_text(text))
 
 
 def found(text, *held, starts=None):
@@ -245,9 +242,7 @@ def test_bodies_start_at_poses_of_their_own():
 
 def ready(text, *held):
     """(system, start, conditions) of a scene's text with these coordinates held."""
-    scene = read_scene_text(text)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(read_scene_text(text))
     wanted = [(system.names.coordinates.index(name), None) for name in held]
     return system, state, conditions(system, state, iter(wanted))
 

@@ -16,9 +16,9 @@ from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
 from mbproj.kernel import core
 from mbproj.scene import Settings, read_scene, read_scene_text
 from tests.integrate.stiff_scenes import PENDULUM, WHEEL, held_by, rod
-from tests.kernel.scenes import assembled, needs_kernel
+from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
-from tests.support import ROOT
+from tests.support import ROOT, assembled
 
 # The modes of the forces alone: responses against the kernel and by hand, slopes against differences.
 

@@ -19,6 +19,7 @@ from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import choose
 from mbproj.scene import read_scene_text, settings_to_run
+from tests.support import assembled
 
 # Motions as rheonomic rows: their derivatives in time, what they ask of the start, and what they cannot.
 
@@ -208,8 +209,7 @@ FORMULATIONS = ("full", "reduced", "planar")
 
 def started(angle, formulation="full", duration=1.0):
     scene = read_scene_text(WHEEL.format(angle=angle, formulation=formulation, duration=duration), "wheel.yaml")
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system)), settings_to_run(scene)
+    return *assembled(scene), settings_to_run(scene)
 
 
 @pytest.mark.parametrize("formulation", FORMULATIONS)

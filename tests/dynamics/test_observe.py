@@ -8,15 +8,14 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene, settings_to_run
-from mbproj.dynamics import assemble
 from mbproj.dynamics.observe.recorded import Observer
 from mbproj.dynamics.observe.samples import Samples, join
 from mbproj.integrate import simulate
 from mbproj.mechanisms_folder import mechanism
-from mbproj.model import compile_system, initial_guess, rotation_matrix
+from mbproj.model import rotation_matrix
 from mbproj.scene import ProjectionSettings, Settings
 from tests.crossed import full
-from tests.support import Recorder, random_chain
+from tests.support import Recorder, assembled, random_chain
 
 KINDS = ["revolute", "universal", "prismatic", "spherical"]
 STEP = 1e-3
@@ -26,8 +25,7 @@ STEP = 1e-3
 def run():
     """A short motion of a chain with every kind of joint, at every step."""
     scene = random_chain(12, KINDS)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     recorder = Recorder()
     simulate(system, state, Settings(duration=0.05, step=STEP, projection=ProjectionSettings()), recorder)
     return scene, system, recorder
@@ -122,8 +120,7 @@ def test_energies(run):
 def test_a_sample_is_the_same_in_blocks_of_any_length(name):
     """To the bit: a run that goes on from a mark has other blocks than one that did not stop."""
     scene = read_scene(mechanism(name), simulation={"duration": 0.05})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     recorder = Recorder()
     simulate(system, state, settings_to_run(scene), recorder)
     samples, observer = join([block.samples for block in recorder.blocks]), Observer(system, state)

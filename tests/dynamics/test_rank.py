@@ -24,8 +24,8 @@ from mbproj.scene import Body, Joint, Pair, read_scene
 from mbproj.thresholds import THRESHOLDS
 from tests.crossed import crossed
 from tests.dynamics import linkages
-from tests.dynamics.linkages import assembled, scaled
-from tests.support import random_body, random_chain, scene_of
+from tests.dynamics.linkages import scaled
+from tests.support import assembled, random_body, random_chain, scene_of
 
 # A planar four-bar with a choice of joints.
 

@@ -11,7 +11,7 @@ from mbproj.functions.program import apply, number
 from mbproj.kernel import core
 from mbproj.model import with_elements
 from tests.crossed import full
-from tests.support import DATA, Recorder
+from tests.support import DATA, Recorder, assembled
 
 # A wheel and a slide, each on a joint to the ground, that elements couple and drive; and two slides.
 
@@ -98,8 +98,7 @@ forces:
 def ran(text: str, parameters=(), **simulation):
     """System, recorder and report of a run."""
     scene = read_scene_text(text, "<text>", dict(parameters), simulation)
-    system, found = compile_system(scene), Recorder()
-    state = assemble(system, initial_guess(scene, system))
+    (system, state), found = assembled(scene), Recorder()
     return system, found, simulate(system, state, settings_to_run(scene), found)
 
 

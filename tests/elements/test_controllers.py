@@ -24,7 +24,7 @@ from mbproj.functions import values
 from mbproj.kernel import core
 from tests.crossed import crossed, full
 from tests.elements.scenes import FORMULATIONS, SELDOM_FULL, ran
-from tests.support import Recorder
+from tests.support import Recorder, assembled
 
 # Sampled controllers: against matrix exponentials from instant to instant, in every formulation and method.
 
@@ -152,9 +152,7 @@ forces:
     dear=["full"],
 )
 def test_a_run_goes_on_to_the_bit(text, formulation, options):
-    scene = read_scene_text(text, "<text>", {}, {"formulation": formulation, **options})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(read_scene_text(text, "<text>", {}, {"formulation": formulation, **options}))
 
     def part(duration, resumed=None):
         found, marks = Recorder(), []

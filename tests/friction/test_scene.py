@@ -22,6 +22,7 @@ from mbproj.studies import RigidMotion, renumbered, rescaled, with_damping, with
 from tests.friction.scenes import EVERY_FRICTION
 from tests.scene.scenes import errors
 from tests.stops.runs import Recorded
+from tests.support import assembled
 
 # Dry friction as a scene gives it and as arrays.
 
@@ -320,8 +321,8 @@ NAMES = {"pad": "rad", **dict.fromkeys(("floor.1", "floor.2", "wall.1", "wall.2"
 
 def ran(scene):
     """What a run of a scene records."""
-    system, recorded = compile_system(scene), Recorded()
-    simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorded)
+    recorded = Recorded()
+    simulate(*assembled(scene), settings_to_run(scene), recorded)
     return recorded
 
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from math import atan, cos, pi, sin, sqrt
 
-from mbproj.dynamics import assemble
 from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene_text, settings_to_run
-from tests.support import Recorder
+from tests.support import Recorder, assembled
 
 # Scenes whose laws have edges in the state, with what they do in closed form.
 
@@ -107,7 +105,6 @@ def rotor(torque: str) -> str:
 def run(text: str, **options: str):
     """(recorder, report) of a scene with these options of the command line."""
     scene = read_scene_text(text, simulation=options)
-    system = compile_system(scene)
     recorder = Recorder()
-    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    report = simulate(*assembled(scene), settings_to_run(scene), recorder)
     return recorder, report

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import time_events
@@ -16,7 +15,7 @@ from mbproj.integrate.formulations.full import FullFormulation
 from mbproj.integrate.numpy_loop import march
 from mbproj.integrate.reporting.marks import Marks
 from mbproj.integrate.reporting.tally import Tally
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from tests.crossed import crossed, full
 from tests.friction.scenes import AGAIN, BELT, SLIPS, STICKS
@@ -24,7 +23,7 @@ from tests.integrate.event_scenes import TROLLEY, bounce, rotor
 from tests.mechanisms.closed_forms import PARALLELOGRAM
 from tests.stops.runs import DOP853, simulated
 from tests.stops.runs import FIXED as FIXED_STEPS
-from tests.support import REDUNDANT, ROOT, Recorder
+from tests.support import REDUNDANT, ROOT, Recorder, assembled
 
 # A run that goes on from a mark of a shorter one has the bits of one long run: in all formulations, with fixed steps
 # and with error control, with rows that follow from others, near singular poses, across events.
@@ -56,8 +55,7 @@ def scene_of(what, options):
 def run(what, until, options, resumed=None):
     """(recorder, marks) of a run; what a run goes on from comes with it, and the recorder has its report."""
     scene = scene_of(what, options)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     recorder, kept = Recorder(), Kept()
     settings = replace(settings_to_run(scene), duration=until)
     recorder.report = simulate(system, state, settings, recorder, keep=kept, resumed=resumed or {})
@@ -151,8 +149,7 @@ def test_a_state_that_is_not_of_this_scene_is_refused(formulation, options):
 
 def test_what_nobody_keeps_is_not_made():
     scene = scene_of(TURNING, BY_ERROR | {"formulation": "full"})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     settings = replace(settings_to_run(scene), duration=0.2)
     marks = Marks()
     for _ in march(FullFormulation.of(system, state, settings), state, Tally(), marks):

@@ -7,11 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
 from mbproj.errors import SimulationError
 from mbproj.integrate import simulate
 from mbproj.integrate.events.time_events import time_events
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import compile_system
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.crossed import crossed, full
 from tests.integrate.event_scenes import (
@@ -25,7 +24,7 @@ from tests.integrate.event_scenes import (
     rotor,
     run,
 )
-from tests.support import Recorder
+from tests.support import Recorder, assembled
 
 # Events in time: steps end where functions of time have kinks, jumps or narrow features, in every formulation.
 
@@ -239,9 +238,8 @@ class Log(Recorder):
 
 def run_switching(text: str, **options: str):
     scene = read_scene_text(text, simulation=options)
-    system = compile_system(scene)
     log = Log()
-    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), log)
+    report = simulate(*assembled(scene), settings_to_run(scene), log)
     return log, report
 
 

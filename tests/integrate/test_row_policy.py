@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj import Scene, assemble, compile_system, initial_guess, read_scene, settings_to_run
+from mbproj import Scene, read_scene, settings_to_run
 from mbproj.dynamics import NO_DRIVE, RowPolicy, RowSet, jacobian, pose_of
 from mbproj.integrate import Compiled, InPlane, Reduced, kernel_tableau, load_tableau, settle_rows
 from mbproj.integrate.formulations.choice import choose
@@ -20,9 +20,9 @@ from mbproj.model import Plane, planar_reduction
 from mbproj.scene import ProjectionSettings, Settings, read_scene_text
 from scripts.large_mechanisms.scenes import scissor_grid
 from tests.crossed import full
-from tests.kernel.scenes import assembled, needs_kernel
+from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.closed_forms import PARALLELOGRAM
-from tests.support import REDUNDANT, ROOT
+from tests.support import REDUNDANT, ROOT, assembled
 
 # Derivatives are functions of (t, state, row set), and the policy is what a run remembers.
 
@@ -48,8 +48,7 @@ def formulation_of(name, **options):
         if isinstance(name, str)
         else read_scene_text(PARALLELOGRAM.replace("CLOSURE", "point_on_line"), "scene.yaml", {"start": name}, keys)
     )
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     settings = settings_to_run(scene)
     return FullFormulation.of(system, state, settings, REDUNDANT.get(name, 0)), state
 
@@ -147,8 +146,7 @@ def test_a_walk_past_speeds_that_overflow_tells_the_rows(recwarn):
     far = text.replace("location: [0, 0.4, 0.2175]", "location: [0, 4e11, 0.2175]")
     assert far != text
     scene = read_scene_text(far, "scene.yaml", {}, {})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     assert choose(system, state, settings_to_run(scene)).compiled is not None
     assert not [each for each in recwarn if issubclass(each.category, RuntimeWarning)]
 
@@ -159,8 +157,7 @@ def test_a_walk_that_enters_a_singular_branch_tells_the_rows_of_the_other():
     poses of the walk are singular."""
     text = (ROOT / "mechanisms" / "governor.yaml").read_text()
     scene = read_scene_text(text.replace("speed: 0}", "speed: 23}"), "scene.yaml", {"link": "98 mm"}, {})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     rows = choose(system, state, settings_to_run(scene)).compiled.model.rows
     assert rows.redundant == 0 and min(rows.pivots) > 1e-3 and rows.even > 1e-3
 
@@ -420,8 +417,7 @@ def test_steps_of_a_large_mechanism_hold_its_usual_rows(cells):
 def test_usual_pivots_are_those_of_the_rows_that_a_run_with_the_method_has(method):
     """A penalty keeps all joints in S: pivots that were found without them were read beyond their end, and equal input
     came out in two ways."""
-    scene = read_scene(ROOT / "mechanisms" / "spatial_slider_crank.yaml")
-    system, state = assembled(scene)
+    system, state = assembled(read_scene(ROOT / "mechanisms" / "spatial_slider_crank.yaml"))
     compiled, projection = Reduced(core(), system), ProjectionSettings(method=method)
     settle_rows(compiled, state, projection)
     pivots, _ = compiled.equations(projection).pivots(compiled.state(state.q, state.v), state.t, [])

@@ -14,12 +14,12 @@ import pytest
 from hypothesis import given
 from hypothesis.strategies import floats
 
-from mbproj import assemble, compile_system, initial_guess, read_scene, read_scene_text, settings_to_run, simulate
+from mbproj import read_scene, read_scene_text, settings_to_run, simulate
 from mbproj.errors import InputError, SimulationError
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings, output_times, whole_steps
 from tests.kernel.scenes import ROUND, needs_kernel, spinner
-from tests.support import ROOT, Recorder, random_chain, scene_of
+from tests.support import ROOT, Recorder, assembled, random_chain, scene_of
 
 # simulate(): output times, recording, schedules, counters, turns, and failures that name the time and the joint.
 
@@ -27,10 +27,9 @@ from tests.support import ROOT, Recorder, random_chain, scene_of
 def run(scene, **keys):
     """(recorder, report) of a scene with these settings; projection keys go by `projection={...}`."""
     projection = ProjectionSettings(**keys.pop("projection", {}))
-    system = compile_system(scene)
     recorder = Recorder()
     settings = Settings(projection=projection, **keys)
-    return recorder, simulate(system, assemble(system, initial_guess(scene, system)), settings, recorder)
+    return recorder, simulate(*assembled(scene), settings, recorder)
 
 
 @pytest.fixture
@@ -83,8 +82,8 @@ def test_the_largest_violation_is_that_of_the_samples_too(formulation):
     """Samples inside steps are closed as far as the projection asks for, which is less than steps reach."""
     settings = {"duration": "0.3", "integrator": "dopri5", "tolerance": "1e-8", "formulation": formulation}
     scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, settings)
-    system, recorder = compile_system(scene), Recorder()
-    report = simulate(system, assemble(system, initial_guess(scene, system)), scene.settings, recorder)
+    recorder = Recorder()
+    report = simulate(*assembled(scene), scene.settings, recorder)
     recorded = recorder["diagnostics/position_violation"].max()
     assert recorded > 1e-14
     assert report.position_violation.value == pytest.approx(recorded, abs=2e-15)
@@ -175,8 +174,7 @@ def test_a_singular_start_is_refused_with_the_joint():
 def test_an_interrupted_run_hands_over_what_it_computed(chain, signum):
     before = signal.getsignal(signum)
     recorder = Recorder()
-    system = compile_system(chain)
-    state = assemble(system, initial_guess(chain, system))
+    system, state = assembled(chain)
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signum))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
@@ -190,8 +188,7 @@ def test_an_interrupted_run_hands_over_what_it_computed(chain, signum):
 
 def test_a_failed_run_hands_over_what_it_computed(chain):
     recorder = Recorder()
-    system = compile_system(chain)
-    state = assemble(system, initial_guess(chain, system))
+    system, state = assembled(chain)
     with pytest.raises(SimulationError):
         simulate(
             system,
@@ -205,8 +202,7 @@ def test_a_failed_run_hands_over_what_it_computed(chain):
 
 def test_a_run_can_start_from_where_another_ended(chain):
     """Two halves are the whole, to the bits of fixed steps."""
-    system = compile_system(chain)
-    start = assemble(system, initial_guess(chain, system))
+    system, start = assembled(chain)
     settings = Settings(duration=0.4, step=0.01)
     whole = simulate(system, start, settings).state
     half = simulate(system, start, replace(settings, duration=0.2)).state
@@ -248,8 +244,8 @@ motions:
 def test_no_sample_is_recorded_with_an_open_joint(tolerance, formulation):
     """Some ten steps pass the fast return of the ram twice: what is interpolated leaves the joints far open."""
     scene = read_scene_text(QUICK_RETURN, "f", {}, {"tolerance": tolerance, "formulation": formulation})
-    system, recorder = compile_system(scene), Recorder()
-    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    recorder = Recorder()
+    report = simulate(*assembled(scene), settings_to_run(scene), recorder)
     assert report.counters["steps"] < 15
     assert len(recorder["time"]) == 2001
     assert recorder["diagnostics/position_violation"].max() <= 1e-13
@@ -261,8 +257,8 @@ def test_samples_inside_steps_are_as_closed_as_their_ends(formulation):
     """Several in each step of a pendulum of five bars, whose interpolation alone leaves the joints open by 1e-7 m."""
     options = {"tolerance": 1e-6, "integrator": "dopri5", "output_step": 0.005, "formulation": formulation}
     scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, {**options, "duration": 1.0})
-    system, recorder = compile_system(scene), Recorder()
-    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    recorder = Recorder()
+    report = simulate(*assembled(scene), settings_to_run(scene), recorder)
     assert report.counters["steps"] < 100
     assert recorder["diagnostics/position_violation"].max() <= 1e-13
     assert recorder["diagnostics/velocity_violation"].max() <= 1e-12
@@ -303,6 +299,6 @@ def test_at_half_a_turn_an_angle_has_the_turns_of_the_pose_that_is_recorded(outp
     for axis in rng.normal(size=(20, 3)).tolist():
         text = TURNS.replace("AXIS", str(axis)).replace("OUTPUT", output_step)
         scene = read_scene_text(text, "f", {}, {"formulation": "reduced", "step": float(output_step) / 5.0})
-        system, recorder = compile_system(scene), Recorder()
-        simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+        recorder = Recorder()
+        simulate(*assembled(scene), settings_to_run(scene), recorder)
         np.testing.assert_allclose(recorder["joints/coordinate"][:, 0], 2.0 * np.pi * recorder["time"], atol=1e-12)

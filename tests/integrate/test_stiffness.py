@@ -14,8 +14,8 @@ from mbproj.integrate.steppers.tableau import load_tableau
 from mbproj.scene import ProjectionSettings, Settings, read_scene, settings_to_run
 from tests.crossed import crossed, full
 from tests.integrate.stiff_scenes import WHEEL, held_by, rod
-from tests.kernel.scenes import assembled, needs_kernel
-from tests.support import DATA, MECHANISMS, ROOT, Recorder
+from tests.kernel.scenes import needs_kernel
+from tests.support import DATA, MECHANISMS, ROOT, Recorder, assembled
 
 EACH = ["full", pytest.param("reduced", marks=needs_kernel), pytest.param("planar", marks=needs_kernel)]
 COIL = """

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.dynamics import State, assemble
+from mbproj.dynamics import assemble
 from mbproj.integrate import Reduced, Report, simulate
 from mbproj.joints import JOINTS
 from mbproj.kernel import build_info, core
@@ -22,6 +22,7 @@ from tests.support import (
     MECHANISMS,
     REDUNDANT,
     Recorder,
+    assembled,
     random_body,
     random_chain,
     random_coupling,
@@ -206,11 +207,6 @@ class Case(NamedTuple):
     @property
     def y(self) -> np.ndarray:
         return self.reduced.state(self.q, self.v)
-
-
-def assembled(scene: Scene) -> tuple[System, State]:
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system))
 
 
 def opened(scene: Scene, seed: int = 1, size: float = 0.03) -> Case:

@@ -15,9 +15,9 @@ from mbproj.integrate.formulations import choice as module
 from mbproj.kernel import core
 from mbproj.registry import PROJECTIONS, ProjectionEntry
 from mbproj.scene import ProjectionSettings, Settings, read_scene
-from tests.kernel.scenes import assembled, needs_kernel, parallelogram
+from tests.kernel.scenes import needs_kernel, parallelogram
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing
-from tests.support import MECHANISMS, REDUNDANT, ROOT, random_body, random_chain, scene_of
+from tests.support import MECHANISMS, REDUNDANT, ROOT, assembled, random_body, random_chain, scene_of
 
 pytestmark = needs_kernel
 IN_Y = "the joints keep every body in the plane normal to [0, 1, 0]"

@@ -31,7 +31,6 @@ from mbproj.model import Plane, compile_system, initial_guess, planar_reduction,
 from mbproj.scene import read_scene
 from tests.kernel.scenes import (
     Case,
-    assembled,
     ladder,
     loops,
     mechanism,
@@ -45,7 +44,7 @@ from tests.kernel.scenes import (
     tree,
 )
 from tests.mechanisms.running import run_scene
-from tests.support import MECHANISMS, REDUNDANT, random_body, random_chain, random_joint, scene_of
+from tests.support import MECHANISMS, REDUNDANT, assembled, random_body, random_chain, random_joint, scene_of
 
 pytestmark = needs_kernel
 
@@ -252,9 +251,7 @@ def test_the_rows_held_have_the_rank_of_all(name):
 
 @pytest.mark.parametrize("loops", [1, 40])
 def test_smallest_multipliers_are_the_part_in_the_range_of_the_rows(loops):
-    scene = read_scene_text(shared_four_bars(loops))
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(read_scene_text(shared_four_bars(loops)))
     reduced = Reduced(core(), system)
     assert count_redundant(reduced, state) == 3 * loops
     equations, y, scale = reduced.equations(), reduced.state(state.q, state.v), reduced.row_scale

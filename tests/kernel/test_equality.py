@@ -28,10 +28,10 @@ from mbproj.kernel import core
 from mbproj.model import Plane, System, matrix_E, matrix_L, planar_reduction
 from mbproj.projection import make_method
 from mbproj.scene import ProjectionSettings, read_scene
-from tests.kernel.scenes import SCENES, Case, assembled, loops, needs_kernel, opened, parallelogram, star, tree
+from tests.kernel.scenes import SCENES, Case, loops, needs_kernel, opened, parallelogram, star, tree
 from tests.model.planar_scenes import CLOSED_ONLY, Drawing, chain, planar_constraint, planar_gamma, planar_jacobian
 from tests.model.planar_scenes import SCENES as PLANAR_SCENES
-from tests.support import MECHANISMS, with_flywheels
+from tests.support import MECHANISMS, assembled, with_flywheels
 
 pytestmark = needs_kernel
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess
+from mbproj import compile_system
 from mbproj.errors import SimulationError
 from mbproj.functions import TIME, Op, Program, constant_series, flatten, time_series, variable
 from mbproj.functions.program import apply
@@ -21,6 +21,7 @@ from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES, refer
 from tests.functions.texts import SMOOTH, T, expression
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
+from tests.support import assembled
 
 pytestmark = needs_kernel
 
@@ -52,8 +53,7 @@ def test_tables_between_and_beyond_their_rows():
 def moving(text: str, seed: int = 3):
     """A system and a closed state of it that moves at random."""
     scene = read_scene_text(text)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     rng = np.random.default_rng(seed)
     formulation = FullFormulation.of(system, state, settings_to_run(scene))
     v = state.v + 0.5 * rng.normal(size=state.v.shape)
@@ -169,8 +169,7 @@ def test_a_function_that_fails_names_its_force_and_time(formulation):
 )
 def test_what_a_plane_cannot_hold_is_computed_in_space(line, name, why):
     scene = read_scene_text(SLIDER + line)
-    system = compile_system(scene)
-    choice = choose(system, assemble(system, initial_guess(scene, system)), scene.settings)
+    choice = choose(*assembled(scene), scene.settings)
     assert choice.name == name
     assert why in choice.why
 

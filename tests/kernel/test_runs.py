@@ -22,8 +22,8 @@ from mbproj.kernel import core
 from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
 from tests.cli.commands import FIVE_BAR
 from tests.crossed import crossed, full
-from tests.kernel.scenes import SCENES, assembled, bits, mechanism, needs_kernel, parallelogram, print_bits, run
-from tests.support import MECHANISMS, ROOT, Recorder, random_chain
+from tests.kernel.scenes import SCENES, bits, mechanism, needs_kernel, parallelogram, print_bits, run
+from tests.support import MECHANISMS, ROOT, Recorder, assembled, random_chain
 
 pytestmark = needs_kernel
 
@@ -82,8 +82,7 @@ def test_baumgarte_is_that_of_full_to_the_truncation_error(chain):
 
 def test_baumgarte_closes_an_open_joint_as_its_gains_say():
     """Critically damped, |C| falls as (1 + αt) exp(-αt) from a joint open by 1e-6."""
-    scene = random_chain(4, ["spherical"])
-    system, state = assembled(scene)
+    system, state = assembled(random_chain(4, ["spherical"]))
     q = state.q.copy()
     q[:3] += 1e-6
     settings = Settings(duration=0.5, step=1e-3, projection=ProjectionSettings(method="baumgarte", gains=(25.0, 25.0)))

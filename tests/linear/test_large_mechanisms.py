@@ -10,7 +10,7 @@ from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
 from mbproj import read_scene_text
-from mbproj.dynamics import MotionAtTime, assemble, constraint_rows, tangent_space
+from mbproj.dynamics import MotionAtTime, constraint_rows, tangent_space
 from mbproj.errors import InputError
 from mbproj.linear.bordered import along_tangent_space, tangent_space_of
 from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
@@ -20,11 +20,12 @@ from mbproj.linear.independent_rows import independent_rows
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space.model import linear_model
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import compile_system
 from mbproj.thresholds import THRESHOLDS
 from tests.crossed import full
 from tests.kernel.scenes import shared_four_bars
 from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g, turning
+from tests.support import assembled
 
 # Linear models, steady turns and modes of mechanisms above 150 bodies, whose tangent space is found by sparse factors:
 # against the dense tangent space and against closed forms.
@@ -33,10 +34,8 @@ from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g, turning
 @pytest.fixture(scope="module")
 def four_bars():
     """80 four-bars that share their rockers, with 240 redundant rows: the system, its pose and its rows."""
-    scene = read_scene_text(shared_four_bars(80))
-    system = compile_system(scene)
+    system, state = assembled(read_scene_text(shared_four_bars(80)))
     assert system.bodies > THRESHOLDS.large
-    state = assemble(system, initial_guess(scene, system))
     still = np.zeros(6 * system.bodies)
     motion = MotionAtTime(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)
     return system, motion.pose, constraint_rows(system, motion)
@@ -70,9 +69,7 @@ def test_it_is_the_dense_one_where_rows_depend_on_each_other(four_bars):
 @pytest.mark.full
 def test_displacements_along_the_tangent_space_of_a_long_chain_leave_its_joints_closed():
     """Rows that give way a little leave 1e-7 of it in chains as long as this one."""
-    scene = read_scene_text(chain(500))
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(read_scene_text(chain(500)))
     still = np.zeros(6 * system.bodies)
     motion = MotionAtTime(state.t, state.q, still, still, np.zeros(system.coordinates.size), state.x)
     G = constraint_rows(system, motion)

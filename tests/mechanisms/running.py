@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj import read_scene, settings_to_run, simulate
 from mbproj.integrate import Report
 from mbproj.model import System, rotation_matrix
 from mbproj.scene import Scene, read_scene_text
-from tests.support import ROOT, Recorder
+from tests.support import ROOT, Recorder, assembled
 
 #: Tolerance at which what an integrator leaves is far below what the tests ask for.
 TIGHT = {"integrator": "dop853", "tolerance": "1e-12"}
@@ -51,8 +51,7 @@ class Run:
 
 
 def run_scene(scene: Scene) -> Run:
-    system, recorder = compile_system(scene), Recorder()
-    state = assemble(system, initial_guess(scene, system))
+    (system, state), recorder = assembled(scene), Recorder()
     return Run(scene, system, recorder, simulate(system, state, settings_to_run(scene), recorder))
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess, mobility, read_scene, settings_to_run, simulate
+from mbproj import mobility, read_scene, settings_to_run, simulate
 from mbproj.dynamics import pose_of
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
-from tests.support import DATA, ROOT, Recorder
+from tests.support import DATA, ROOT, Recorder, assembled
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
 SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
@@ -17,9 +17,8 @@ SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
 
 def run(path, parameters=None, **simulation):
     scene = read_scene(path, parameters or {}, {key: str(value) for key, value in simulation.items()})
-    system = compile_system(scene)
+    system, state = assembled(scene)
     recorder = Recorder()
-    state = assemble(system, initial_guess(scene, system))
     return recorder, simulate(system, state, settings_to_run(scene), recorder), system
 
 
@@ -47,9 +46,7 @@ def slider_error(recorder, name: str) -> float:
 
 def test_sizes_are_the_papers():
     for path, sizes in ((FIVE_BAR, (35, 30, 5)), (SLIDER_CRANK, (21, 20, 1))):
-        scene = read_scene(path)
-        system = compile_system(scene)
-        state = assemble(system, initial_guess(scene, system))
+        system, state = assembled(read_scene(path))
         found = mobility(system, pose_of(state.q))
         assert (found.coordinates, found.constraints, found.degrees_of_freedom) == sizes
 

@@ -7,12 +7,12 @@ import pytest
 from scipy.linalg import eigh
 from scipy.special import ellipj
 
-from mbproj import Scene, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj import Scene, read_scene, settings_to_run, simulate
 from mbproj.registry import PROJECTIONS, explicit_integrators, integrators
 from mbproj.scene import Body, Settings
 from tests.mechanisms.closed_forms import physical_angle, racket_rates
 from tests.mechanisms.running import TIGHT, angular_momentum, assert_close, run, run_scene
-from tests.support import DATA, ROOT, Recorder, scene_of
+from tests.support import DATA, ROOT, Recorder, assembled, scene_of
 
 # The two pendulums against elliptic functions, and the order of every integrator on them.
 
@@ -22,9 +22,8 @@ SPHERICAL = ROOT / "mechanisms" / "spherical_pendulum.yaml"
 
 def run_pendulum(path, **simulation):
     scene = read_scene(path, {}, {key: str(value) for key, value in simulation.items()})
-    system = compile_system(scene)
     recorder = Recorder()
-    simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    simulate(*assembled(scene), settings_to_run(scene), recorder)
     return recorder
 
 

@@ -15,7 +15,7 @@ from mbproj.model.channels import ChannelKind, Channels, ElementStates
 from mbproj.scene import read_scene_text, settings_to_run
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
-from tests.support import Recorder
+from tests.support import Recorder, assembled
 
 # A pendulum whose elements have states, x and z, with rates of a test's own.
 
@@ -104,8 +104,7 @@ def programs(texts):
 def driven(motor="2*current", spring="0*t", rates=RATES, **options):
     """(system with a motor's current and a controller's states, start, settings)."""
     scene = read_scene_text(DRIVEN_PENDULUM, simulation=options)
-    system = compile_system(scene)
-    start = assemble(system, initial_guess(scene, system))
+    system, start = assembled(scene)
     states = ElementStates(np.zeros(3), np.ones(3), programs(rates), np.zeros(3, dtype=bool))
     names = replace(system.names, states=("x.current", "x.integral", "x.filtered"), state_units=("A", "s", "1/s"))
     forces = replace(system.forces, programs=programs([motor, spring]))

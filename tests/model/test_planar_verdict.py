@@ -16,7 +16,7 @@ from mbproj.model.planar import NotPlanar, Plane, planar_reduction
 from mbproj.scene import Joint, SceneText, read_scene
 from mbproj.thresholds import THRESHOLDS
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, planar_jacobian, reduced, turns
-from tests.support import MECHANISMS
+from tests.support import MECHANISMS, assembled
 
 # Which scenes are planar, and why others are not.
 
@@ -70,9 +70,7 @@ SHIPPED = {
 
 @pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
 def test_shipped_mechanisms(path):
-    scene = read_scene(path)
-    system = compile_system(scene)
-    found = planar_reduction(system, assemble(system, initial_guess(scene, system)).q)
+    found = planar_reduction(*assembled(read_scene(path)).q)
     expected = SHIPPED[path.stem]
     if isinstance(expected, str):
         assert isinstance(found, NotPlanar)

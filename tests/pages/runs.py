@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from mbproj import Scene, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj import Scene, read_scene, settings_to_run, simulate
 from mbproj.results import ResultsWriter
-from tests.support import ROOT
+from tests.support import ROOT, assembled
 
 # Runs of the five-bar to show.
 
@@ -31,8 +31,7 @@ joints: {pin: {type: revolute, bodies: [ground, bob], location: [0, 0, 0], axis:
 
 def recorded(scene: Scene, path: Path) -> Path:
     """The results of a scene, in a file."""
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     with ResultsWriter(path, scene, system.names.as_mapping()) as writer:
         simulate(system, state, settings_to_run(scene), writer)
     return path

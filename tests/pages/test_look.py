@@ -24,7 +24,7 @@ from mbproj.pages.appearance.view import view_of
 from mbproj.pages.data.pages import carried, dips, load_groups, passages
 from tests.crossed import some
 from tests.linear.closed_forms import chain
-from tests.support import MECHANISMS, random_chain
+from tests.support import MECHANISMS, assembled, random_chain
 
 # What a mechanism looks like: solids of equal inertia, glyphs of every joint, gears that mesh, where to look from.
 
@@ -32,8 +32,7 @@ LENGTHS = st.floats(0.01, 10.0)
 
 
 def start(scene: Scene) -> PoseHistory:
-    system = compile_system(scene)
-    return motion_at(system, assemble(system, initial_guess(scene, system)).q)
+    return motion_at(*assembled(scene).q)
 
 
 @settings(max_examples=40, deadline=None)

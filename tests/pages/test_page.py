@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from mbproj import Trust, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj import Trust, read_scene, settings_to_run, simulate
 from mbproj.cli.commands import animate
 from mbproj.errors import InputError
 from mbproj.pages.appearance.motion import motion_at
@@ -27,6 +27,7 @@ from mbproj.results import Poses, ResultsWriter, open_results
 from mbproj.scene import read_scene_text
 from tests.pages.runs import FIVE_BAR, HOSTILE, block_of, bytes_of, data_of, five_bar, recorded
 from tests.support import Recorder as Kept
+from tests.support import assembled
 
 # A page: one file without a network, whose numbers are those of the run and whose texts are texts.
 
@@ -108,8 +109,7 @@ def test_json_escapes_what_a_parser_of_html_could_take_for_its_own():
 
 def test_a_scene_without_a_run_shows_its_start():
     scene = read_scene(FIVE_BAR)
-    system = compile_system(scene)
-    motion = motion_at(system, assemble(system, initial_guess(scene, system)).q)
+    motion = motion_at(*assembled(scene).q)
     page = start_of(scene, motion, "five bars")
     (run,) = page.data["runs"]
     assert page.packer.blocks[run["position"]]["rows"] == 1
@@ -137,8 +137,7 @@ def test_three_js_is_whole_and_has_its_licence():
 
 def test_a_certified_run_says_from_when_on_it_is_not_to_be_trusted(tmp_path):
     scene = read_scene(FIVE_BAR, simulation={"duration": 1})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     time = np.arange(101) * 0.01
     with ResultsWriter(tmp_path / "run.h5", scene, system.names.as_mapping(), certified=[1e-3]) as writer:
         simulate(system, state, settings_to_run(scene), writer)

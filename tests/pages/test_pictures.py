@@ -11,12 +11,10 @@ from matplotlib.collections import PolyCollection
 from PIL import Image
 
 from mbproj.cli.commands import animate, check, plot
-from mbproj.dynamics import assemble
 from mbproj.errors import InputError
 from mbproj.figures import draw, draw_start, duration_and_speed, picture_axes, projected, times_of, why_not
 from mbproj.figures.kinds import film
 from mbproj.joints import JOINTS
-from mbproj.model import compile_system, initial_guess
 from mbproj.pages.appearance.mechanism import look_of
 from mbproj.pages.appearance.motion import motion_at
 from mbproj.pages.appearance.view import view_of
@@ -25,7 +23,7 @@ from mbproj.scene import read_scene
 from tests.crossed import some
 from tests.pages.runs import FIVE_BAR, five_bar
 from tests.results.pendulum_blocks import record
-from tests.support import MECHANISMS
+from tests.support import MECHANISMS, assembled
 
 # Pictures of the mechanism itself: poses stand where the run has them, and where the bars of the five-bar are.
 
@@ -77,8 +75,7 @@ def test_a_second_run_is_paler(path):
 @pytest.mark.parametrize("mechanism", some(MECHANISMS, 3), ids=lambda path: path.stem)
 def test_the_start_of_every_shipped_mechanism_lies_in_its_picture(mechanism):
     scene = read_scene(mechanism)
-    system = compile_system(scene)
-    motion = motion_at(system, assemble(system, initial_guess(scene, system)).q)
+    motion = motion_at(*assembled(scene).q)
     look = look_of(scene, motion, {})
     view = view_of(scene, motion, look)
     axes = np.column_stack(picture_axes(view))

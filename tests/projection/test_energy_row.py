@@ -9,16 +9,15 @@ import pytest
 
 import mbproj
 from mbproj import Report
-from mbproj.dynamics import assemble
 from mbproj.integrate import Mark, momenta_of, simulate
 from mbproj.integrate.formulations import choice
-from mbproj.model import compile_system, initial_guess
+from mbproj.model import compile_system
 from mbproj.runs import notes_on_rows
 from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
 from tests.crossed import crossed
 from tests.integrate.event_scenes import bounce, height_at
 from tests.integrate.stiff_scenes import CLAMP
-from tests.support import ROOT, Recorder
+from tests.support import ROOT, Recorder, assembled
 
 # Runs with the energy balance and momenta as rows of the velocity projection.
 
@@ -52,8 +51,7 @@ def run(scene: str, parameters: dict[str, str] | None = None, **options: Any) ->
     given = parameters or {}
     what = read_scene_text(scene) if "\n" in scene else read_scene(SCENES / f"{scene}.yaml", given)
     what = with_options(what, options)
-    system = compile_system(what)
-    state = assemble(system, initial_guess(what, system))
+    system, state = assembled(what)
     recorder = Recorder()
     return simulate(system, state, settings_to_run(what), recorder), recorder
 
@@ -108,9 +106,7 @@ def test_a_mechanism_that_motions_drive_has_nothing_to_correct() -> None:
 
 @pytest.mark.parametrize(("scene", "number"), [("heavy_top", 1), ("free_body", 6), ("spatial_four_bar", 0)])
 def test_the_momenta_are_those_that_nothing_changes(scene: str, number: int) -> None:
-    what = read_scene(SCENES / f"{scene}.yaml")
-    system = compile_system(what)
-    assert len(momenta_of(system, assemble(system, initial_guess(what, system)))) == number
+    assert len(momenta_of(*assembled(read_scene(SCENES / f"{scene}.yaml")))) == number
 
 
 def test_a_free_body_keeps_its_momenta_to_round_off() -> None:
@@ -148,8 +144,7 @@ def test_a_continued_run_has_the_same_bits(formulation: str, how: dict[str, Any]
     def simulated(duration: float, **others: Any) -> tuple[Report, Recorder]:
         given = {**{name: str(value) for name, value in options.items()}, "duration": str(duration)}
         scene = with_options(what, given)
-        system, recorder = compile_system(scene), Recorder()
-        state = assemble(system, initial_guess(scene, system))
+        (system, state), recorder = assembled(scene), Recorder()
         return simulate(system, state, settings_to_run(scene), recorder, **others), recorder
 
     whole, recorded = simulated(0.3)
@@ -286,8 +281,7 @@ def test_a_run_with_events_continues_to_the_same_bits(scene: Any, options: dict[
 
     def simulated(duration: float, **others: Any) -> tuple[Any, Recorder]:
         asked = with_options(what, {**options, "energy_row": "true", "duration": str(duration)})
-        system, recorder = compile_system(asked), Recorder()
-        state = assemble(system, initial_guess(asked, system))
+        (system, state), recorder = assembled(asked), Recorder()
         return simulate(system, state, settings_to_run(asked), recorder, **others), recorder
 
     report, recorded = simulated(whole)

@@ -22,8 +22,8 @@ from mbproj.registry import PROJECTIONS
 from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings
 from mbproj.thresholds import THRESHOLDS
 from tests.crossed import full
-from tests.kernel.scenes import assembled, needs_kernel
-from tests.support import Recorder, scene_of
+from tests.kernel.scenes import needs_kernel
+from tests.support import Recorder, assembled, scene_of
 
 # Planar chains of five bars of 1 m whose masses alternate while their moments are alike, with open joints.
 #

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj import assemble, compile_system, initial_guess, mobility, read_scene, simulate
+from mbproj import mobility, read_scene, simulate
 from mbproj.errors import InputError
 from mbproj.results import open_own_results, open_results
 from mbproj.results.file.checksums import NOT_YET, stamp, stamp_attributes
@@ -20,7 +20,7 @@ from mbproj.results.layout import CONSTANTS
 from mbproj.scene import settings_to_run
 from tests.crossed import some
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, NAMES, PATHS, RATE, block, record, times
-from tests.support import ROOT
+from tests.support import ROOT, assembled
 
 # Reading: by name, in windows, and never anything but an InputError for a file that is not whole.
 
@@ -286,8 +286,7 @@ def test_values_of_results_are_shown_in_few_lines(shown_results):
 
 def test_values_of_a_scene_are_shown_in_few_lines():
     scene = read_scene(ROOT / "mechanisms" / "planar_four_bar.yaml", {}, {"duration": "0.1"})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     report = simulate(system, state, settings_to_run(scene))
     for value in (scene, system, state, report, mbproj.Mechanism.of(scene), mobility(system, state)):
         assert len(repr(value).splitlines()) <= LINES, type(value)
@@ -305,7 +304,5 @@ def test_what_does_not_change_is_found_by_its_path(shown_results):
 
 
 def test_mobility_is_that_of_a_state():
-    scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml")
-    system = compile_system(scene)
-    found = mobility(system, assemble(system, initial_guess(scene, system)))
+    found = mobility(*assembled(read_scene(ROOT / "mechanisms" / "five_bar.yaml")))
     assert (found.degrees_of_freedom, found.rank) == (5, 30)

@@ -9,6 +9,7 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.integrate import START
+from tests.support import assembled
 
 DOP853 = "integrator: dop853, tolerance: 1.0e-11, output_step: 0.1"
 FIXED = "integrator: rk4, step: 1.0e-3, output_step: 0.1"
@@ -43,9 +44,8 @@ class Recorded:
 def run(text, **parameters):
     """A scene's run: the report, and what was recorded."""
     scene = read_scene_text(text, parameters={name: str(value) for name, value in parameters.items()})
-    system = compile_system(scene)
     recorded = Recorded()
-    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorded)
+    report = simulate(*assembled(scene), settings_to_run(scene), recorded)
     return report, recorded
 
 

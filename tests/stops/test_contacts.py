@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run
+from mbproj import read_scene_text, settings_to_run
 from mbproj.dynamics import (
     Freedom,
     MotionAtTime,
@@ -38,6 +38,7 @@ from tests.stops.scenes import (
     SOFT_BALL,
     THREE_BALLS,
 )
+from tests.support import assembled
 
 pytestmark = needs_kernel
 
@@ -195,8 +196,7 @@ def test_what_flies_through_another_body_within_one_step_is_met(integrator, at):
 def test_contacts_that_depend_on_each_other_are_decided_anew():
     """Both ends of one range cannot hold: at the bob's height neither touches, and it swings on."""
     scene = read_scene_text(text_of("between walls", "planar", DOP853))
-    system, settings = compile_system(scene), settings_to_run(scene)
-    state = assemble(system, initial_guess(scene, system))
+    (system, state), settings = assembled(scene), settings_to_run(scene)
     compiled = choose(system, state, settings).compiled
     run = compiled.run(state, settings)
     known = {"held": [0, 1], "push": 1.0, "fastest": 1.0, "met_at": 0.0, "met_often": 1}
@@ -258,9 +258,7 @@ THROWN = SCENE.replace("position: [2, 0, 1.3],", "position: [2, 0, 1.3], velocit
 
 def opened(text, formulation):
     """The mechanism, a state of it, and what runs it in the kernel."""
-    scene = read_scene_text(text)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(read_scene_text(text))
     return system, state, choose(system, state, Settings(duration=1.0, step=1e-3, formulation=formulation)).compiled
 
 

@@ -13,6 +13,7 @@ from mbproj.scene import oversights, to_matrix
 from mbproj.scene.fields.rotations import unit
 from mbproj.studies import RigidMotion, renumbered, rescaled, with_stiffness
 from tests.stops.scenes import SCENE
+from tests.support import assembled
 
 # Where a run with stops may begin: inside them, and where it may not the amount is said at the stop's line.
 
@@ -73,8 +74,7 @@ def started(text, **words):
     for word, given in words.items():
         text = text.replace(word, given)
     scene = read_scene_text(text, "f.yaml")
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system)), scene
+    return *assembled(scene), scene
 
 
 def block(start="", law="rigid: true", motion=""):

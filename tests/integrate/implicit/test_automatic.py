@@ -10,17 +10,15 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.dynamics import assemble
 from mbproj.errors import InputError
 from mbproj.integrate import simulate
 from mbproj.integrate.automatic import march
 from mbproj.integrate.automatic.plan import Plan
-from mbproj.model import compile_system, initial_guess
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
 from tests.cli.commands import mbproj
 from tests.crossed import crossed, full
 from tests.integrate.stiff_scenes import CLAMP, CREEP, rod
-from tests.support import ROOT, Recorder
+from tests.support import ROOT, Recorder, assembled
 
 #: A mass on a spring of 1e8 N/m with its damper, and one that vibrates with 300 rad/s for good, which every method has
 #: to follow.
@@ -96,8 +94,7 @@ class Kept(Recorder):
 
 
 def run(scene, resumed=None, until=None, **changes):
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     settings = replace(settings_to_run(scene), **changes)
     settings = settings if until is None else replace(settings, duration=until)
     kept = Kept()

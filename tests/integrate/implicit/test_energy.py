@@ -8,13 +8,12 @@ from math import pi
 import numpy as np
 import pytest
 
-from mbproj import Scene, assemble, compile_system, initial_guess, settings_to_run, simulate
+from mbproj import Scene, settings_to_run, simulate
 from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 from mbproj.integrate.steppers.stability_region import amplification
 from mbproj.scene import Settings, read_scene_text
 from tests.integrate.stiff_scenes import CREEP
-from tests.kernel.scenes import assembled
-from tests.support import Recorder
+from tests.support import Recorder, assembled
 
 # A run says what dampers took of the energy, and apart from it what its method took.
 
@@ -35,8 +34,7 @@ forces:
 
 def account(damping=0.0, **simulation):
     scene = read_scene_text(OSCILLATOR.replace("DAMPING", repr(damping)), simulation=simulation)
-    system = compile_system(scene)
-    return simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene)).energy
+    return simulate(*assembled(scene), settings_to_run(scene)).energy
 
 
 @pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
@@ -66,8 +64,7 @@ def test_a_damper_takes_what_the_oscillator_loses():
 
 def report_of(text, **simulation):
     scene = read_scene_text(text, simulation={"output_step": 0.05, **simulation})
-    system = compile_system(scene)
-    return simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene))
+    return simulate(*assembled(scene), settings_to_run(scene))
 
 
 @pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])

@@ -16,8 +16,8 @@ from mbproj.kernel import core
 from mbproj.registry import implicit_integrators, integrators
 from mbproj.scene import Body, Settings, read_scene, read_scene_text
 from tests.integrate.event_scenes import rotor
-from tests.kernel.scenes import PATHS, assembled, bits, mechanism, needs_kernel, run
-from tests.support import scene_of
+from tests.kernel.scenes import PATHS, bits, mechanism, needs_kernel, run
+from tests.support import assembled, scene_of
 
 pytestmark = needs_kernel
 

@@ -18,9 +18,9 @@ from mbproj.integrate.stiff.step_limits import step_limit
 from mbproj.registry import implicit_integrators, integrators
 from mbproj.scene import Settings, read_scene
 from tests.crossed import full
-from tests.kernel.scenes import assembled, needs_kernel
+from tests.kernel.scenes import needs_kernel
 from tests.model.element_scenes import FORMULATIONS, PENDULUM, RATES, case, driven, run
-from tests.support import ROOT, Recorder
+from tests.support import ROOT, Recorder, assembled
 
 # Implicit steps with states of elements, which are eliminated in each stage: stiff ones at the step of the mechanism,
 # their orders, their errors, and who is blamed where a stage is not solved.

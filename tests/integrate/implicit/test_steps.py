@@ -21,9 +21,9 @@ from scripts.stiff.beside.governor import Governor
 from scripts.stiff.cases import CASES, belt, chain, four_bar, governor, ringing
 from scripts.stiff.measure import run as run_stiff
 from tests.integrate.event_scenes import bounce, contact_times, height_at, rotor
-from tests.kernel.scenes import assembled, needs_kernel
+from tests.kernel.scenes import needs_kernel
 from tests.kernel.scenes import run as run_in_kernel
-from tests.support import ROOT, Recorder
+from tests.support import ROOT, Recorder, assembled
 
 # Implicit steps in the full formulation: their orders in space, closed joints, stiff forces of any size, events, and
 # redundant rows.

@@ -16,8 +16,9 @@ from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.scene import Settings, read_scene, read_scene_text
 from mbproj.studies import CHECKS, Case, Finding, with_stiffness
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, K_R, K_X, PAIR
-from tests.kernel.scenes import assembled, needs_kernel
+from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import angular_momentum, run_scene
+from tests.support import assembled
 
 # Bushings: forces as the exact gradient of their energy, alike for both bodies, and the formulas for small angles.
 

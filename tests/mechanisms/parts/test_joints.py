@@ -12,7 +12,7 @@ from mbproj.errors import InputError
 from mbproj.studies import RigidMotion
 from tests.crossed import crossed
 from tests.kernel.scenes import needs_kernel
-from tests.support import Recorder
+from tests.support import Recorder, assembled
 
 # Every joint beside the paper's four against an exact solution; a fixed joint as one body and as a constraint.
 
@@ -27,9 +27,8 @@ BODY = "{mass: 2, inertia: [0.3, 0.4, 0.5], position: [0, 0, 0]}"
 
 def run(text: str, **simulation):
     scene = read_scene_text(HEAD + text, simulation=simulation)
-    system = compile_system(scene)
+    system, state = assembled(scene)
     recorder = Recorder()
-    state = assemble(system, initial_guess(scene, system))
     report = simulate(system, state, settings_to_run(scene), recorder)
     assert report.position_violation.value <= 1e-13
     assert report.velocity_violation.value <= 1e-12
@@ -320,8 +319,7 @@ joints:
 
 
 def started(of):
-    system = compile_system(of)
-    return system, assemble(system, initial_guess(of, system))
+    return assembled(of)
 
 
 @pytest.mark.parametrize("kind", ["planar", "point_in_plane"])

@@ -15,10 +15,10 @@ from mbproj.errors import InputError
 from mbproj.registry import PROJECTIONS
 from tests.crossed import full, once
 from tests.dynamics import linkages
-from tests.dynamics.linkages import assembled, scaled
+from tests.dynamics.linkages import scaled
 from tests.mechanisms.closed_forms import piston, time_to_reach
 from tests.mechanisms.running import TIGHT, Run, assert_close, global_angular_velocity, run, run_text
-from tests.support import ROOT
+from tests.support import ROOT, assembled
 
 # Bodies without mass, or without a moment of inertia about an axis, where the joints let no motion be without mass (Eq.
 # 20): against the same mechanism without the body, and closed forms.

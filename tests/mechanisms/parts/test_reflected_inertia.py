@@ -13,11 +13,10 @@ from mbproj.integrate import FullFormulation, space_acceleration
 from mbproj.scene import Settings, read_scene_text
 from mbproj.studies.verify import verify
 from tests.crossed import where
-from tests.dynamics.linkages import assembled
 from tests.kernel.scenes import needs_kernel, opened, tree
 from tests.mechanisms.closed_forms import swinging
 from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run_text
-from tests.support import with_flywheels
+from tests.support import assembled, with_flywheels
 
 # Scenes with reflected inertias that several tests share.
 

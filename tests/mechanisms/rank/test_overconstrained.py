@@ -14,10 +14,9 @@ from mbproj.mechanisms_folder import mechanism
 from mbproj.scene import read_scene_text
 from scripts.turned_mechanisms import disagreements, turned
 from tests.crossed import crossed, once, some
-from tests.dynamics.linkages import assembled
 from tests.mechanisms.closed_forms import Linkage, bennett_poses, bennett_ratio, bricard_poses
 from tests.mechanisms.running import TIGHT, Run, assert_close, run, run_text
-from tests.support import ROOT
+from tests.support import ROOT, assembled
 
 # Linkages in space that move although their joints have more rows than they need, against their closed forms: redundant
 # joints change no motion, and the rows that are left out stay closed.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from mbproj import Scene, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj import Scene, read_scene, settings_to_run, simulate
 from mbproj.errors import InputError, SimulationError
 from mbproj.integrate import Reduced, settle_rows
 from mbproj.kernel import core
@@ -16,10 +16,10 @@ from mbproj.model import rotation_matrix
 from mbproj.registry import integrators
 from mbproj.scene import Settings, read_scene_text
 from tests.crossed import once, some
-from tests.kernel.scenes import assembled, needs_kernel
+from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.closed_forms import PARALLELOGRAM
 from tests.mechanisms.running import assert_close
-from tests.support import ROOT, Recorder
+from tests.support import ROOT, Recorder, assembled
 
 # Passages through poses where the rows of C_q become dependent and the mechanism could go on in two ways: the run goes
 # on as it came, or stops there and says so; it never jumps.
@@ -80,8 +80,7 @@ class Outcome:
 def attempt(text: str, parameters: dict | None = None, **simulation: object) -> Outcome:
     options = {key: str(value) for key, value in simulation.items()}
     scene = read_scene_text(text, "scene.yaml", parameters or {}, options)
-    system, recorder = compile_system(scene), Recorder()
-    state = assemble(system, initial_guess(scene, system))
+    (system, state), recorder = assembled(scene), Recorder()
     try:
         simulate(system, state, settings_to_run(scene), recorder)
     except SimulationError as error:

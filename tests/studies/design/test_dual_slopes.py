@@ -11,7 +11,7 @@ import pytest
 from scipy.special import ellipj, ellipk
 
 import mbproj
-from mbproj import assemble, compile_system, initial_guess, read_scene
+from mbproj import read_scene
 from mbproj.arrays import Array
 from mbproj.dataclass import dataclass
 from mbproj.dynamics.assembly.assemble import State
@@ -26,6 +26,7 @@ from mbproj.studies.design.slopes.differences import DifferenceWork, differences
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.studies.design.scenes import SPRING
+from tests.support import assembled
 
 pytestmark = needs_kernel
 
@@ -349,8 +350,7 @@ def builder(name, formulation="auto", **simulation):
     def build(values):
         parameters = dict(zip(CASES[name], map(float, values), strict=True))
         scene = read_scene(mechanism(name), parameters, keys)
-        system = compile_system(scene)
-        state = assemble(system, initial_guess(scene, system))
+        system, state = assembled(scene)
         return choose(system, state, scene.settings).compiled, state, scene.settings
 
     return build
