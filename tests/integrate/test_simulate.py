@@ -18,18 +18,10 @@ from mbproj import read_scene, read_scene_text, settings_to_run, simulate
 from mbproj.errors import InputError, SimulationError
 from mbproj.registry import PROJECTIONS
 from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings, output_times, whole_steps
-from tests.kernel.scenes import ROUND, needs_kernel, spinner
+from tests.kernel.scenes import ROUND, needs_kernel, run, spinner
 from tests.support import ROOT, Recorder, assembled, random_chain, scene_of
 
 # simulate(): output times, recording, schedules, counters, turns, and failures that name the time and the joint.
-
-
-def run(scene, **keys):
-    """(recorder, report) of a scene with these settings; projection keys go by `projection={...}`."""
-    projection = ProjectionSettings(**keys.pop("projection", {}))
-    recorder = Recorder()
-    settings = Settings(projection=projection, **keys)
-    return recorder, simulate(*assembled(scene), settings, recorder)
 
 
 @pytest.fixture

@@ -5,21 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import mobility, read_scene, settings_to_run, simulate
+from mbproj import mobility, read_scene
 from mbproj.dynamics import pose_of
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
-from tests.support import DATA, ROOT, Recorder, assembled
-
-FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
-SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
-
-
-def run(path, parameters=None, **simulation):
-    scene = read_scene(path, parameters or {}, {key: str(value) for key, value in simulation.items()})
-    system, state = assembled(scene)
-    recorder = Recorder()
-    return recorder, simulate(system, state, settings_to_run(scene), recorder), system
+from tests.mechanisms.running import run
+from tests.support import DATA, ROOT, assembled
 
 
 def reference(name: str):
@@ -45,8 +36,8 @@ def slider_error(recorder, name: str) -> float:
 
 
 def test_sizes_are_the_papers():
-    for path, sizes in ((FIVE_BAR, (35, 30, 5)), (SLIDER_CRANK, (21, 20, 1))):
-        system, state = assembled(read_scene(path))
+    for name, sizes in (("five_bar", (35, 30, 5)), ("spatial_slider_crank", (21, 20, 1))):
+        system, state = assembled(read_scene(ROOT / "mechanisms" / f"{name}.yaml"))
         found = mobility(system, pose_of(state.q))
         assert (found.coordinates, found.constraints, found.degrees_of_freedom) == sizes
 
@@ -61,16 +52,16 @@ TIP_ERRORS = {"full": (2.3e-4, 7.9e-3), "reduced": (2.3e-4, 8.8e-3, 0.94), "plan
 def test_five_bar_at_the_papers_step_over_ten_seconds(formulation):
     """RK4 at 0.01 s with GPOPM: closed to round-off, and far from converged all the same. In full, in NumPy, to 5 s."""
     expected = TIP_ERRORS[formulation]
-    recorder, report, _ = run(FIVE_BAR, formulation=formulation, duration=10 if formulation != "full" else 5)
-    assert report.position_violation.value <= 1e-13
-    assert report.velocity_violation.value <= 1e-13
-    errors = tip_error(recorder)
+    done = run("five_bar", formulation=formulation, duration=10 if formulation != "full" else 5)
+    assert done.report.position_violation.value <= 1e-13
+    assert done.report.velocity_violation.value <= 1e-13
+    errors = tip_error(done)
     assert [errors[time] for time in (3.0, 5.0, 8.0)[: len(expected)]] == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize("method", ["gopm", full("mmopm"), "gpopm"])
 def test_constraints_stay_at_machine_precision_with_the_papers_stop_test(method):
-    _, report, _ = run(FIVE_BAR, duration=3, projection=method, projection_test="paper")
+    report = run("five_bar", duration=3, projection=method, projection_test="paper").report
     assert report.position_violation.value <= 2e-12
     assert report.velocity_violation.value <= 1e-13
     assert report.counters["projection_failures"] == 0
@@ -78,21 +69,21 @@ def test_constraints_stay_at_machine_precision_with_the_papers_stop_test(method)
 
 @pytest.mark.parametrize(("method", "position", "velocity"), [("none", 5e-5, 1e-4), ("baumgarte", 1e-6, 1e-4)])
 def test_without_projection_the_constraints_drift(method, position, velocity):
-    _, report, _ = run(FIVE_BAR, duration=3, projection=method)
+    report = run("five_bar", duration=3, projection=method).report
     assert report.position_violation.value > position
     assert report.velocity_violation.value > velocity
 
 
 def test_five_bar_converges_to_the_reference():
-    recorder, _, _ = run(FIVE_BAR, duration=3, integrator="dop853", tolerance=1e-12, output_step=0.5)
-    assert max(tip_error(recorder).values()) < 2e-11
+    done = run("five_bar", duration=3, integrator="dop853", tolerance=1e-12, output_step=0.5)
+    assert max(tip_error(done).values()) < 2e-11
 
 
 def test_five_bar_error_falls_with_the_order_of_rk4():
     errors = []
     for step in (0.01, 0.005):
-        recorder, _, _ = run(FIVE_BAR, duration=1, step=step, output_step=0.5)
-        errors.append(tip_error(recorder)[1.0])
+        done = run("five_bar", duration=1, step=step, output_step=0.5)
+        errors.append(tip_error(done)[1.0])
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.3)
 
 
@@ -106,18 +97,16 @@ def test_five_bar_error_falls_with_the_order_of_rk4():
 )
 def test_slider_crank_against_the_exact_equation(name, parameters, tolerance):
     """It starts from the crank's speed alone: all other velocities are assembly's."""
-    recorder, report, _ = run(
-        SLIDER_CRANK, parameters, duration=1.5, integrator="dop853", tolerance=1e-12, output_step=0.5
-    )
-    assert slider_error(recorder, name) < tolerance
-    assert recorder["markers/velocity"][0, 0, 0] == pytest.approx(0.24, abs=1e-14)
-    assert report.position_violation.value <= 1e-13
-    assert report.energy_drift < 1e-11
+    done = run("spatial_slider_crank", parameters, duration=1.5, integrator="dop853", tolerance=1e-12, output_step=0.5)
+    assert slider_error(done, name) < tolerance
+    assert done["markers/velocity"][0, 0, 0] == pytest.approx(0.24, abs=1e-14)
+    assert done.report.position_violation.value <= 1e-13
+    assert done.report.energy_drift < 1e-11
 
 
 @pytest.mark.parametrize("method", ["gopm", "mmopm", "gpopm", "gpopm-pinv", "mass-orthogonal"])
 def test_slider_crank_closes_under_every_projection(method):
-    _, report, _ = run(SLIDER_CRANK, duration=1, projection=method)
+    report = run("spatial_slider_crank", duration=1, projection=method).report
     assert report.position_violation.value <= 1e-13
     assert report.velocity_violation.value <= 1e-13
 
@@ -126,7 +115,7 @@ def test_slider_crank_closes_under_every_projection(method):
 def test_methods_of_one_metric_give_one_trajectory():
     """GPOPM, its pseudo-inverse and MMOPM are one method (Eqs. 65, 78); GOPM is another."""
     ends = {
-        method: run(FIVE_BAR, duration=0.5, projection=method, formulation="full")[0]["markers/position"][-1, 0]
+        method: run("five_bar", duration=0.5, projection=method, formulation="full")["markers/position"][-1, 0]
         for method in ("gpopm", "gpopm-pinv", "mmopm", "gopm")
     }
     for same in ("gpopm-pinv", "mmopm"):
@@ -135,13 +124,13 @@ def test_methods_of_one_metric_give_one_trajectory():
 
 
 def test_projecting_only_above_a_threshold_saves_projections():
-    _, always, _ = run(FIVE_BAR, duration=1)
-    _, seldom, _ = run(FIVE_BAR, duration=1, threshold=1e-6)
+    always = run("five_bar", duration=1).report
+    seldom = run("five_bar", duration=1, threshold=1e-6).report
     assert seldom.counters["projections"] < 0.7 * always.counters["projections"]
     assert seldom.position_violation.value <= 1e-6
 
 
 def test_baumgarte_keeps_the_joints_closer_than_nothing_does():
-    _, free, _ = run(FIVE_BAR, duration=3, projection="none")
-    _, held, _ = run(FIVE_BAR, duration=3, projection="baumgarte")
+    free = run("five_bar", duration=3, projection="none").report
+    held = run("five_bar", duration=3, projection="baumgarte").report
     assert held.position_violation.value < 0.1 * free.position_violation.value

@@ -7,24 +7,14 @@ import pytest
 from scipy.linalg import eigh
 from scipy.special import ellipj
 
-from mbproj import Scene, read_scene, settings_to_run, simulate
+from mbproj import Scene
 from mbproj.registry import PROJECTIONS, explicit_integrators, integrators
 from mbproj.scene import Body, Settings
 from tests.mechanisms.closed_forms import physical_angle, racket_rates
 from tests.mechanisms.running import TIGHT, angular_momentum, assert_close, run, run_scene
-from tests.support import DATA, ROOT, Recorder, assembled, scene_of
+from tests.support import DATA, scene_of
 
 # The two pendulums against elliptic functions, and the order of every integrator on them.
-
-PHYSICAL = ROOT / "mechanisms" / "physical_pendulum.yaml"
-SPHERICAL = ROOT / "mechanisms" / "spherical_pendulum.yaml"
-
-
-def run_pendulum(path, **simulation):
-    scene = read_scene(path, {}, {key: str(value) for key, value in simulation.items()})
-    recorder = Recorder()
-    simulate(*assembled(scene), settings_to_run(scene), recorder)
-    return recorder
 
 
 def spherical_height(t: np.ndarray) -> np.ndarray:
@@ -45,7 +35,7 @@ def spherical_height(t: np.ndarray) -> np.ndarray:
 
 
 def test_physical_pendulum_at_tight_tolerance():
-    recorder = run_pendulum(PHYSICAL, integrator="dop853", tolerance=1e-12, output_step=0.25)
+    recorder = run("physical_pendulum", integrator="dop853", tolerance=1e-12, output_step=0.25)
     angle = np.radians(120.0) - recorder["joints/coordinate"][:, 0]
     np.testing.assert_allclose(np.abs(angle), np.abs(physical_angle(recorder["time"])), rtol=0, atol=2e-11)
     end = recorder["markers/position"][:, 0]
@@ -53,7 +43,7 @@ def test_physical_pendulum_at_tight_tolerance():
 
 
 def test_spherical_pendulum_at_tight_tolerance():
-    recorder = run_pendulum(SPHERICAL, integrator="dop853", tolerance=1e-12, output_step=0.25)
+    recorder = run("spherical_pendulum", integrator="dop853", tolerance=1e-12, output_step=0.25)
     height = recorder["markers/position"][:, 0, 2]
     np.testing.assert_allclose(height, spherical_height(recorder["time"]), rtol=0, atol=1e-10)
 
@@ -63,12 +53,12 @@ STEPS = {"heun2": 0.004, "bs32": 0.008, "rk4": 0.01, "dopri5": 0.04, "dop853": 0
 CORRECTING = [name for name, entry in PROJECTIONS.items() if entry.corrects and name != "popm"]
 
 
-def observed_order(path, exact_height, integrator: str, method: str, duration: float = 2.4) -> float:
+def observed_order(name, exact_height, integrator: str, method: str, duration: float = 2.4) -> float:
     """log2 of the ratio of the largest height errors over the duration (s) with the step above and with half of it."""
     errors = []
     for step in (STEPS[integrator], STEPS[integrator] / 2):
-        recorder = run_pendulum(
-            path, integrator=integrator, step=step, output_step=STEPS[integrator], duration=duration, projection=method
+        recorder = run(
+            name, integrator=integrator, step=step, output_step=STEPS[integrator], duration=duration, projection=method
         )
         height = recorder["markers/position"][:, 0, 2]
         errors.append(np.abs(height - exact_height(recorder["time"])).max())
@@ -83,20 +73,22 @@ def observed_order(path, exact_height, integrator: str, method: str, duration: f
 def test_projection_keeps_the_order_of_every_integrator(integrator, method):
     """What a projection adds to the error shows where the order is high; steps do not know which projection follows."""
     duration = 4.8 if integrator == "dop853" and PROJECTIONS[method].compiled else 2.4
-    order = observed_order(SPHERICAL, spherical_height, integrator, method, duration)
+    order = observed_order("spherical_pendulum", spherical_height, integrator, method, duration)
     assert order == pytest.approx(integrators()[integrator].order, abs=0.15)
 
 
 @pytest.mark.parametrize("integrator", ["heun2", "bs32", "rk4", "dop853"])
 def test_order_without_projection(integrator):
     """DOPRI5 is left out: its leading error happens to be small here, and 5.7 is seen on the way down to 5."""
-    order = observed_order(SPHERICAL, spherical_height, integrator, "none", 1.2 if integrator == "dop853" else 2.4)
+    order = observed_order(
+        "spherical_pendulum", spherical_height, integrator, "none", 1.2 if integrator == "dop853" else 2.4
+    )
     assert order == pytest.approx(integrators()[integrator].order, abs=0.15)
 
 
 @pytest.mark.parametrize("integrator", ["heun2", "bs32", "rk4"])
 def test_order_on_the_physical_pendulum(integrator):
-    order = observed_order(PHYSICAL, lambda t: -np.cos(physical_angle(t)), integrator, "gpopm")
+    order = observed_order("physical_pendulum", lambda t: -np.cos(physical_angle(t)), integrator, "gpopm")
     assert order == pytest.approx(integrators()[integrator].order, abs=0.15)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 
-from scripts.random_mechanisms.agreement import examine as examine_mechanism
+from scripts.random_mechanisms.agreement import examine
 from scripts.random_mechanisms.contacts import FAMILIES, independent
 from scripts.random_mechanisms.contacts.checks import examine as examine_contacts
 from scripts.random_mechanisms.contacts.independent import Law, solve
@@ -36,7 +36,7 @@ def test_formulations_agree_and_keep_what_mechanics_keeps(plan: Plan) -> None:
     text = scene_text(plan)
     off = [
         f"{finding.what}: {finding.excess:.2g} times what is allowed {finding.why}"
-        for finding in examine_mechanism(text).disagreements
+        for finding in examine(text).disagreements
     ]
     assert not off, "\n".join([*off, text])
 

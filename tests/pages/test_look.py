@@ -32,7 +32,8 @@ LENGTHS = st.floats(0.01, 10.0)
 
 
 def start(scene: Scene) -> PoseHistory:
-    return motion_at(*assembled(scene).q)
+    system, state = assembled(scene)
+    return motion_at(system, state.q)
 
 
 @settings(max_examples=40, deadline=None)

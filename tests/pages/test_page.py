@@ -109,7 +109,8 @@ def test_json_escapes_what_a_parser_of_html_could_take_for_its_own():
 
 def test_a_scene_without_a_run_shows_its_start():
     scene = read_scene(FIVE_BAR)
-    motion = motion_at(*assembled(scene).q)
+    system, state = assembled(scene)
+    motion = motion_at(system, state.q)
     page = start_of(scene, motion, "five bars")
     (run,) = page.data["runs"]
     assert page.packer.blocks[run["position"]]["rows"] == 1

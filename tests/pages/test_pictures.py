@@ -75,7 +75,8 @@ def test_a_second_run_is_paler(path):
 @pytest.mark.parametrize("mechanism", some(MECHANISMS, 3), ids=lambda path: path.stem)
 def test_the_start_of_every_shipped_mechanism_lies_in_its_picture(mechanism):
     scene = read_scene(mechanism)
-    motion = motion_at(*assembled(scene).q)
+    system, state = assembled(scene)
+    motion = motion_at(system, state.q)
     look = look_of(scene, motion, {})
     view = view_of(scene, motion, look)
     axes = np.column_stack(picture_axes(view))

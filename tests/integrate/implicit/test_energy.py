@@ -11,9 +11,10 @@ import pytest
 from mbproj import Scene, settings_to_run, simulate
 from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
 from mbproj.integrate.steppers.stability_region import amplification
-from mbproj.scene import Settings, read_scene_text
+from mbproj.scene import read_scene_text
 from tests.integrate.stiff_scenes import CREEP
-from tests.support import Recorder, assembled
+from tests.kernel.scenes import run
+from tests.support import assembled
 
 # A run says what dampers took of the energy, and apart from it what its method took.
 
@@ -103,12 +104,6 @@ forces:
 
 def slider(damping: float) -> Scene:
     return read_scene_text(SLIDER.replace("DAMPING", str(damping)))
-
-
-def run(scene, **keys):
-    """(recorder, report)."""
-    recorder = Recorder()
-    return recorder, simulate(*assembled(scene), Settings(**keys), recorder)
 
 
 @pytest.mark.parametrize("integrator", ["esdirk4", "radau5"])

@@ -21,8 +21,7 @@ from scripts.stiff.beside.governor import Governor
 from scripts.stiff.cases import CASES, belt, chain, four_bar, governor, ringing
 from scripts.stiff.measure import run as run_stiff
 from tests.integrate.event_scenes import bounce, contact_times, height_at, rotor
-from tests.kernel.scenes import needs_kernel
-from tests.kernel.scenes import run as run_in_kernel
+from tests.kernel.scenes import needs_kernel, run
 from tests.support import ROOT, Recorder, assembled
 
 # Implicit steps in the full formulation: their orders in space, closed joints, stiff forces of any size, events, and
@@ -196,27 +195,19 @@ def stiff_governor():
     return read_scene(ROOT / "mechanisms/governor.yaml", {"stiffness": "1e8", "damping": "1e5"})
 
 
-def run_in_halves(scene, **keys):
-    """(recorder, report)."""
-    recorder = Recorder()
-    return recorder, simulate(*assembled(scene), Settings(**keys), recorder)
-
-
 @both
 @pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
 def test_a_mass_that_comes_to_stick(formulation, integrator):
     """The samples are where they were; the belt takes the mass along, and slow steps find where it sticks."""
     keys = {"duration": 0.1, "output_step": 0.02, "integrator": integrator, "formulation": formulation}
-    found, report = run_in_halves(read_scene_text(BELT), step=0.005, **keys)
+    found, report = run(read_scene_text(BELT), step=0.005, **keys)
     np.testing.assert_allclose(found["time"], 0.02 * np.arange(6), rtol=0.0, atol=1e-15)
     halvings = report.counters["rejected_steps"]
     assert 3 <= halvings <= 25
     assert report.counters["steps"] <= 20 + halvings
     assert f"{halvings} times, for want of " in report.halved
     assert any("fixed steps were halved" in note.text and "Newton's method" in note.text for note in notes_on(report))
-    fine, _ = run_in_halves(
-        read_scene_text(BELT), tolerance=1e-8, **keys | {"formulation": "reduced", "integrator": "radau5"}
-    )
+    fine, _ = run(read_scene_text(BELT), tolerance=1e-8, **keys | {"formulation": "reduced", "integrator": "radau5"})
     assert np.abs(found["bodies/position"] - fine["bodies/position"]).max() < 2e-4
 
 
@@ -224,7 +215,7 @@ def test_a_mass_that_comes_to_stick(formulation, integrator):
 @pytest.mark.parametrize("formulation", ["full", "reduced"])
 def test_stiff_springs_at_a_coarse_step(formulation, integrator):
     """The governor turns by more than a radian in a step, and its joints stay closed."""
-    _, report = run_in_halves(
+    _, report = run(
         stiff_governor(), duration=0.1, step=0.1, output_step=0.1, integrator=integrator, formulation=formulation
     )
     assert report.counters["steps"] - 1 == report.counters["rejected_steps"] > 0
@@ -234,7 +225,7 @@ def test_stiff_springs_at_a_coarse_step(formulation, integrator):
 
 @needs_kernel
 def test_the_force_that_is_the_cause_is_named():
-    _, report = run_in_halves(read_scene_text(BELT), duration=0.1, step=0.01, output_step=0.1, integrator="esdirk4")
+    _, report = run(read_scene_text(BELT), duration=0.1, step=0.01, output_step=0.1, integrator="esdirk4")
     assert "for want of force 'friction'" in report.halved
 
 
@@ -244,9 +235,7 @@ def test_what_halving_does_not_mend(formulation, integrator):
     """A torque that grows with the speed without bound."""
     with pytest.raises(SimulationError, match=r"at (body 'rotor'|force 'push'): Newton's method did not") as caught:
         keys = {"integrator": integrator, "formulation": formulation}
-        run_in_halves(
-            read_scene_text(rotor("1 + 1e6*sinh(50*angle_dot)")), duration=2.0, step=0.5, output_step=0.5, **keys
-        )
+        run(read_scene_text(rotor("1 + 1e6*sinh(50*angle_dot)")), duration=2.0, step=0.5, output_step=0.5, **keys)
     assert "nor did it those of its parts, down to 0.0" in caught.value.cause
     assert "smooth it; or try --integrator dop853" in caught.value.hint
 
@@ -282,7 +271,7 @@ def test_a_run_goes_on_between_two_parts_of_a_step(formulation, integrator):
 def counts(k, tolerances, **keys):
     """Steps, and steps that were rejected, at each tolerance."""
     scene, keys = ringing(k), {"duration": 0.2, "output_step": 0.2} | keys
-    found = [run_in_kernel(scene, tolerance=each, **keys)[1].counters for each in tolerances]
+    found = [run(scene, tolerance=each, **keys)[1].counters for each in tolerances]
     return [[each[name] for each in found] for name in ("steps", "rejected_steps")]
 
 
