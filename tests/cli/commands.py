@@ -18,7 +18,9 @@ from functools import cache
 from pathlib import Path
 from threading import Lock
 
+import click
 import pytest
+from click.testing import CliRunner
 
 from tests.cli.fork_server import in_this_process
 from tests.cli.reports import refuse_what_no_table_says
@@ -48,6 +50,12 @@ def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]
     if "--json" in words and done.stdout.startswith(("{", "[")):
         refuse_what_no_table_says(words, json.loads(done.stdout))
     return done
+
+
+def invoked(command: click.Command, *arguments: object) -> tuple[int, str, str]:
+    """The exit code, stdout and stderr of a command that is called as a function; its InputError passes through."""
+    result = CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
+    return result.exit_code, result.stdout, result.stderr
 
 
 @contextmanager

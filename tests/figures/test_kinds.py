@@ -344,19 +344,15 @@ TIME = times(1001)
 TIP = block(TIME)["markers/position"][:, 0]
 
 
-def shared_legend(figure) -> list[str]:
-    return [text.get_text() for shown in figure.legends for text in shown.get_texts()]
-
-
 def test_histories(tmp_path):
     figure = paper_figures.position_history(TIME, TIP, components="yz")
     axis = figure.axes[0]
-    assert (axis.get_xlabel(), axis.get_ylabel(), shared_legend(figure)) == ("time (s)", "position (m)", ["y", "z"])
+    assert (axis.get_xlabel(), axis.get_ylabel(), legend(figure)) == ("time (s)", "position (m)", ["y", "z"])
     for line, column in zip(axis.lines, (1, 2), strict=True):
         assert np.array_equal(line.get_ydata(), TIP[:, column])
     figure = paper_figures.velocity_history(TIME, TIP)
     assert figure.axes[0].get_ylabel() == "velocity (m/s)"
-    assert shared_legend(figure) == ["$v_x$", "$v_y$", "$v_z$"]
+    assert legend(figure) == ["$v_x$", "$v_y$", "$v_z$"]
     assert save(figure, tmp_path / "a.pdf").exists()
 
 
@@ -368,7 +364,7 @@ def test_errors():
     ):
         figure = function(series)
         axis = figure.axes[0]
-        assert (axis.get_yscale(), axis.get_ylabel(), shared_legend(figure)) == ("log", symbol, list(series))
+        assert (axis.get_yscale(), axis.get_ylabel(), legend(figure)) == ("log", symbol, list(series))
         assert np.array_equal(axis.lines[1].get_ydata()[1:], series["direct integration"][1][1:])
         assert axis.lines[1].get_ydata()[0] == 1e-17
 

@@ -15,7 +15,7 @@ from tests.friction import closed_forms as exact
 from tests.friction.mechanisms import incline, on_a_belt, pendulum, rotor, screw
 from tests.friction.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel
-from tests.stops.runs import run, same, simulated
+from tests.stops.runs import goes_on, run, same, simulated
 
 # Dry friction at joints in the kernel's loop: where it sticks and slides, in the plane and in space alike.
 
@@ -153,18 +153,10 @@ def test_events_do_not_ask_for_steps_that_end_on_the_constraints(projection):
 
 @needs_kernel
 @crossed("until, steps", [0.45, 2.6, 3.2, 5.1], STEPS, together=1)
-def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps, until):
+def test_a_run_with_blocks_that_stick_goes_on_with_the_bits_of_a_longer_one(steps, until):
     """With some blocks that stick and others that slide."""
     text = TRAIN.format(steps=STEPS[steps], formulation="reduced")
-    whole, _ = simulated(text)
-    _, kept = simulated(text.replace("duration: 6", f"duration: {until}"))
-    mark = kept[-1]
-    assert 0.0 < mark["t"] <= until
-    rest, _ = simulated(text, mark)
-    after = whole["time"] > mark["t"]
-    for path in ("time", "bodies/position", "bodies/velocity", "friction/force", "friction/dissipation"):
-        assert np.array_equal(rest[path], whole[path][after]), path
-    assert rest.happened == whole.happened
+    whole, _, _ = goes_on(text, 6, until, ("friction/force", "friction/dissipation"))
     assert len({event.name for event in whole.happened}) == 3
 
 

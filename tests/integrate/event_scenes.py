@@ -102,9 +102,16 @@ def rotor(torque: str) -> str:
     return ROTOR.replace("TORQUE", torque)
 
 
+class Log(Recorder):
+    """A recorder that keeps the events, too."""
+
+    def events(self, events) -> None:
+        self.met = list(events)
+
+
 def run(text: str, **options: str):
     """(recorder, report) of a scene with these options of the command line."""
     scene = read_scene_text(text, simulation=options)
-    recorder = Recorder()
+    recorder = Log()
     report = simulate(*assembled(scene), settings_to_run(scene), recorder)
     return recorder, report

@@ -8,7 +8,6 @@ from base64 import b64decode
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
@@ -25,6 +24,7 @@ from mbproj.pages.page.three_js import three_js
 from mbproj.pages.page.write import as_json, html
 from mbproj.results import Poses, ResultsWriter, open_results
 from mbproj.scene import read_scene_text
+from tests.cli.commands import invoked
 from tests.pages.runs import FIVE_BAR, HOSTILE, block_of, bytes_of, data_of, five_bar, recorded
 from tests.support import Recorder as Kept
 from tests.support import assembled
@@ -267,61 +267,58 @@ def test_no_peak_between_two_frames_is_lost():
 # `mbproj animate`: what it writes, prints and refuses.
 
 
-def run(*arguments):
-    """The command's exit code, stdout and stderr; its InputError passes through."""
-    result = CliRunner().invoke(animate.command, [str(argument) for argument in arguments], catch_exceptions=False)
-    return result.exit_code, result.stdout, result.stderr
-
-
 @pytest.fixture
 def run_path(tmp_path):
     return five_bar(tmp_path / "run.h5", duration=0.5)
 
 
 def test_the_page_stands_beside_the_results(run_path):
-    code, out, err = run(run_path)
+    code, out, err = invoked(animate.command, run_path)
     assert (code, out, err) == (0, f"{run_path.with_suffix('.html')}\n", "")
     assert run_path.with_suffix(".html").read_text(encoding="utf-8").startswith("<!doctype html>")
 
 
 def test_a_page_of_ours_is_replaced_and_no_other_file(run_path, tmp_path):
-    run(run_path)
-    assert run(run_path)[0] == 0
+    invoked(animate.command, run_path)
+    assert invoked(animate.command, run_path)[0] == 0
     other = tmp_path / "mine.html"
     other.write_text("<html>mine</html>")
     with pytest.raises(InputError, match=r"mine.html' exists and is not a page of mbproj"):
-        run(run_path, "-o", other)
-    assert run(run_path, "-o", other, "--force")[0] == 0
+        invoked(animate.command, run_path, "-o", other)
+    assert invoked(animate.command, run_path, "-o", other, "--force")[0] == 0
 
 
 def test_a_scene_shows_its_start_alone(run_path, tmp_path):
-    code, out, err = run(FIVE_BAR, "-o", tmp_path / "start.html")
+    code, out, err = invoked(animate.command, FIVE_BAR, "-o", tmp_path / "start.html")
     assert (code, out) == (0, f"{tmp_path / 'start.html'}\n")
     assert "the start, assembled; nothing was run" in err
     with pytest.raises(InputError, match="is a scene, and scenes are shown alone"):
-        run(run_path, FIVE_BAR, "-o", tmp_path / "both.html")
+        invoked(animate.command, run_path, FIVE_BAR, "-o", tmp_path / "both.html")
 
 
 def test_two_results_with_labels(run_path, tmp_path):
-    assert run(run_path, run_path, "-o", tmp_path / "two.html", "--label", "a", "--label", "b")[0] == 0
+    assert (
+        invoked(animate.command, run_path, run_path, "-o", tmp_path / "two.html", "--label", "a", "--label", "b")[0]
+        == 0
+    )
     with pytest.raises(InputError, match="--label: 1 for 2 files"):
-        run(run_path, run_path, "--label", "a")
+        invoked(animate.command, run_path, run_path, "--label", "a")
 
 
 def test_a_window_without_a_sample_is_refused(run_path):
     with pytest.raises(InputError, match=r"has no sample from 7 s"):
-        run(run_path, "--from", 7)
+        invoked(animate.command, run_path, "--from", 7)
 
 
 def test_the_name_of_a_page_ends_in_html(run_path, tmp_path):
     with pytest.raises(InputError, match=r"'.*run.txt' is not the name of a page or film"):
-        run(run_path, "-o", tmp_path / "run.txt")
+        invoked(animate.command, run_path, "-o", tmp_path / "run.txt")
 
 
 def test_without_the_extra_one_line_says_how_to_install_it(run_path, monkeypatch):
     monkeypatch.setattr(three_js_module, "find_spec", lambda name: None)
     with pytest.raises(InputError) as error:
-        run(run_path)
+        invoked(animate.command, run_path)
     (problem,) = error.value.problems
     assert problem.message == "a page needs three.js, which comes with trimesh"
     assert problem.hint == "install it with: pip install 'mbproj[animate]'"

@@ -20,6 +20,7 @@ from mbproj.pages.appearance.motion import motion_at
 from mbproj.pages.appearance.view import view_of
 from mbproj.results import open_results
 from mbproj.scene import read_scene
+from tests.cli.commands import invoked
 from tests.crossed import some
 from tests.pages.runs import FIVE_BAR, five_bar
 from tests.results.pendulum_blocks import record
@@ -92,23 +93,20 @@ def test_the_start_of_every_shipped_mechanism_lies_in_its_picture(mechanism):
     assert len(shapes) >= len(scene.bodies)
 
 
-def run(command, *arguments):
-    result = CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
-    return result.exit_code, result.stdout, result.stderr
-
-
 def test_plot_takes_times_for_this_kind_alone(path, tmp_path):
-    code, out, _ = run(plot.command, path, "--kind", "mechanism", "--at", "0,500 ms", "-o", tmp_path, "--format", "svg")
+    code, out, _ = invoked(
+        plot.command, path, "--kind", "mechanism", "--at", "0,500 ms", "-o", tmp_path, "--format", "svg"
+    )
     assert (code, out) == (0, f"{tmp_path / 'five_bar-mechanism.svg'}\n")
     assert "at t = 0, 0.5 s" in (tmp_path / "five_bar-mechanism.svg").read_text(encoding="utf-8")
     with pytest.raises(InputError, match="--at is for --kind mechanism alone"):
-        run(plot.command, path, "--kind", "energy", "--at", "0", "-o", tmp_path)
+        invoked(plot.command, path, "--kind", "energy", "--at", "0", "-o", tmp_path)
 
 
 @pytest.mark.parametrize("ending", ["png", "svg", "html"])
 def test_check_draws_the_start(tmp_path, ending):
     picture = tmp_path / f"start.{ending}"
-    code, out, _ = run(check.command, FIVE_BAR, "--picture", picture)
+    code, out, _ = invoked(check.command, FIVE_BAR, "--picture", picture)
     assert code == 0
     assert "can run" in out
     assert picture.read_bytes().startswith({"png": b"\x89PNG", "svg": b"<?xml", "html": b"<!doctype html>"}[ending])
@@ -116,7 +114,7 @@ def test_check_draws_the_start(tmp_path, ending):
 
 def test_check_refuses_other_names(tmp_path):
     with pytest.raises(InputError, match=r"'.*start.txt' is not the name of a picture"):
-        run(check.command, FIVE_BAR, "--picture", tmp_path / "start.txt")
+        invoked(check.command, FIVE_BAR, "--picture", tmp_path / "start.txt")
 
 
 def test_results_without_a_readable_scene_say_so(tmp_path):

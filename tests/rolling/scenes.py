@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
+import mbproj
 from mbproj.arrays import Array
 
 # Bodies that roll, slide on an edge, or turn on a wheel: scenes with closed forms or references.
@@ -177,3 +178,7 @@ def of_rattleback(t: Array, spin: float, skew: float) -> tuple[Array, Array]:
     start = [0.0, 0.0, SEMI_AXES[2] - LOW, 1.0, 0.0, 0.0, 0.0, ROLL, 0.0, spin]
     y = solve_ivp(rates, (0.0, t[-1]), start, "DOP853", t, rtol=1e-11, atol=1e-13).y.T
     return y[:, :3], y[:, 7:]
+
+
+def run(text: str, **settings: object) -> mbproj.Results:
+    return mbproj.run(mbproj.read_scene_text(text), **settings)

@@ -12,7 +12,7 @@ from mbproj.model.euler_parameters import product
 from mbproj.pages import PoseHistory, look_of
 from tests.crossed import crossed, full
 from tests.rolling import scenes
-from tests.rolling.scenes import ellipsoid, of_rattleback, rattleback
+from tests.rolling.scenes import ellipsoid, of_rattleback, rattleback, run
 from tests.support import ROOT
 
 # What rolls, against closed forms and against a solution of equations of its own, in each formulation that has it.
@@ -23,10 +23,6 @@ FORMULATIONS = ["full", "reduced"]
 @pytest.fixture(params=FORMULATIONS)
 def formulation(request):
     return request.param
-
-
-def run(text, **settings):
-    return mbproj.run(mbproj.read_scene_text(text), **settings)
 
 
 @pytest.mark.full_where(formulation="full")

@@ -10,7 +10,7 @@ import mbproj
 from mbproj.errors import InputError
 from tests.crossed import crossed
 from tests.rolling import scenes
-from tests.rolling.scenes import of_rattleback, rattleback
+from tests.rolling.scenes import of_rattleback, rattleback, run
 
 # What rolls beside drives, dry friction, limits, in other integrators, and in runs that are continued.
 
@@ -34,10 +34,6 @@ def cart(rest: str = "", own: str = "", speed: float = SPEED, **simulation: obje
         + scenes.wheel("wheel", f"[0, 0, {RADIUS}]", "[0, 1, 0]", RADIUS)
     )
     return scenes.scene(bodies, joints, rest, **simulation)
-
-
-def run(text, **settings):
-    return mbproj.run(mbproj.read_scene_text(text), **settings)
 
 
 def way(r):

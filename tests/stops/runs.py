@@ -78,3 +78,22 @@ def simulated(text, mark=START):
         resumed=mark,
     )
     return recorded, kept
+
+
+def goes_on(text, duration, until, paths):
+    """Checks that a run of this text that goes on where one to `until` ends has the bits of the whole one, events too.
+
+    The whole run, the shorter one, and the time of the mark.
+    """
+    whole, _ = simulated(text)
+    assert f"duration: {duration}" in text
+    part, kept = simulated(text.replace(f"duration: {duration}", f"duration: {until}"))
+    rest, _ = simulated(text, kept[-1])
+    time = kept[-1]["t"]
+    assert 0.0 < time <= until
+    after = whole["time"] > time
+    assert len(part["time"]) < after.size
+    for path in ("time", "bodies/position", "bodies/velocity", *paths):
+        assert np.array_equal(rest[path], whole[path][after]), path
+    assert rest.happened == whole.happened
+    return whole, part, time

@@ -23,7 +23,7 @@ from mbproj.model import Contacts, in_contact
 from mbproj.scene import Settings
 from tests.crossed import FULL, cover, crossed, some
 from tests.kernel.scenes import needs_kernel
-from tests.stops.runs import DOP853, FIXED, run, same, simulated
+from tests.stops.runs import DOP853, FIXED, goes_on, run, same
 from tests.stops.scenes import (
     BALL,
     BEAM,
@@ -171,15 +171,7 @@ def test_a_motion_pays_for_what_flywheels_take_in_no_time(formulation, inertia):
 def test_a_run_goes_on_with_the_bits_of_a_longer_one(steps, until):
     """Before and after impacts, with contacts that hold, on a loop with a spring that becomes slack."""
     text = text_of("pressed through a loop", "planar", steps)
-    whole, _ = simulated(text)
-    _, kept = simulated(text.replace("duration: 3", f"duration: {until}"))
-    mark = kept[-1]
-    assert 0.0 < mark["t"] <= until
-    rest, _ = simulated(text, mark)
-    after = whole["time"] > mark["t"]
-    for path in ("time", "bodies/position", "bodies/velocity", "stops/force", "diagnostics/dissipation"):
-        assert np.array_equal(rest[path], whole[path][after]), path
-    assert rest.happened == whole.happened
+    goes_on(text, 3, until, ("stops/force", "diagnostics/dissipation"))
 
 
 @pytest.mark.parametrize("integrator", ["dop853", "esdirk4", "radau5"])

@@ -7,12 +7,12 @@ import re
 import numpy as np
 import pytest
 
-from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
+from mbproj import InputError
 from mbproj.errors import SimulationError
 from tests.crossed import once, where
 from tests.kernel.scenes import needs_kernel
+from tests.mechanisms.running import run_text
 from tests.stops.runs import DOP853, run
-from tests.support import Recorder
 
 # Gears and screws that turn far within a step keep their teeth and threads, or the run says which step would do.
 
@@ -52,20 +52,14 @@ simulation: {duration: 0.5, step: 10 ms, integrator: rk4}
 """
 
 
-def run_at_speed(text: str, formulation: str, **simulation):
-    scene = read_scene_text(text, simulation={"formulation": formulation, **simulation})
-    system = compile_system(scene)
-    recorder, state = Recorder(), assemble(system, initial_guess(scene, system))
-    simulate(system, state, settings_to_run(scene), recorder)
-    return recorder
-
-
 @pytest.mark.parametrize("formulation", SLOW_IN_FULL)
 @pytest.mark.parametrize(("axis", "speed"), once([BEVEL, PARALLEL], [1000.0, 2000.0]))
 def test_a_driven_pair_keeps_its_teeth(axis, speed, formulation):
     """60 φ1 + 20 φ2 = 0 with φ1 = ω t, though the pinion makes a turn in a step."""
-    found = run_at_speed(
-        pair(axis, motion(f"{{constant_speed: {speed} rpm}}")), formulation, kinematic=formulation != "full"
+    found = run_text(
+        pair(axis, motion(f"{{constant_speed: {speed} rpm}}")),
+        formulation=formulation,
+        kinematic="false" if formulation == "full" else "true",
     )
     first, second = found["joints/coordinate"].T
     np.testing.assert_allclose(first, speed * np.pi / 30.0 * found["time"], rtol=0, atol=1e-9)
@@ -76,7 +70,7 @@ def test_a_driven_pair_keeps_its_teeth(axis, speed, formulation):
 @pytest.mark.parametrize("speed", [500.0, 5000.0])
 @pytest.mark.parametrize("formulation", ["reduced", "planar"])
 def test_the_kernel_keeps_the_teeth_of_any_driven_pair(formulation, speed):
-    found = run_at_speed(pair(PARALLEL, motion(f"{{constant_speed: {speed} rad/s}}")), formulation)
+    found = run_text(pair(PARALLEL, motion(f"{{constant_speed: {speed} rad/s}}")), formulation=formulation)
     first, second = found["joints/coordinate"].T
     np.testing.assert_allclose(first, speed * found["time"], rtol=0, atol=1e-8)
     np.testing.assert_allclose(second, -3.0 * first, rtol=0, atol=1e-8)
@@ -84,7 +78,7 @@ def test_the_kernel_keeps_the_teeth_of_any_driven_pair(formulation, speed):
 
 @pytest.mark.parametrize("formulation", SLOW_IN_FULL)
 def test_a_driven_screw_keeps_its_thread(formulation):
-    found = run_at_speed(SCREW, formulation, kinematic=formulation != "full")
+    found = run_text(SCREW, formulation=formulation, kinematic="false" if formulation == "full" else "true")
     angle, shift = found["joints/coordinate"].T
     np.testing.assert_allclose(angle, 100.0 * np.pi * found["time"], rtol=0, atol=1e-9)
     np.testing.assert_allclose(shift, 0.001 * angle / (2.0 * np.pi), rtol=0, atol=1e-12)
@@ -96,12 +90,12 @@ def test_a_step_that_cannot_tell_the_teeth_of_free_wheels_says_which_would_do(sp
     """RK4 does not follow 1 turn a step; with the step that the message names it does, all 0.5 s long."""
     text = pair(speed=f", speed: {speed} rpm")
     with pytest.raises(SimulationError) as caught:
-        run_at_speed(text, formulation)
+        run_text(text, formulation=formulation)
     reason = "at B.angle: the step is too long to tell its turns, and so which teeth or threads are in mesh"
     assert reason in str(caught.value)
     found = re.search(r"use steps of at most (\S+) s", str(caught.value))
     assert found is not None
-    again = run_at_speed(text, formulation, step=float(found[1]))
+    again = run_text(text, formulation=formulation, step=float(found[1]))
     first, second = again["joints/coordinate"].T
     np.testing.assert_allclose(second, -3.0 * first, rtol=0, atol=1e-9)
 
@@ -112,7 +106,7 @@ def test_error_control_shortens_such_steps(tolerance, formulation):
     """The samples lie inside the steps."""
     steps = f"tolerance: {tolerance}, integrator: dopri5"
     text = pair(speed=", speed: 2000 rpm").replace("step: 10 ms, integrator: rk4", steps)
-    found = run_at_speed(text, formulation, duration=0.1, output_step=0.001)
+    found = run_text(text, formulation=formulation, duration=0.1, output_step=0.001)
     first, second = found["joints/coordinate"].T
     np.testing.assert_allclose(second, -3.0 * first, rtol=0, atol=1e-9)
     if tolerance < 0.01:
@@ -126,7 +120,7 @@ def test_a_driven_angle_counts_the_turns_of_its_motion(formulation):
     text = wheel.replace("  G: {type: gear, joints: [A, A], teeth: [60, 20]}\n", "").replace(
         "simulation:", motion("{smooth_step: {to: 100.5, start: 0.103, duration: 0.002}}") + "\nsimulation:"
     )
-    found = run_at_speed(text, formulation)
+    found = run_text(text, formulation=formulation)
     late = found["time"] > 0.105
     np.testing.assert_allclose(found["joints/coordinate"][late, 0], 100.5, rtol=0, atol=1e-9)
 
@@ -144,7 +138,7 @@ joints: {A: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis:
 forces: {s: {type: torsion_spring_damper, joint: A, stiffness: 1}}
 simulation: {duration: 20, step: 2, integrator: dop853}
 """
-    found = run_at_speed(text, formulation)
+    found = run_text(text, formulation=formulation)
     np.testing.assert_allclose(found["joints/coordinate"][:, 0], 1.5 * np.cos(found["time"]), rtol=0, atol=0.1)
 
 

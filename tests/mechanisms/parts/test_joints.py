@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.special import ellipj, ellipk
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene_text, settings_to_run, simulate
 from mbproj.dynamics import coordinate_values, pose_of
@@ -12,6 +11,7 @@ from mbproj.errors import InputError
 from mbproj.studies import RigidMotion
 from tests.crossed import crossed
 from tests.kernel.scenes import needs_kernel
+from tests.mechanisms.closed_forms import swinging
 from tests.support import Recorder, assembled
 
 # Every joint beside the paper's four against an exact solution; a fixed joint as one body and as a constraint.
@@ -79,13 +79,6 @@ joints:
     np.testing.assert_allclose(record["joints/coordinate"][:, 2], -4.0 * t, rtol=0, atol=1e-11)
 
 
-def pendulum_angle(t: np.ndarray, length: float, start: float) -> np.ndarray:
-    """A mathematical pendulum released from rest at `start` (rad from hanging): sin(φ/2) = k sn(K + ω t)."""
-    k = np.sin(start / 2)
-    sn, _, _, _ = ellipj(ellipk(k**2) + np.sqrt(G / length) * t, k**2)
-    return 2.0 * np.arcsin(k * sn)
-
-
 @pytest.mark.parametrize("joint", ["distance", "revolute_spherical"])
 def test_a_massless_link_to_the_centre_of_mass_is_a_mathematical_pendulum(joint):
     axis = ", axis: [0, 1, 0]" if joint == "revolute_spherical" else ""
@@ -95,7 +88,7 @@ joints:
   link: {{type: {joint}, bodies: [ground, bob], locations: [[0, 0, 0], [0.8, 0, 0]]{axis}}}
 """)
     assert freedom(system, state) == {"distance": 5, "revolute_spherical": 4}[joint]
-    angle = pendulum_angle(record["time"], 0.8, np.pi / 2)
+    angle = swinging(np.pi / 2, np.sqrt(G / 0.8), record["time"])[0]
     np.testing.assert_allclose(record["bodies/position"][:, 0, 0], 0.8 * np.sin(angle), rtol=0, atol=1e-10)
     np.testing.assert_allclose(record["bodies/position"][:, 0, 2], -0.8 * np.cos(angle), rtol=0, atol=1e-10)
     tension = 2.0 * G * 3.0 * np.cos(angle)  # m g cos φ + m v²/l from the energy
@@ -179,7 +172,7 @@ joints:
     first, second = record["joints/coordinate"].T
     np.testing.assert_allclose(second, ratio * first, rtol=0, atol=1e-12)
     total = 0.4 + ratio**2 * 0.7 + 2.0 * 0.1**2
-    swing = pendulum_angle(record["time"], total / (2.0 * 0.1), np.pi / 2)
+    swing = swinging(np.pi / 2, np.sqrt(G * 2.0 * 0.1 / total), record["time"])[0]
     np.testing.assert_allclose(np.cos(first), np.sin(swing), rtol=0, atol=1e-10)
     torque = record["joints/reaction_torque"][:, 2] @ [0, 1, 0]  # of the gear on the wheel
     expected = 0.7 * record["bodies/angular_acceleration"][:, 1] @ [0, 1, 0]
@@ -236,7 +229,7 @@ joints:
 """)
     assert system.bodies == 1
     np.testing.assert_array_equal(record["bodies/position"][:, 0], np.tile([0.0, 0, 1], (len(record["time"]), 1)))
-    angle = pendulum_angle(record["time"], 0.8, np.pi / 2)
+    angle = swinging(np.pi / 2, np.sqrt(G / 0.8), record["time"])[0]
     np.testing.assert_allclose(record["bodies/position"][:, 1, 2], 2.0 - 0.8 * np.cos(angle), rtol=0, atol=1e-10)
 
 

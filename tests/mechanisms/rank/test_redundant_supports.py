@@ -13,7 +13,7 @@ from mbproj.errors import InputError
 from mbproj.registry import PROJECTIONS, integrators
 from mbproj.scene import read_scene_text
 from tests.crossed import some, where
-from tests.mechanisms.closed_forms import swinging, time_to_reach
+from tests.mechanisms.closed_forms import piston, swinging, time_to_reach
 from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run, run_scene, run_text
 from tests.support import ROOT
 
@@ -257,16 +257,6 @@ def driven() -> Run:
 
 def angle(done: Run) -> np.ndarray:
     return done.parameters["start"] + done.parameters["speed"] * done["time"]
-
-
-def piston(done: Run, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """z = r cos θ + sqrt(l² - r² sin² θ) and its first two derivatives with respect to θ."""
-    r, l = done.parameters["crank"], done.parameters["rod"]
-    sine, cosine = np.sin(theta), np.cos(theta)
-    root = np.sqrt(l**2 - r**2 * sine**2)
-    slope = -(r**2) * sine * cosine / root
-    bend = -(r**2) * (cosine**2 - sine**2) / root - slope**2 / root
-    return r * cosine + root, -r * sine + slope, -r * cosine + bend
 
 
 def points(done: Run) -> tuple[float, float]:
