@@ -23,7 +23,7 @@ def path(tmp_path):
 
 
 def test_plot_writes_all_kinds_and_prints_their_paths(tmp_path, path, monkeypatch):
-    """Each file once; that each kind makes a picture is in test_every_kind.py."""
+    """Each file once; that each kind makes a picture is in test_kinds.py."""
     monkeypatch.setattr(Figure, "savefig", lambda figure, file, **_: file.write_bytes(b"picture"))
     code, out, err = invoked(plot.command, path, "-o", tmp_path / "new" / "pictures")
     expected = [

@@ -207,7 +207,7 @@ def test_paths_are_drawn_in_the_plane_of_the_motion_with_equal_scales(tmp_path):
 # What holds of every kind of picture: it can be saved, of one sample too, with any names, and says what it is of.
 
 #: What can be drawn of a run that is not certified, has no stops or frictions, and whose scene is not in its
-#: file; what takes an input or markers is in test_over.py.
+#: file; what takes an input or markers is in tests/analysis/test_over_coordinates.py.
 OTHERS = ("trust", "mechanism", "stops", "ropes", "contacts", "friction", "ratios", "transmission")
 UNCERTIFIED = [kind for kind in KINDS if kind not in OTHERS]
 

@@ -150,7 +150,7 @@ def test_a_method_that_fails_is_said_with_its_name(nearest):
     )
     with pytest.raises(mbproj.InputError, match=message):
         mbproj.run(FIVE_BAR, projection="broken", duration=0.02)
-    with pytest.raises(mbproj.InputError, match=r"test_plugin.py:\d+: error: 'correction' .* KeyError: 'weights'"):
+    with pytest.raises(mbproj.InputError, match=r"test_plugins.py:\d+: error: 'correction' .* KeyError: 'weights'"):
         mbproj.run(FIVE_BAR, projection="raising", duration=0.02)
 
 
@@ -453,7 +453,7 @@ def test_code_that_fails_is_said_with_its_name():
         raise ZeroDivisionError("no")
 
     mbproj.register_element("fails", fails, along="m", parameters={"k": "N/m"})
-    message = r"test_plugin_forces.py:\d+: error: force type 'fails', of a plug-in, has failed: ZeroDivisionError: no"
+    message = r"test_plugins.py:\d+: error: force type 'fails', of a plug-in, has failed: ZeroDivisionError: no"
     with pytest.raises(mbproj.InputError, match=message):
         mbproj.run(scene(f"type: fails, {POINTS}, k: 3"))
     mbproj.register_element("empty", lambda name, s: None, along="m", parameters={})
