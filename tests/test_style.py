@@ -105,12 +105,14 @@ REACHED = {
 
 
 def reached_into(path: Path) -> set[str]:
-    """The modules below the first level that a test imports from packages other than the one of its folder."""
-    inner_modules = set()
+    """The modules below the first level that a test imports from packages other than that of its folder, or of its
+    name where it stands in none."""
+    inner_modules, place = set(), path.relative_to(ROOT / "tests")
+    own = {*place.parts, place.as_posix().removeprefix("test_").removesuffix(".py")}
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("mbproj."):
             _, package, *inner = node.module.split(".")
-            if inner and package not in path.relative_to(ROOT).parts:
+            if inner and package not in own:
                 inner_modules.add(node.module.removeprefix("mbproj."))
     return inner_modules
 

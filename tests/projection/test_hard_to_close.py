@@ -14,8 +14,7 @@ from mbproj.dynamics import RowSet, State, constraint_at, jacobian, mass_matrix,
 from mbproj.errors import SimulationError
 from mbproj.integrate import InPlane, Reduced, simulate
 from mbproj.kernel import core
-from mbproj.model import Plane, compile_system, planar_reduction
-from mbproj.model.system import System
+from mbproj.model import Plane, System, compile_system, planar_reduction
 from mbproj.projection import make_method
 from mbproj.projection.solve import correct_position, damped
 from mbproj.registry import PROJECTIONS
