@@ -52,6 +52,13 @@ def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]
     return done
 
 
+def succeeds(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    """`mbproj ARGUMENTS` in `folder`, which ends with 0."""
+    done = mbproj(*arguments, folder=folder)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
 def invoked(command: click.Command, *arguments: object) -> tuple[int, str, str]:
     """The exit code, stdout and stderr of a command that is called as a function; its InputError passes through."""
     result = CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)

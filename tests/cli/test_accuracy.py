@@ -17,7 +17,7 @@ import pytest
 
 from mbproj import open_results, read_scene
 from mbproj.cli.report.trust import lines_on
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
 from tests.cli.commands import mbproj as run_mbproj
 from tests.support import ROOT
 
@@ -25,8 +25,7 @@ from tests.support import ROOT
 
 
 def test_the_certificate_is_in_the_file_the_summary_and_info(tmp_path):
-    done = mbproj("run", FIVE_BAR, "--duration", "4", "--certify", "-o", "a.h5", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", FIVE_BAR, "--duration", "4", "--certify", "-o", "a.h5", folder=tmp_path)
     assert "  how far to trust it, by gpopm, dop853, tol 1e-10\n" in done.stdout
     assert "error exceeds  1e-9 m" in done.stdout
     with open_results(tmp_path / "a.h5") as results:
@@ -68,8 +67,7 @@ def test_json_has_the_horizons_by_marker(tmp_path):
 def test_rerun_certifies_again_to_the_last_bit(tmp_path):
     arguments = ["--duration", "1", "--certify", "--limit", "1e-12", "--tolerance", "1e-13", "--integrator", "dop853"]
     mbproj("run", FIVE_BAR, *arguments, "--output-step", "0.1", "-q", "-o", "a.h5", folder=tmp_path)
-    done = mbproj("rerun", "a.h5", "-q", "-o", "b.h5", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("rerun", "a.h5", "-q", "-o", "b.h5", folder=tmp_path)
     with h5py.File(tmp_path / "a.h5") as first, h5py.File(tmp_path / "b.h5") as second:
         assert dict(first["trust"].attrs) == dict(second["trust"].attrs)
         assert "round-off" in first["trust"].attrs["remark"]
@@ -80,8 +78,7 @@ def test_rerun_certifies_again_to_the_last_bit(tmp_path):
 @pytest.mark.full
 def test_plots_mark_what_is_not_to_be_trusted(tmp_path):
     mbproj("run", FIVE_BAR, "--duration", "1", "--certify", "-q", "-o", "a.h5", folder=tmp_path)
-    done = mbproj("plot", "a.h5", "--error", "1e-5", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("plot", "a.h5", "--error", "1e-5", folder=tmp_path)
     assert (tmp_path / "a-trust.png").exists()
     wrong = mbproj("plot", "a.h5", "--error", "-1", folder=tmp_path)
     assert (wrong.returncode, wrong.stderr.count("--error: error: '--error' must be greater than 0")) == (2, 1)

@@ -11,7 +11,7 @@ import pytest
 
 from mbproj.errors import ExitCode
 from mbproj.results import ResultsWriter
-from tests.cli.commands import FIVE_BAR, mbproj
+from tests.cli.commands import FIVE_BAR, mbproj, succeeds
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times
 from tests.results.processes import killed
 
@@ -124,8 +124,7 @@ def test_a_run_without_samples(tmp_path, command, code):
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("runs")
     for name, *options in (("a.h5",), ("b.h5", "--output-step", "0.02"), ("c.h5", "--step", "0.02")):
-        done = mbproj("run", FIVE_BAR, "-q", "--duration", "2", "-o", name, *options, folder=folder)
-        assert done.returncode == 0, done.stderr
+        succeeds("run", FIVE_BAR, "-q", "--duration", "2", "-o", name, *options, folder=folder)
     return folder
 
 

@@ -13,7 +13,7 @@ import pytest
 from mbproj import continue_run, open_results
 from mbproj.errors import InputError
 from mbproj.results import DATASETS, SLOTS
-from tests.cli.commands import SLIDER_CRANK, environment, mbproj
+from tests.cli.commands import SLIDER_CRANK, environment, mbproj, succeeds
 from tests.crossed import full
 
 # continue: goes on from a results file, or from the part that a kill left; what cannot be gone on with says why.
@@ -22,8 +22,7 @@ OPTIONS = ["--step", "5 ms", "--output-step", "0.01"]
 
 
 def make(folder, name, duration, *arguments):
-    done = mbproj("run", SLIDER_CRANK, "--duration", duration, "-q", "-o", name, *arguments, folder=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", SLIDER_CRANK, "--duration", duration, "-q", "-o", name, *arguments, folder=folder)
 
 
 def assert_same(first, second, start=0):
@@ -40,8 +39,7 @@ def assert_same(first, second, start=0):
 def test_a_new_file_has_the_samples_that_follow(tmp_path, options):
     make(tmp_path, "short.h5", "0.1", *options)
     make(tmp_path, "long.h5", "0.3", *options)
-    done = mbproj("continue", "short.h5", "--until", "0.3", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("continue", "short.h5", "--until", "0.3", folder=tmp_path)
     assert "0.3 s" in done.stdout
     count = len(open_results(tmp_path / "continued.h5").time)
     assert 20 <= count < 31
@@ -52,8 +50,7 @@ def test_append_puts_both_in_place_of_the_first(tmp_path):
     make(tmp_path, "run.h5", "0.1", *OPTIONS)
     make(tmp_path, "long.h5", "0.3", *OPTIONS)
     for until in ("0.2", "0.3"):
-        done = mbproj("continue", "run.h5", "--until", until, "--append", "-q", folder=tmp_path)
-        assert done.returncode == 0, done.stderr
+        succeeds("continue", "run.h5", "--until", until, "--append", "-q", folder=tmp_path)
     assert_same(tmp_path / "long.h5", tmp_path / "run.h5")
 
 
@@ -61,8 +58,7 @@ def test_append_into_another_file_leaves_the_first_as_it_was(tmp_path):
     make(tmp_path, "run.h5", "0.1", *OPTIONS)
     make(tmp_path, "long.h5", "0.2", *OPTIONS)
     before = (tmp_path / "run.h5").read_bytes()
-    done = mbproj("continue", "run.h5", "--until", "0.2", "--append", "-o", "copy.h5", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("continue", "run.h5", "--until", "0.2", "--append", "-o", "copy.h5", folder=tmp_path)
     assert "written to copy.h5" in done.stdout
     assert (tmp_path / "run.h5").read_bytes() == before
     assert_same(tmp_path / "long.h5", tmp_path / "copy.h5")
@@ -90,8 +86,7 @@ def test_a_killed_run_is_finished(tmp_path):
     killed = open_results(tmp_path / "run.h5")
     assert killed.checkpoint is not None
     until = f"{killed.time[-1] + 0.5:.1f}"
-    done = mbproj("continue", "run.h5", "--until", until, "--append", "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("continue", "run.h5", "--until", until, "--append", "-q", folder=tmp_path)
     make(tmp_path, "long.h5", until, *options)
     assert_same(tmp_path / "long.h5", tmp_path / "run.h5")
 
@@ -150,8 +145,7 @@ def test_a_time_that_lies_ahead_is_advised(tmp_path):
 
 
 def make_a(folder, *arguments: str) -> None:
-    done = mbproj("run", SLIDER_CRANK, "--duration", "0.1", "-q", "-o", "a.h5", *arguments, folder=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", SLIDER_CRANK, "--duration", "0.1", "-q", "-o", "a.h5", *arguments, folder=folder)
 
 
 def read(path):
@@ -191,8 +185,7 @@ def test_export_of_chosen_tables(tmp_path):
 def test_rerun_is_the_same_to_the_last_bit_without_the_scene_file(tmp_path):
     settings = ["--projection", "mmopm", "--alpha", "1e5", "--step", "5 ms", "--output-step", "0.01"]
     make_a(tmp_path, "--set", "speed=7", *settings)
-    done = mbproj("rerun", "a.h5", "-o", "b.h5", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("rerun", "a.h5", "-o", "b.h5", folder=tmp_path)
     first, second = open_results(tmp_path / "a.h5"), open_results(tmp_path / "b.h5")
     for dataset in DATASETS:
         np.testing.assert_array_equal(first[dataset.path], second[dataset.path], err_msg=dataset.path)

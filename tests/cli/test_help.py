@@ -25,7 +25,7 @@ from mbproj.guide.pages import pages
 from mbproj.mechanisms_folder import mechanism, mechanisms, validation_scenes
 from mbproj.registry import PROJECTIONS
 from mbproj.studies import QUANTITIES
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
 from tests.cli.examples import examples, fill, named
 from tests.support import ROOT
 
@@ -140,8 +140,7 @@ def short_examples():
 @pytest.mark.parametrize(("name", "arguments"), list(short_examples()))
 def test_an_example_does_what_it_says(name, arguments, filled, tmp_path, undrawn):
     shutil.copytree(filled, tmp_path, dirs_exist_ok=True)
-    done = mbproj(*arguments, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds(*arguments, folder=tmp_path)
 
 
 @pytest.mark.parametrize(("name", "arguments"), list(examples(long=True)), ids=str)
@@ -196,8 +195,7 @@ def test_check_says_what_a_scene_is(tmp_path):
 
 def test_check_counts_redundant_rows(tmp_path):
     (tmp_path / "four_bar.yaml").write_text(FOUR_BAR)
-    done = mbproj("check", "four_bar.yaml", "--json", "--formulation", "reduced", folder=tmp_path)
-    assert done.returncode == 0
+    done = succeeds("check", "four_bar.yaml", "--json", "--formulation", "reduced", folder=tmp_path)
     facts = json.loads(done.stdout)
     assert (facts["can_run"], facts["rank"], facts["degrees_of_freedom"]) == (True, 20, 1)
     assert len(facts["redundancy"]["sets"]) == 3
@@ -223,11 +221,9 @@ def test_check_of_a_method_that_cannot_work(tmp_path):
 
 
 def test_examples_are_listed_and_copied_but_never_over_others(tmp_path):
-    listed = mbproj("examples", folder=tmp_path)
-    assert listed.returncode == 0
+    listed = succeeds("examples", folder=tmp_path)
     assert [line.split()[0] for line in listed.stdout.splitlines()] == [path.name for path in mechanisms()]
-    copied = mbproj("examples", "--copy", "here", folder=tmp_path)
-    assert copied.returncode == 0
+    succeeds("examples", "--copy", "here", folder=tmp_path)
     assert (tmp_path / "here" / "five_bar.yaml").read_bytes() == mechanism("five_bar").read_bytes()
     validation = tmp_path / "here" / "validation"
     assert {path.name for path in validation.glob("*")} == {path.name for path in validation_scenes()}
@@ -240,8 +236,7 @@ def test_examples_are_listed_and_copied_but_never_over_others(tmp_path):
 def test_paper_draws_its_eight_figures_and_says_what_is_not_converged(drawn, request, tmp_path):
     if not drawn:
         request.getfixturevalue("undrawn")
-    done = mbproj("paper", "--output", "figures", "--duration", "0.1", "--format", "svg", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("paper", "--output", "figures", "--duration", "0.1", "--format", "svg", folder=tmp_path)
     names = sorted(path.name for path in (tmp_path / "figures").iterdir())
     assert names == [f"paper-fig{number:02d}.svg" for number in (2, 3, 4, 5, 7, 8, 9, 10)]
     assert "RK4 + GPOPM at 0.01 s against DOP853 at 1e-11:\n  converged to 1 mm: the largest error is " in done.stdout

@@ -11,7 +11,7 @@ import pytest
 
 from mbproj import __version__, kernel, open_results
 from mbproj.registry import FORMULATIONS
-from tests.cli.commands import SLIDER_CRANK, mbproj
+from tests.cli.commands import SLIDER_CRANK, mbproj, succeeds
 from tests.crossed import full
 from tests.integrate.stiff_scenes import CREEP
 
@@ -19,10 +19,8 @@ from tests.integrate.stiff_scenes import CREEP
 
 
 def parts_of(folder, scene, *options):
-    done = mbproj("run", scene, *options, "-o", "r.h5", folder=folder)
-    assert done.returncode == 0, done.stderr
-    done = mbproj("info", "r.h5", "--energy", "--json", folder=folder)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", scene, *options, "-o", "r.h5", folder=folder)
+    done = succeeds("info", "r.h5", "--energy", "--json", folder=folder)
     return json.loads(done.stdout)
 
 
@@ -71,10 +69,8 @@ forces:
 
 def steps_of(folder, text, *options):
     (folder / "scene.yaml").write_text(text)
-    done = mbproj("run", "scene.yaml", *options, folder=folder)
-    assert done.returncode == 0, done.stderr
-    done = mbproj("info", "results.h5", "--steps", "--json", folder=folder)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", "scene.yaml", *options, folder=folder)
+    done = succeeds("info", "results.h5", "--steps", "--json", folder=folder)
     return json.loads(done.stdout)["steps"]
 
 

@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
 from tests.crossed import some
 from tests.support import ROOT
 
@@ -23,8 +23,7 @@ from tests.support import ROOT
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("outputs")
-    done = mbproj("run", SLIDER_CRANK, "--duration", "0.05", "-q", "-o", "a.h5", folder=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", SLIDER_CRANK, "--duration", "0.05", "-q", "-o", "a.h5", folder=folder)
     return folder / "a.h5"
 
 
@@ -96,8 +95,7 @@ def test_storing_a_verification_touches_no_other_file(tmp_path, run):
     (tmp_path / "precious").write_text("mine")
     (tmp_path / "a.h5.verify").symlink_to("precious")
     scene = [SLIDER_CRANK, "--duration", "0.05"]
-    done = mbproj("verify", *scene, "--store", "a.h5", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("verify", *scene, "--store", "a.h5", folder=tmp_path)
     assert (tmp_path / "precious").read_text() == "mine"
     assert (tmp_path / "a.h5.verify").is_symlink()
     assert "\nverification\n" in mbproj("info", "a.h5", folder=tmp_path).stdout

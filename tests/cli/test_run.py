@@ -23,7 +23,7 @@ from mbproj.cli.simulate.run import command
 from mbproj.errors import InputError
 from mbproj.integrate import EnergyWatch
 from mbproj.studies import Task, run_task
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
 from tests.cli.examples import named
 from tests.cli.reports import refuse_what_no_table_says
 from tests.crossed import full
@@ -81,8 +81,7 @@ def test_the_summary_says_apart_what_dampers_and_what_the_method_took(tmp_path):
 
 
 def test_json_is_one_object_with_the_promised_keys(tmp_path):
-    done = mbproj("run", SLIDER_CRANK, "--duration", "0.1", "--json", "-o", "out.h5", folder=tmp_path)
-    assert done.returncode == 0
+    done = succeeds("run", SLIDER_CRANK, "--duration", "0.1", "--json", "-o", "out.h5", folder=tmp_path)
     numbers = json.loads(done.stdout)
     assert set(numbers) >= KEYS
     assert (numbers["degrees_of_freedom"], numbers["redundant_rows"]) == (1, 0)
@@ -128,8 +127,7 @@ def test_options_override_the_scene_with_units(tmp_path):
 
 
 def test_set_changes_parameters(tmp_path):
-    done = mbproj("run", SLIDER_CRANK, "--set", "speed=12 rad/s", "--duration", "0.02", folder=tmp_path)
-    assert done.returncode == 0
+    succeeds("run", SLIDER_CRANK, "--set", "speed=12 rad/s", "--duration", "0.02", folder=tmp_path)
     speed = open_results(tmp_path / "results.h5")["joints/speed"]
     assert speed[0, 0] == pytest.approx(12.0, abs=1e-12)
 
@@ -302,10 +300,8 @@ def test_a_killed_run_leaves_out_alone_and_its_part_readable(tmp_path):
     assert (part.status, part.partial) == ("running", True)
     assert len(part.time) > 10
     assert part["diagnostics/position_violation"].max() <= 1.1e-13  # what is recorded is computed anew from q
-    info = mbproj("info", "results.h5.part", folder=tmp_path)
-    assert info.returncode == 0, info.stderr
-    plots = mbproj("plot", "results.h5.part", "--kind", "violation", folder=tmp_path)
-    assert plots.returncode == 0, plots.stderr
+    succeeds("info", "results.h5.part", folder=tmp_path)
+    succeeds("plot", "results.h5.part", "--kind", "violation", folder=tmp_path)
 
 
 def test_the_end_has_two_names_in_every_command(tmp_path):
@@ -321,8 +317,7 @@ def test_the_end_has_two_names_in_every_command(tmp_path):
 
 def test_run_says_what_holds_and_leaves_the_verdict_to_batch(tmp_path: Path) -> None:
     write(tmp_path, "a", HOLDS + SHORT)
-    done = mbproj("run", "a.yaml", folder=tmp_path)
-    assert done.returncode == 0
+    done = succeeds("run", "a.yaml", folder=tmp_path)
     at = done.stdout.splitlines().index("  expectations        1 of 2 hold")
     assert done.stdout.splitlines()[at + 1 : at + 3] == [
         "    falls  holds        -0.07 ≤ -0.001 m  (marker end, position z at 0.1 s)",

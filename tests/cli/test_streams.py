@@ -14,7 +14,7 @@ import pytest
 from mbproj import open_results, read_scene
 from mbproj.results import ResultsWriter
 from mbproj.runs import Interrupted, record_run
-from tests.cli.commands import FIVE_BAR, mbproj
+from tests.cli.commands import FIVE_BAR, succeeds
 from tests.crossed import some
 from tests.support import ROOT
 
@@ -34,8 +34,7 @@ def shell(line: str, folder, **variables: str) -> subprocess.CompletedProcess[by
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("streams")
-    done = mbproj("run", FIVE_BAR, "--duration", "0.05", "-q", "-o", "a.h5", folder=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", FIVE_BAR, "--duration", "0.05", "-q", "-o", "a.h5", folder=folder)
     return folder
 
 

@@ -18,7 +18,7 @@ import pytest
 
 from mbproj import open_results
 from mbproj.cli.main import STUDIES
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, kept, mbproj
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, kept, mbproj, succeeds
 from tests.cli.examples import named
 from tests.studies.design.scenes import BALL, table, written
 from tests.studies.scenes import write
@@ -43,8 +43,7 @@ SMALL = (
 
 def test_compare(tmp_path):
     options = ("--projections", "none,gpopm", "--until", "0.2", "--repeat", "1", "-o", "out")
-    done = mbproj("compare", SLIDER_CRANK, *options, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("compare", SLIDER_CRANK, *options, folder=tmp_path)
     lines = done.stdout.splitlines()
     assert [line.split()[0] for line in lines[1:3]] == ["none", "gpopm"]
     assert lines[3:] == ["out/spatial_slider_crank-compare.csv", "out/spatial_slider_crank-compare.png"]
@@ -88,8 +87,7 @@ def test_tradeoff_again_is_the_same(tmp_path):
     found = _strict(mbproj("tradeoff", PENDULUM, *SMALL, "--json", "--write-table", "t.md", folder=tmp_path).stdout)
     assert [found["trials"][index]["on_front"] for index in found["front"]] == [True] * len(found["front"])
     assert (tmp_path / "t.md").read_text(encoding="utf-8").count("\n") == len(found["trials"]) + 4
-    fresh = mbproj("tradeoff", PENDULUM, *SMALL, "--fresh", folder=tmp_path)
-    assert fresh.returncode == 0, fresh.stderr
+    fresh = succeeds("tradeoff", PENDULUM, *SMALL, "--fresh", folder=tmp_path)
     assert fresh.stdout != first.stdout  # its times are new
 
 
@@ -111,8 +109,7 @@ def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path, un
 
 
 def test_threshold(tmp_path, undrawn):
-    done = mbproj("threshold", SLIDER_CRANK, "--duration", "0.4", "--repeat", "1", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("threshold", SLIDER_CRANK, "--duration", "0.4", "--repeat", "1", folder=tmp_path)
     assert "* recommended: --threshold " in done.stdout
     assert (tmp_path / "spatial_slider_crank-threshold.png").exists()
     again = mbproj("threshold", SLIDER_CRANK, "--duration", "0.4", "--repeat", "1", "--json", folder=tmp_path)
@@ -284,8 +281,7 @@ def test_a_failing_check_ends_with_4(tmp_path):
 
 def test_stored_with_the_results_and_shown_by_info(tmp_path):
     path = write(tmp_path, "swing")
-    run = mbproj("run", str(path), "-q", folder=tmp_path)
-    assert run.returncode == 0, run.stderr
+    succeeds("run", str(path), "-q", folder=tmp_path)
     before = mbproj("info", "results.h5", folder=tmp_path).stdout
     assert "\nverification\n" not in before
     for _ in range(2):  # the second takes the place of the first
@@ -300,8 +296,7 @@ def test_stored_with_the_results_and_shown_by_info(tmp_path):
         assert len(found.checks) == 20
         assert len(results.time) == 21
     assert sorted(each.name for each in tmp_path.glob("results*")) == ["results.h5"]
-    again = mbproj("rerun", "results.h5", "-o", "again.h5", "-q", folder=tmp_path)
-    assert again.returncode == 0, again.stderr
+    succeeds("rerun", "results.h5", "-o", "again.h5", "-q", folder=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -346,8 +341,7 @@ def folder(tmp_path, monkeypatch):
 
 def test_fit_prints_writes_and_goes_on(folder, undrawn):
     written(folder, BALL, VARY + "match: {flight: {body: ball, through: flight.csv}}\n")
-    first = mbproj("fit", "design.yaml", "-j", "1", folder=folder)
-    assert first.returncode == 0, first.stderr
+    first = succeeds("fit", "design.yaml", "-j", "1", folder=folder)
     assert "least_squares, because all that is wanted are residuals" in first.stdout
     assert "flight: 11 points, off by " in first.stdout
     assert {path.name for path in (folder / "design-design").iterdir()} == {
@@ -362,8 +356,7 @@ def test_fit_prints_writes_and_goes_on(folder, undrawn):
 def test_a_design_is_drawn_again_from_its_folder(folder):
     written(folder, BALL, VARY + "match: {flight: {body: ball, through: flight.csv}}\n")
     assert mbproj("fit", "design.yaml", "-j", "1", "-q", folder=folder).returncode == 0
-    done = mbproj("plot", "design-design", "-o", "pictures", "--format", "svg", folder=folder)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("plot", "design-design", "-o", "pictures", "--format", "svg", folder=folder)
     names = [f"design-design-{kind}.svg" for kind in ("fit", "convergence", "correlation")]
     assert [line.rpartition("/")[2] for line in done.stdout.split()] == names
     assert "flight" in (folder / "pictures" / names[0]).read_text()

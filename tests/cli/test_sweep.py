@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from matplotlib.pyplot import imread
 
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, succeeds
 from tests.studies.sweep.specs import write
 from tests.support import ROOT
 
@@ -256,8 +256,7 @@ def test_what_the_user_has_in_the_folder_is_not_replaced(tmp_path, name):
     """Nor is what a link there leads to, and that is said before a case runs. Our own are, whatever varied in them."""
     for vary in ("length: [1]", "bodies.bar.mass: [1, 2]", "bodies.bar.mass: [1, 2, 3]"):
         write(tmp_path, f"  {vary}\n")
-        done = mbproj("sweep", "spec.yaml", "-q", "--dry-run" if vary.endswith("3]") else "-q", folder=tmp_path)
-        assert done.returncode == 0, done.stderr
+        done = succeeds("sweep", "spec.yaml", "-q", "--dry-run" if vary.endswith("3]") else "-q", folder=tmp_path)
     ours = tmp_path / "spec-sweep" / name
     for link in (False, True):
         mine = tmp_path / "mine" if link else ours

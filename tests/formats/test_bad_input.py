@@ -19,6 +19,7 @@ from mbproj.formats import ImportOptions, read_model
 from mbproj.formats.signals import read_signals
 from mbproj.scene import read_scene_text
 from tests.cli.commands import mbproj as command
+from tests.cli.commands import succeeds
 from tests.crossed import some
 from tests.support import ROOT
 
@@ -91,8 +92,7 @@ def test_names_mean_nothing_to_a_shell_or_to_yaml(name, tmp_path):
         '<geom size="0.1" pos="0 0 1"/></body></worldbody></mujoco>'
     )
     (tmp_path / name).write_text(text, encoding="utf-8")
-    done = command("import", "--quiet", "--output", "scene.yaml", "--", name, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("import", "--quiet", "--output", "scene.yaml", "--", name, folder=tmp_path)
     scene = read_scene_text((tmp_path / "scene.yaml").read_text(encoding="utf-8"))
     assert (scene.title, len(scene.bodies), len(scene.joints)) == (name, 2, 2)
     assert scene.bodies[1].name == "null"

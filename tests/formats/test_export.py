@@ -20,7 +20,7 @@ from mbproj.integrate import FullFormulation
 from mbproj.linear import start_state
 from mbproj.model import compile_system, matrix_L
 from mbproj.scene import Scene, read_scene, read_scene_text
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, succeeds
 from tests.formats.agreement import _y
 from tests.support import ROOT
 
@@ -214,8 +214,7 @@ def test_what_a_format_lacks_is_said(tmp_path):
 def test_the_command_writes_both_and_replaces_only_its_own(tmp_path):
     (tmp_path / "planar_four_bar.yaml").write_bytes((MECHANISMS / "planar_four_bar.yaml").read_bytes())
     asked = ("export", "planar_four_bar.yaml", "--mjcf", "m.xml", "--urdf", "u.urdf")
-    done = mbproj(*asked, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds(*asked, folder=tmp_path)
     assert done.stdout.splitlines()[-3:] == ["m.xml", "u.urdf", "u.yaml"]
     strict = mbproj(*asked, "--json", "--strict", folder=tmp_path)
     assert strict.returncode == 4  # it begins in motion, and a URDF at rest

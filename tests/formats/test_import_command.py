@@ -10,7 +10,7 @@ import pytest
 from mbproj.errors import InputError
 from mbproj.formats import read_model
 from mbproj.scene import read_scene
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, succeeds
 from tests.support import ROOT
 
 # `mbproj import`: the table, --strict, --json, and the scene that `check` can run.
@@ -20,8 +20,7 @@ DATA = ROOT / "tests" / "data" / "formats"
 
 def test_the_scene_runs_and_the_table_is_short(tmp_path):
     shutil.copy(DATA / "loop_joint.urdf", tmp_path)
-    done = mbproj("import", "loop_joint.urdf", "-o", "scene.yaml", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("import", "loop_joint.urdf", "-o", "scene.yaml", folder=tmp_path)
     assert done.stdout == "everything in the model has its counterpart in the scene\nscene.yaml\n"
     check = mbproj("check", "scene.yaml", folder=tmp_path)
     assert check.stdout.splitlines()[-1] == "  can run"
@@ -51,8 +50,7 @@ def test_strict_ends_with_4_where_the_motion_is_not_the_models(tmp_path):
         "same_motion": "no",
     }
     (tmp_path / "pose.yaml").write_text("j: 0.5\n", encoding="utf-8")
-    inside = mbproj("import", "r.urdf", "-o", "s.yaml", "--pose", "pose.yaml", "--strict", folder=tmp_path)
-    assert inside.returncode == 0, inside.stderr
+    succeeds("import", "r.urdf", "-o", "s.yaml", "--pose", "pose.yaml", "--strict", folder=tmp_path)
 
 
 def test_a_coupler_that_check_would_refuse_is_left_out_and_said(tmp_path):

@@ -15,7 +15,7 @@ from mbproj.formats.geometry import turn
 from mbproj.linear import start_state
 from mbproj.model import compile_system
 from mbproj.scene import read_scene, read_scene_text
-from tests.cli.commands import mbproj as command
+from tests.cli.commands import succeeds
 from tests.support import ROOT
 
 # One joint in the place of several, which moves as they do: turns with massless links between, two points held.
@@ -243,10 +243,8 @@ def test_what_closes_exactly_stays_as_it_is(name):
 
 def test_check_and_run_say_alike_which_joints_moved(tmp_path):
     (tmp_path / "wrist.yaml").write_text(wrist(8, "1 um"), encoding="utf-8")
-    check = command("check", "wrist.yaml", folder=tmp_path)
-    assert check.returncode == 0, check.stderr
-    run = command("run", "wrist.yaml", "-o", "r.h5", folder=tmp_path)
-    assert run.returncode == 0, run.stderr
+    check = succeeds("check", "wrist.yaml", folder=tmp_path)
+    run = succeeds("run", "wrist.yaml", "-o", "r.h5", folder=tmp_path)
     (note,) = [line for line in check.stderr.splitlines() if "joints were moved so that the loops close" in line]
     assert note in run.stderr.splitlines()
     assert note.startswith("wrist.yaml:3:")

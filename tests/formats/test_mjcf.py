@@ -19,6 +19,7 @@ from mbproj.model import compile_system
 from mbproj.scene import read_scene_text, to_matrix
 from mbproj.thresholds import THRESHOLDS
 from tests.cli.commands import mbproj as command
+from tests.cli.commands import succeeds
 from tests.formats.agreement import agreement
 from tests.support import ROOT
 
@@ -418,8 +419,7 @@ def _centre(model, name):
 
 def test_the_table_and_json_say_the_numbers(tmp_path):
     swing(tmp_path)
-    done = command("import", "swing.xml", "--at", "k", "--strict", "--json", "-o", "s.yaml", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("import", "swing.xml", "--at", "k", "--strict", "--json", "-o", "s.yaml", folder=tmp_path)
     agreement = json.loads(done.stdout)["agreement"]
     assert 0.0 <= agreement["acceleration"] < 1e-12
     assert agreement["states"] == 4
@@ -462,8 +462,7 @@ def test_no_log_of_mujocos_is_left(tmp_path):
     """A model whose contacts do not fit into MuJoCo's memory: its warning is a note."""
     pile = "".join(f'<body pos="0 0 {0.01 * at}"><freejoint/><geom size="0.3"/></body>' for at in range(12))
     swing(tmp_path, f'<mujoco><size memory="30K"/><worldbody>{pile}</worldbody></mujoco>')
-    done = command("import", "swing.xml", "-o", "s.yaml", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("import", "swing.xml", "-o", "s.yaml", folder=tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"swing.xml", "s.yaml"}
 
 

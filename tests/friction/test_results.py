@@ -14,7 +14,7 @@ from mbproj.analysis.observed import series
 from mbproj.figures import draw
 from mbproj.results import open_results
 from mbproj.scene import OBSERVABLES, friction_units
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, succeeds
 from tests.friction.scenes import AGAIN, BELT, HOLDS, SLID, SLIDES, SLIPS, STICKS
 from tests.friction.scenes import EVERY_FRICTION as MANY
 from tests.scene.scenes import errors
@@ -31,8 +31,7 @@ LOST = SLIDES * sum(SLID)
 def belt_results(tmp_path_factory):
     path = tmp_path_factory.mktemp("belt")
     (path / "belt.yaml").write_text(BELT)
-    done = mbproj("run", "belt.yaml", "--json", folder=path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", "belt.yaml", "--json", folder=path)
     (path / "said.json").write_text(done.stdout)
     return path
 
@@ -137,8 +136,7 @@ forces:
 def floor_folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("floor")
     (path / "floor.yaml").write_text(FLOOR)
-    done = mbproj("run", "floor.yaml", "--json", folder=path)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", "floor.yaml", "--json", folder=path)
     return path
 
 
@@ -193,8 +191,7 @@ forces:
 
 def test_how_far_it_has_crept(tmp_path):
     (tmp_path / "brake.yaml").write_text(CREEPING)
-    done = mbproj("run", "brake.yaml", "--json", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", "brake.yaml", "--json", folder=tmp_path)
     said = mbproj("info", "results.h5", folder=tmp_path).stdout
     for found in (json.loads(done.stdout), json.loads(mbproj("info", "results.h5", "--json", folder=tmp_path).stdout)):
         brake = found["creep"]["brake"]
@@ -339,16 +336,14 @@ def test_a_brake_that_is_too_weak_slips_at_the_start(belt_scene):
 def test_the_integrator_may_be_chosen_on_the_way(belt_scene):
     options = ("--integrator", "auto", "--tolerance", "1e-6")
     assert mbproj("check", "belt.yaml", *options, folder=belt_scene).returncode == 0
-    done = mbproj("run", "belt.yaml", *options, folder=belt_scene)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", "belt.yaml", *options, folder=belt_scene)
     assert "dop853 throughout: " in done.stdout
 
 
 def test_compare_divides_no_energy_of_friction(belt_scene):
     """Steps that end where a friction sticks or slips are not those that the split makes again."""
     options = ("--projections", "gpopm", "--until", "0.2", "--repeat", "1", "-j", "1", "--json")
-    done = mbproj("compare", "belt.yaml", *options, folder=belt_scene)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("compare", "belt.yaml", *options, folder=belt_scene)
     (entry,) = json.loads(done.stdout)["entries"]
     assert entry["error"] < 1e-9 and entry["failure"] == ""
     assert entry["energy_drift_integrator"] is entry["energy_drift_projection"] is None

@@ -22,7 +22,7 @@ from mbproj.guide.terminal import WIDTH, rendered
 from mbproj.scene import SHAPES
 from scripts.draw_guide import FIGURES, MEASURED
 from scripts.reference import program_tables, scene_tables
-from tests.cli.commands import mbproj, python
+from tests.cli.commands import mbproj, python, succeeds
 from tests.crossed import where
 from tests.guide.fences import fences, run_page
 from tests.support import ROOT
@@ -359,14 +359,12 @@ def test_every_script_that_is_run_is_named():
 
 def test_the_first_mechanism_runs_as_written(tmp_path, undrawn):
     (tmp_path / "swing.yaml").write_text(blocks("yaml")[0])
-    checked = mbproj("check", "swing.yaml", folder=tmp_path)
-    assert checked.returncode == 0, checked.stderr
+    succeeds("check", "swing.yaml", folder=tmp_path)
     run = mbproj("run", "swing.yaml", "-o", "swing.h5", "--certify", folder=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")
     assert "14 coordinates, 10 constraints, 4 degrees of freedom" in run.stdout
     assert "2000 steps to t = 4 s" in run.stdout
-    plots = mbproj("plot", "swing.h5", folder=tmp_path)
-    assert plots.returncode == 0, plots.stderr
+    succeeds("plot", "swing.h5", folder=tmp_path)
     assert (tmp_path / "swing-violation.png").exists()
 
 

@@ -13,7 +13,7 @@ from mbproj import compile_system, read_scene_text
 from mbproj.figures import draw
 from mbproj.results import open_results
 from mbproj.scene import stop_units
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, succeeds
 from tests.scene.scenes import errors
 from tests.stops.scenes import SCENE as MANY
 
@@ -49,8 +49,7 @@ SPEED = math.sqrt(2 * 9.81 * 0.2)
 def folder(tmp_path_factory):
     path = tmp_path_factory.mktemp("hammer")
     (path / "hammer.yaml").write_text(HAMMER)
-    done = mbproj("run", "hammer.yaml", "--quiet", "--json", folder=path)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", "hammer.yaml", "--quiet", "--json", folder=path)
     return path
 
 

@@ -15,7 +15,7 @@ from mbproj.integrate import simulate
 from mbproj.integrate.automatic import march
 from mbproj.integrate.automatic.plan import Plan
 from mbproj.scene import read_scene, read_scene_text, settings_to_run
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, succeeds
 from tests.crossed import crossed, full
 from tests.integrate.stiff_scenes import CLAMP, CREEP, rod
 from tests.support import ROOT, Recorder, assembled
@@ -189,8 +189,7 @@ def test_it_takes_no_step():
 
 def test_the_summary_and_the_results_file_say_it(tmp_path):
     (tmp_path / "clamp.yaml").write_text(CLAMP)
-    done = mbproj("run", "clamp.yaml", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", "clamp.yaml", folder=tmp_path)
     assert "    stiff: force 'clamp' (ω h = 6" in done.stdout
     assert "; esdirk4 from t = 0.51" in done.stdout
     shown = mbproj("info", "results.h5", folder=tmp_path).stdout

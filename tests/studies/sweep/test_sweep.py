@@ -18,7 +18,7 @@ from mbproj.studies.sweep.folder import Store
 from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
-from tests.cli.commands import mbproj
+from tests.cli.commands import succeeds
 from tests.crossed import once, some
 from tests.studies.sweep.specs import MEASURE, swept, write
 
@@ -56,8 +56,7 @@ def test_a_case_has_the_numbers_of_a_run_with_set(tmp_path, measures, more):
     spec = read_spec(write(tmp_path, vary, measures))
     changes = [f"{path}={value}" for path, value in zip(spec.design.paths, spec.design.case(3), strict=True)]
     sets = [word for change in changes for word in ("--set", change)]
-    done = mbproj("run", "pendulum.yaml", *sets, "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", "pendulum.yaml", *sets, "-q", folder=tmp_path)
     with open_results(tmp_path / "results.h5") as results:
         found = [measured(each, results, 0.2) for each in spec.measures]
     row = run_case(work_of(spec), CaseTask("key", spec.design.case(3)))
@@ -140,12 +139,10 @@ def test_a_case_stops_when_its_time_is_up(tmp_path, formulation):
 def test_all_results_may_be_kept_and_repeated_and_gone_on_with(tmp_path):
     path = write(tmp_path, "  bodies.bar.mass: [2]\n", more="keep: all\n")
     _, (entry,) = swept(path, tmp_path / "out")
-    done = mbproj("rerun", f"out/{entry.file}", "-o", "again.h5", "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("rerun", f"out/{entry.file}", "-o", "again.h5", "-q", folder=tmp_path)
     with open_results(tmp_path / "again.h5") as results:
         assert results.marker("end").position[-1, 2] == entry.row.values[0]
-    done = mbproj("continue", f"out/{entry.file}", "--until", "0.3", "-o", "on.h5", "-q", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("continue", f"out/{entry.file}", "--until", "0.3", "-o", "on.h5", "-q", folder=tmp_path)
     with open_results(tmp_path / "on.h5") as results:
         assert results.time[-1] == pytest.approx(0.3)
 
