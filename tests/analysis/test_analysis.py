@@ -18,8 +18,6 @@ from mbproj.figures.panels import thin
 from mbproj.results import ResultsWriter, open_results
 from tests.results.pendulum_blocks import AMPLITUDE, GRAVITY, LENGTH, MASS, NAMES, NO_NAMES, block, record, scene, times
 
-# Energy, violations, comparison and summary against numbers worked out by hand.
-
 
 def test_energy_drift_is_over_the_energy_exchanged():
     drift = energy_drift(np.array([0.0, -3.0, 2.0]), np.array([0.0, 4.0, 1.0]), np.array([7.0, 5.0, 1.0]))

@@ -19,8 +19,6 @@ from mbproj.settings import SETTINGS
 from tests.studies.sweep.specs import write
 from tests.support import ROOT
 
-# Every command that computes is a function of its name, with the words and the findings of the command.
-
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
 PENDULUM = ROOT / "mechanisms" / "physical_pendulum.yaml"
 #: Commands whose output is an object, and what their function is called where it has another name.

@@ -26,8 +26,6 @@ from tests.crossed import full
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
 from tests.support import ROOT
 
-# `mbproj batch` as a pipeline sees it: exit codes, the table, JUnit's XML, JSON, and what Ctrl-C leaves.
-
 #: What the pendulum runs in here.
 PLANAR = "full" if core() is None else "planar"
 

@@ -17,8 +17,6 @@ from mbproj.scene import read_scene, settings_to_run
 from tests.cli.commands import mbproj as command
 from tests.support import ROOT, assembled
 
-# What check says of redundant rows, motions without mass, singular poses and conditions.
-
 PARALLELOGRAM = """\
 mbproj: 1
 gravity: [0, 0, -9.81]

@@ -17,8 +17,6 @@ from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
 from tests.crossed import some
 from tests.support import ROOT
 
-# Commands replace what mbproj wrote, and nothing else unless they are told to.
-
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):

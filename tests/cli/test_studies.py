@@ -24,8 +24,6 @@ from tests.studies.design.scenes import BALL, table, written
 from tests.studies.scenes import write
 from tests.support import ROOT
 
-# `mbproj compare`, `tradeoff` and `threshold` as a user meets them.
-
 PENDULUM = str(ROOT / "mechanisms" / "physical_pendulum.yaml")
 SMALL = (
     "--projections",

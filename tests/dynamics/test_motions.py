@@ -21,8 +21,6 @@ from mbproj.integrate import choose
 from mbproj.scene import read_scene_text, settings_to_run
 from tests.support import assembled
 
-# Motions as rheonomic rows: their derivatives in time, what they ask of the start, and what they cannot.
-
 ARM = """\
 mbproj: 1
 gravity: [0, 0, -9.8]

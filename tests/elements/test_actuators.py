@@ -12,8 +12,6 @@ from mbproj.errors import InputError
 from mbproj.studies import rescaled
 from tests.elements.scenes import FORMULATIONS, PID, SELDOM_FULL, ran, reference
 
-# Servos, motors by their curve, hydraulic cylinders, gas springs: against SciPy, closed forms, and in their energy.
-
 WHEEL = """
 mbproj: 1
 gravity: [0, 0, 0]

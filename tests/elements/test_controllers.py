@@ -26,8 +26,6 @@ from tests.crossed import crossed, full
 from tests.elements.scenes import FORMULATIONS, SELDOM_FULL, ran
 from tests.support import Recorder, assembled
 
-# Sampled controllers: against matrix exponentials from instant to instant, in every formulation and method.
-
 CART = """
 mbproj: 1
 gravity: [0, 0, 0]

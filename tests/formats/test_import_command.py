@@ -13,8 +13,6 @@ from mbproj.scene import read_scene
 from tests.cli.commands import mbproj, succeeds
 from tests.support import ROOT
 
-# `mbproj import`: the table, --strict, --json, and the scene that `check` can run.
-
 DATA = ROOT / "tests" / "data" / "formats"
 
 

@@ -23,8 +23,6 @@ from tests.cli.commands import succeeds
 from tests.formats.agreement import agreement
 from tests.support import ROOT
 
-# MJCF: trees move as MuJoCo's, loops close, and what has no counterpart is said.
-
 pytest.importorskip("mujoco")
 DATA = ROOT / "tests" / "data" / "formats"
 

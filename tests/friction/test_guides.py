@@ -12,8 +12,6 @@ from tests.friction import slider_crank as crank
 from tests.friction.mechanisms import FORMULATIONS, STEPS, rotor
 from tests.stops.runs import run
 
-# Sliders on guides: friction by the force across, by moments over the length of the guide, and Painlevé's paradox.
-
 #: A slider of 2 kg on a guide along x, `centre` beside it, pushed along x at a point `at` beside it.
 GUIDE = """
 mbproj: 1

@@ -17,8 +17,6 @@ from tests.friction.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import goes_on, run, same, simulated
 
-# Dry friction at joints in the kernel's loop: where it sticks and slides, in the plane and in space alike.
-
 BELT = exact.Belt(m=2.0, k=300.0, v=0.1, sliding=6.0, static=9.0)
 MECHANISMS = Path(mbproj.__file__).parents[1] / "mechanisms"
 PLANES = ("planar", "reduced")

@@ -24,8 +24,6 @@ from tests.scene.scenes import errors
 from tests.stops.runs import Recorded
 from tests.support import assembled
 
-# Dry friction as a scene gives it and as arrays.
-
 
 @pytest.fixture(scope="module")
 def system():

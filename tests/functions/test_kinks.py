@@ -21,8 +21,6 @@ from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
 from mbproj.thresholds import THRESHOLDS
 
-# Kinks of functions of time: where they are, and what jumps there.
-
 
 def of(text, end=2.0, start=0.0):
     code = compiled(parse(text), {}, {"t": TIME})[0] if isinstance(text, str) else text

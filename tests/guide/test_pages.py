@@ -27,8 +27,6 @@ from tests.crossed import where
 from tests.guide.fences import fences, run_page
 from tests.support import ROOT
 
-# The guide: what its pages show is what mbproj does, its links lead somewhere, and it names all that there is.
-
 shown = cache(rendered)
 every_page = pytest.mark.parametrize("page", list(pages().values()), ids=list(pages()))
 

@@ -24,8 +24,6 @@ from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.closed_forms import PARALLELOGRAM
 from tests.support import REDUNDANT, ROOT, assembled
 
-# Derivatives are functions of (t, state, row set), and the policy is what a run remembers.
-
 #: Chains of loops that pass singular poses, rows that follow from others, and a scene with neither.
 SCENES = (
     1e-6,

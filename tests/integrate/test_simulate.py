@@ -21,8 +21,6 @@ from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings, output
 from tests.kernel.scenes import ROUND, needs_kernel, run, spinner
 from tests.support import ROOT, Recorder, assembled, random_chain, scene_of
 
-# simulate(): output times, recording, schedules, counters, turns, and failures that name the time and the joint.
-
 
 @pytest.fixture
 def chain():

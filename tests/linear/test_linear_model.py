@@ -34,8 +34,6 @@ from tests.kernel.scenes import needs_kernel
 from tests.linear.closed_forms import HEAD, LAVAL, g, modes_of
 from tests.support import Recorder
 
-# Linear models against closed forms and against runs of the mechanism itself.
-
 MASS = (
     HEAD
     + """\

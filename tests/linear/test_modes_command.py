@@ -21,8 +21,6 @@ from tests.cli.commands import mbproj
 from tests.linear.closed_forms import HEAD, g, modes_of
 from tests.stops.scenes import resting_on_a_stop
 
-# `mbproj modes` and `mbproj plot modes.h5`: what they print, write and refuse.
-
 SCENE = (
     HEAD
     + """\

@@ -26,8 +26,6 @@ from tests.mechanisms.closed_forms import energy as hooke_energy
 from tests.mechanisms.running import assert_close
 from tests.support import DATA, MECHANISMS
 
-# The numbers in the `expect` blocks of mechanisms/*.yaml, against formulas and tables: none is mbproj's own.
-
 
 def table(name: str, time: float) -> np.void:
     rows = np.genfromtxt(DATA / f"{name}.csv", delimiter=",", names=True)

@@ -16,8 +16,6 @@ from tests.crossed import some
 from tests.mechanisms.running import Run, angular_momentum, assert_close, run, run_scene
 from tests.support import ROOT, random_body, random_chain, random_joint, scene_of
 
-# The same mechanism seen from elsewhere, or numbered otherwise, moves the same: to the growth of round-off.
-
 #: A rotation that mixes all axes, and a shift.
 ROTATION = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
 ROTATION = ROTATION * np.linalg.det(ROTATION)

@@ -18,8 +18,6 @@ from mbproj.thresholds import THRESHOLDS
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, planar_jacobian, reduced, turns
 from tests.support import MECHANISMS, assembled
 
-# Which scenes are planar, and why others are not.
-
 #: What the shipped mechanisms are: the plane's normal, or the reason.
 SHIPPED = {
     "bennett": "joint 'B' is tilted, seen in the plane normal to [0, 0, 1]",

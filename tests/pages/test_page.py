@@ -29,8 +29,6 @@ from tests.pages.runs import FIVE_BAR, HOSTILE, block_of, bytes_of, data_of, fiv
 from tests.support import Recorder as Kept
 from tests.support import assembled
 
-# A page: one file without a network, whose numbers are those of the run and whose texts are texts.
-
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):

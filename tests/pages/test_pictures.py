@@ -26,8 +26,6 @@ from tests.pages.runs import FIVE_BAR, five_bar
 from tests.results.pendulum_blocks import record
 from tests.support import MECHANISMS, assembled
 
-# Pictures of the mechanism itself: poses stand where the run has them, and where the bars of the five-bar are.
-
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):

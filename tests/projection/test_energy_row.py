@@ -19,8 +19,6 @@ from tests.integrate.event_scenes import bounce, height_at
 from tests.integrate.stiff_scenes import CLAMP
 from tests.support import ROOT, Recorder, assembled
 
-# Runs with the energy balance and momenta as rows of the velocity projection.
-
 SCENES = ROOT / "mechanisms"
 FIXED = {"step": 0.01, "integrator": "rk4"}
 CONTROLLED = {"tolerance": 1e-9, "integrator": "dop853"}

@@ -12,8 +12,6 @@ from tests.crossed import crossed
 from tests.rolling import scenes
 from tests.rolling.scenes import of_rattleback, rattleback, run
 
-# What rolls beside drives, dry friction, limits, in other integrators, and in runs that are continued.
-
 RADIUS, SPEED = 0.3, 1.5
 #: Of the cart and its wheel, in kg; with the wheel's 0.04 kg m² the whole has 4 + 0.04/0.09 kg.
 WHOLE = 4.0 + 0.04 / RADIUS**2

@@ -23,8 +23,6 @@ from mbproj.scene.text.document import compose
 from tests.crossed import where
 from tests.scene.scenes import GOOD, changed, errors, read, read_with
 
-# What a scene's values come to, key by key.
-
 X, NOWHERE = (1.0, 0.0, 0.0), (0.2, 0.0, 0.0)
 HALF = math.sqrt(0.5)
 

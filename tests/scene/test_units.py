@@ -33,8 +33,6 @@ from mbproj.scene.expressions.units import (
 from mbproj.scene.read import SceneText, read_scene_text
 from tests.scene.scenes import read_with
 
-# Units and the dimensions that they bring.
-
 SI = {
     "m": 1,
     "mm": 1e-3,

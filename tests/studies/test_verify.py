@@ -31,8 +31,6 @@ from tests.crossed import some
 from tests.kernel.scenes import needs_kernel
 from tests.support import MECHANISMS, ROOT, random_chain
 
-# `verify`: every check holds on the shipped mechanisms, and each notices what it is there to notice.
-
 SLIDER_CRANK = ROOT / "mechanisms" / "spatial_slider_crank.yaml"
 
 

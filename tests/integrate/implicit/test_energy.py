@@ -16,8 +16,6 @@ from tests.integrate.stiff_scenes import CREEP
 from tests.kernel.scenes import run
 from tests.support import assembled
 
-# A run says what dampers took of the energy, and apart from it what its method took.
-
 OMEGA, MASS, START, STEP, STEPS = 100.0, 2.0, 0.01, 0.05, 6
 STIFFNESS = MASS * OMEGA**2
 ENERGY = 0.5 * STIFFNESS * START**2

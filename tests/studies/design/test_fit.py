@@ -14,8 +14,6 @@ from mbproj.studies.design.spec import read_spec
 from tests.crossed import where
 from tests.studies.design.scenes import BALL, FOUR_BAR, SPRING, found, table, written
 
-# Numbers of a scene that match measurements: found again, with what the measurements say of them.
-
 TIMES = np.linspace(0.0, 1.0, 21)
 FLIGHT = "match: {flight: {body: ball, through: flight.csv}}\n"
 

@@ -11,8 +11,6 @@ from mbproj.studies.design.run import find_design, undominated
 from mbproj.studies.design.spec import read_spec
 from tests.studies.design.scenes import BALL, FOUR_BAR, found, table, written
 
-# Designs that serve a goal best, against what calculus says.
-
 FAR = "maximise: {far: {body: ball, quantity: position, component: x, at: end}}\n"
 LANDS = "subject_to: {lands: {body: ball, quantity: position, component: z, at: end, at_least: 0 m}}\n"
 

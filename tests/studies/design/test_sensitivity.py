@@ -18,8 +18,6 @@ from mbproj.studies.design.trial import Wish
 from tests.cli.commands import mbproj as command
 from tests.studies.design.scenes import BALL, SPRING
 
-# Derivatives of measures by numbers of a scene, against closed forms.
-
 DROPPED = """\
 mbproj: 1
 gravity: [0, 0, -10]
