@@ -19,20 +19,17 @@ from mbproj.model import compile_system
 from mbproj.results import open_results
 from mbproj.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj
-from tests.linear.closed_forms import HEAD, g, turning
+from tests.linear.closed_forms import HEAD, g, turning, under_gravity, weightless
 from tests.support import ROOT
 
 # Equilibria against closed forms: where they are, whether they are stable, and what has none.
 
-PENDULUM = (
-    HEAD
-    + """\
+PENDULUM = under_gravity("""\
 bodies:
   bar: {mass: 2, inertia: [0.1, 0.2, 0.2], position: [0.5, 0, 0]}
 joints:
   pin: {type: revolute, bodies: [ground, bar], location: [0, 0, 0], axis: [0, 1, 0], angle: START}
-"""
-)
+""")
 
 
 def at_rest(text, t=0.0, **parameters):
@@ -61,23 +58,18 @@ def test_upright_it_rests_too_but_is_not_stable():
 
 
 def test_a_mass_on_a_spring_sags_by_its_weight():
-    text = (
-        HEAD
-        + """\
+    text = under_gravity("""\
 bodies:
   m: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}
 joints:
   j: {type: prismatic, bodies: [ground, m], location: [0, 0, 0], axis: [0, 0, 1]}
 forces:
   s: {type: linear_spring_damper, joint: j, stiffness: 50}
-"""
-    )
+""")
     assert coordinates(at_rest(text)) == {"j.displacement": pytest.approx(-2 * g / 50, rel=1e-14)}
 
 
-TRUSS = (
-    HEAD.replace("-9.81", "0")
-    + """\
+TRUSS = weightless("""\
 parameters: {load: 0}
 bodies:
   m: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0.3]}
@@ -87,8 +79,7 @@ forces:
   left: {type: spring_damper, points: {ground: [-1, 0, 0], m: [0, 0, 0.3]}, stiffness: 1000, free_length: 1.1}
   right: {type: spring_damper, points: {ground: [1, 0, 0], m: [0, 0, 0.3]}, stiffness: 1000, free_length: 1.1}
   push: {type: force, body: m, force: [0, 0, load]}
-"""
-)
+""")
 
 
 TRUSS = TRUSS.replace("AXES", "location: {ground: [0, 0, 0], m: [0, 0, 0]}, axis: {ground: [0, 0, 1], m: [0, 0, 1]}")
@@ -126,17 +117,14 @@ def test_a_force_that_follows_its_body_has_no_energy_and_an_equilibrium_all_the_
 
 
 def test_neutral_directions_are_named_and_stay():
-    text = (
-        HEAD
-        + """\
+    text = under_gravity("""\
 bodies:
   wheel: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
   bob: {mass: 1, inertia: [1, 1, 1], position: [1, 0, 0]}
 joints:
   hub: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0], angle: 0.7}
   pin: {type: revolute, bodies: [ground, bob], location: [0, 0, 0], axis: [0, 1, 0]}
-"""
-    )
+""")
     found = at_rest(text)
     assert found.neutral == ("of hub.angle",)
     assert coordinates(found) == {"hub.angle": pytest.approx(0.7, abs=1e-14), "pin.angle": pytest.approx(pi / 2)}
@@ -149,26 +137,21 @@ def test_what_falls_freely_is_refused_with_the_direction():
 
 
 def test_so_is_a_wheel_with_a_constant_torque():
-    text = (
-        HEAD
-        + """\
+    text = under_gravity("""\
 bodies:
   wheel: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
 joints:
   hub: {type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, 1, 0]}
 forces:
   drive: {type: torque, body: wheel, torque: [0, 4, 0]}
-"""
-    )
+""")
     with pytest.raises(
         NoEquilibrium, match=r"nothing balances 0 N and 4 N m on 'wheel' along the motion of hub\.angle"
     ):
         at_rest(text)
 
 
-DRIVEN = (
-    HEAD
-    + """\
+DRIVEN = under_gravity("""\
 bodies:
   crank: {mass: 1, inertia: [1, 1, 1], position: [0.5, 0, 0]}
   bob: {mass: 1, inertia: [0.2, 0.2, 0.2], position: [1, 0, -0.5]}
@@ -177,8 +160,7 @@ joints:
   B: {type: revolute, bodies: [crank, bob], location: [1, 0, 0], axis: [0, 1, 0]}
 motions:
   lift: {joint: A, angle: {smooth_step: {to: -2, duration: 1 s}}}
-"""
-)
+""")
 
 
 def test_motions_are_held_where_they_are_at_a_time():
@@ -230,9 +212,7 @@ def _by_energy(text, crank, angle):
     return sqrt(stiffness / (2 * (energy(angle, 1.0) - V[2])))
 
 
-GOVERNOR = (
-    HEAD
-    + """\
+GOVERNOR = under_gravity("""\
 bodies:
   shaft: {mass: 2, inertia: [0.1, 0.1, 0.05], position: [0, 0, 0]}
   left: {mass: 1, inertia: [0, 0, 0], position: [-0.15, 0, -0.2]}
@@ -241,8 +221,7 @@ joints:
   A: {type: revolute, bodies: [ground, shaft], location: [0, 0, 0], axis: [0, 0, 1]}
   L: {type: revolute, bodies: [shaft, left], location: [0, 0, 0], axis: [0, 1, 0]}
   R: {type: revolute, bodies: [shaft, right], location: [0, 0, 0], axis: [0, 1, 0]}
-"""
-)
+""")
 
 
 @pytest.mark.parametrize("speed", [3.0, 7.0, 10.0, 20.0])
@@ -283,9 +262,7 @@ def test_what_cannot_turn_as_one_is_named():
 
 # `mbproj equilibrium` and what begins there: the report, the file, the scene that is written, runs.
 
-SCENE = (
-    HEAD
-    + """\
+SCENE = under_gravity("""\
 bodies:
   bar:                                   # a comment
     mass: 2
@@ -293,8 +270,7 @@ bodies:
     position: [0.5, 0, 0]
 joints:
   pin: {type: revolute, bodies: [ground, bar], location: [0, 0, 0], axis: [0, 1, 0], speed: 2 rad/s}   # another
-"""
-)
+""")
 FALLS = HEAD + "bodies:\n  stone: {mass: 3, inertia: [1, 1, 1], position: [0, 0, 0]}\n"
 
 

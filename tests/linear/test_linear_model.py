@@ -31,12 +31,10 @@ from mbproj.studies.verify.checks import _check
 from tests.cli.commands import mbproj
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
-from tests.linear.closed_forms import HEAD, LAVAL, g, modes_of
+from tests.linear.closed_forms import LAVAL, g, modes_of, under_gravity, weightless
 from tests.support import Recorder
 
-MASS = (
-    HEAD
-    + """\
+MASS = under_gravity("""\
 bodies:
   m: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}
 joints:
@@ -46,8 +44,7 @@ forces:
   push: {type: force, body: m, force: [0, 0, 0]}
 markers:
   tip: {body: m, location: [0.5, 0, 0]}
-"""
-)
+""")
 
 
 def model_of(text, inputs, outputs):
@@ -71,9 +68,7 @@ def test_a_mass_on_a_spring():
     assert (model.input_units, model.output_units) == (("N",) * 4, ("m", "m/s", "N"))
 
 
-CART = (
-    HEAD
-    + """\
+CART = under_gravity("""\
 bodies:
   cart: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
   bob: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, -0.5]}
@@ -84,8 +79,7 @@ motions:
   shake: {joint: rail, displacement: 0}
 markers:
   tip: {body: bob, location: [0, 0, -1]}
-"""
-)
+""")
 
 
 def test_the_second_derivative_of_a_motion_is_the_input():
@@ -111,9 +105,7 @@ def test_its_eigenvalues_are_the_modes():
     np.testing.assert_allclose(own[own.imag > 0], modes(reference).eigenvalues, rtol=1e-12)
 
 
-TWO = (
-    HEAD
-    + """\
+TWO = under_gravity("""\
 bodies:
   a: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}
   b: {mass: 2, inertia: [0.2, 0.2, 0.2], position: [1, 0, -0.5]}
@@ -125,8 +117,7 @@ forces:
   push: {type: force, body: b, location: {b: [0, 0, -0.3]}, force: [SIZE, 0.5*SIZE, 0]}
 markers:
   tip: {body: b, location: [1, 0, -1]}
-"""
-)
+""")
 
 
 def test_a_small_step_of_a_force_moves_it_as_the_model_says():
@@ -155,9 +146,7 @@ def test_a_small_step_of_a_force_moves_it_as_the_model_says():
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
 
 
-LIGHT = (
-    HEAD
-    + """\
+LIGHT = under_gravity("""\
 bodies:
   plate: {mass: 0, inertia: [0, 0, 0], position: [0, 0, 0]}
   block: {mass: 2, inertia: [1, 1, 1], position: [1, 0, 0]}
@@ -168,8 +157,7 @@ forces:
   first: {type: linear_spring_damper, joint: p, stiffness: 30DAMPED}
   second: {type: linear_spring_damper, joint: b, stiffness: 60}
   push: {type: force, body: plate, force: [0, 0, 0]}
-"""
-)
+""")
 
 
 def test_what_moves_no_mass_follows_the_others_and_the_inputs_at_once():
@@ -343,9 +331,7 @@ def test_a_force_without_a_slope_is_refused_by_name():
         modes_of(text)
 
 
-BUFFER = (
-    HEAD.replace("-9.81", "0")
-    + """\
+BUFFER = weightless("""\
 bodies:
   cart: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}
 joints:
@@ -353,8 +339,7 @@ joints:
 forces:
   spring: {type: linear_spring_damper, joint: rail, stiffness: 50}
   stop: {type: linear_spring_damper, joint: rail, force: FORCE}
-"""
-)
+""")
 
 
 @pytest.mark.parametrize(

@@ -18,19 +18,16 @@ from mbproj.model import compile_system, rotation_matrix
 from mbproj.results import LAYOUT, read_modes, write_modes
 from mbproj.scene import read_scene_text
 from tests.cli.commands import mbproj
-from tests.linear.closed_forms import HEAD, g, modes_of
+from tests.linear.closed_forms import g, modes_of, under_gravity
 from tests.stops.scenes import resting_on_a_stop
 
-SCENE = (
-    HEAD
-    + """\
+SCENE = under_gravity("""\
 parameters: {m: 2, length: 0.5 m}
 bodies:
   bar: {mass: m, inertia: [0.1, 0.17, 0.17], position: [0, 0, -length]}
 joints:
   pin: {type: revolute, bodies: [ground, bar], location: [0, 0, 0], axis: [0, 1, 0]}
-"""
-)
+""")
 
 
 @pytest.fixture
@@ -165,17 +162,14 @@ def test_a_file_without_modes_has_nothing_to_draw(folder):
 # `modes.h5`: what stands in it is what was found, and what is wrong with a file is said.
 
 #: A pendulum of two bodies that a fixed joint makes one, so that bodies and carriers differ.
-MERGED = (
-    HEAD
-    + """\
+MERGED = under_gravity("""\
 bodies:
   rod: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, -0.5], orientation: {axis: [0, 1, 0], angle: 90 deg}}
   bob: {mass: 2, inertia: [0.2, 0.2, 0.2], position: [0.1, 0, -1], orientation: {axis: [1, 2, 0], angle: 50 deg}}
 joints:
   pin: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}
   weld: {type: fixed, bodies: [rod, bob], location: [0, 0, -1]}
-"""
-)
+""")
 
 
 @pytest.fixture
