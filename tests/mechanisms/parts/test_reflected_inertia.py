@@ -26,17 +26,21 @@ gravity: [0, 0, -9.81]
 parameters: {inertia: 0.7, start: 40 deg, arm: 0.5, mass: 2, own: 0.3}
 simulation: {duration: 1.2, step: 2 ms, output_step: 40 ms}
 """
-PENDULUM = (
-    HEAD
-    + """
+
+
+def under_gravity(text: str) -> str:
+    """The scene with these bodies and joints."""
+    return HEAD + text
+
+
+PENDULUM = under_gravity("""
 bodies:
   bar: {mass: mass, inertia: [0.1, own, 0.3], position: [arm * sin(start), 0, -arm * cos(start)],
         orientation: {axis: [0, 1, 0], angle: -start}}
 joints:
   pin: {type: revolute, bodies: [ground, bar], location: [0, 0, 0], axis: [0, -1, 0], angle: 0,
         reflected_inertia: inertia}
-"""
-)
+""")
 #: A floating tree with everything that has a coordinate.
 FLOATING = (
     HEAD.replace("-9.81", "0")
@@ -85,9 +89,7 @@ def test_a_flywheel_pendulum_swings_as_one_with_so_much_more_inertia(formulation
 
 
 #: A motor on the ground whose gear of 5 : 1 turns a flywheel, and drives an arm out of balance.
-GEARED = (
-    HEAD
-    + """
+GEARED = under_gravity("""
 bodies:
   bar: {mass: mass, inertia: [0.1, own, 0.3], position: [arm * sin(start), 0, -arm * cos(start)],
         orientation: {axis: [0, 1, 0], angle: -start}}
@@ -97,8 +99,7 @@ joints:
 JOINTS
 forces:
   motor: {type: torsion_spring_damper, joint: pin, torque: "3 * sin(4*t) - 0.2 * angle_dot"}
-"""
-)
+""")
 EXPLICIT = (
     GEARED.replace("INERTIA", "angle: 0")
     .replace("FLYWHEEL", "  wheel: {mass: 4, inertia: [0.015, 0.028, 0.015], position: [2, 0, 1]}")
@@ -127,9 +128,7 @@ def test_a_geared_flywheel_is_its_inertia_times_the_square_of_the_ratio(formulat
 
 
 #: A joint between two bodies that move: a carriage that slides, and an arm on it, which turns a flywheel there.
-CARRIAGE = (
-    HEAD
-    + """
+CARRIAGE = under_gravity("""
 bodies:
   carriage: {mass: CARRIAGE_MASS, inertia: [1, 1, 1], position: [0, 0, 0]}
   bar: {mass: mass, inertia: [0.1, own, 0.3], position: [arm * sin(start), 0, -arm * cos(start)],
@@ -139,8 +138,7 @@ joints:
   rail: {type: prismatic, bodies: [ground, carriage], location: [0, 0, 0], axis: [1, 0, 0]}
   pin: {type: revolute, bodies: [carriage, bar], location: [0, 0, 0], axis: [0, -1, 0], INERTIA}
 JOINTS
-"""
-)
+""")
 ON_BOARD = (
     CARRIAGE.replace("CARRIAGE_MASS", "3")
     .replace("INERTIA", "angle: 0")
@@ -165,17 +163,14 @@ def test_a_flywheel_between_two_moving_bodies_is_one_on_board(formulation):
         assert_close(one.column("bodies/acceleration", body), other.column("bodies/acceleration", body), 1e-8)
 
 
-MASS_ON_RAIL = (
-    HEAD
-    + """
+MASS_ON_RAIL = under_gravity("""
 bodies:
   block: {mass: mass, inertia: [1, 1, 1], position: [0.3, 0, 0]}
 joints:
   rail: {type: JOINT, bodies: [ground, block], location: [0, 0, 0], axis: [1, 0, 0], INERTIA}
 forces:
   spring: {type: linear_spring_damper, joint: rail, stiffness: 50, free_displacement: -0.3}
-"""
-)
+""")
 
 
 #: A body in a cylindrical joint turns out of every plane.
@@ -193,9 +188,7 @@ def test_a_displacement_has_a_reflected_mass(formulation, joint, inertia):
     assert_close(done.column("bodies/position", "block")[:, 0], exact, 1e-10)
 
 
-MASSLESS = (
-    HEAD
-    + """
+MASSLESS = under_gravity("""
 bodies:
   lever: {mass: 0, inertia: [0, 0, 0], position: [0.2, 0, 0]}
 joints:
@@ -203,8 +196,7 @@ joints:
         reflected_inertia: inertia}
 forces:
   spring: {type: torsion_spring_damper, joint: pin, stiffness: 12}
-"""
-)
+""")
 
 
 @pytest.mark.parametrize("formulation", where(lambda name: name != "full", FORMULATIONS))
@@ -230,9 +222,7 @@ def test_a_motion_takes_the_torque_of_the_flywheel_too(formulation):
     assert not without.system.reflected.size
 
 
-DOOR = (
-    HEAD
-    + """
+DOOR = under_gravity("""
 bodies:
   door: {mass: 30, inertia: [10, 10, 1.6], position: [0.4 * cos(start), 0.4 * sin(start), 1],
          orientation: {axis: [0, 0, 1], angle: start}}
@@ -242,8 +232,7 @@ joints:
   high: {type: revolute, bodies: [ground, door], location: [0, 0, 1.8], axis: [0, 0, 1], reflected_inertia: 0.2}
 forces:
   closer: {type: torsion_spring_damper, joint: low, stiffness: 20}
-"""
-)
+""")
 
 
 @pytest.mark.parametrize("formulation", where(lambda name: name != "full", FORMULATIONS))
@@ -280,9 +269,7 @@ def test_energy_and_momentum_of_a_floating_tree_are_kept(formulation):
 # Reflected inertias in loops and in the equations: formulations agree, checks hold, mistakes are named.
 
 #: A four-bar with flywheels on all its pins, of spatial revolutes or regular in space.
-LOOP = (
-    HEAD
-    + """
+LOOP = under_gravity("""
 bodies:
   crank: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.05, 0, 0.15]}
   rod: {mass: 2, inertia: [0.02, 0.1, 0.1], position: [0.4, 0, 0.4]}
@@ -292,8 +279,7 @@ joints:
   B: {type: KIND, bodies: [crank, rod], location: [0.1, 0, 0.3], AXIS}
   C: {type: revolute, bodies: [rod, rocker], location: [0.7, 0, 0.5], axis: [0, 1, 0], reflected_inertia: 0.02}
   D: {type: revolute, bodies: [ground, rocker], location: [0.6, 0, -0.1], axis: [0, 1, 0], reflected_inertia: 5}
-"""
-)
+""")
 PLANAR_LOOP = LOOP.replace("KIND", "revolute").replace("AXIS", "axis: [0, 1, 0], reflected_inertia: 0.1")
 ON_A_BALL = LOOP.replace("KIND", "spherical").replace(", AXIS", "")
 
