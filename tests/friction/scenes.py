@@ -82,6 +82,5 @@ FIRST = SLIDES / K * (1.0 - np.cos(ω * STICKS))
 SLIPS = float(STICKS + (HOLDS / K - FIRST) / SPEED)
 SLIPPING = float(2.0 / ω * (np.pi - np.arctan((HOLDS - SLIDES) * ω / (K * SPEED))))
 AGAIN = SLIPS + SLIPPING
-SLIPS_AGAIN = AGAIN + 2.0 * (HOLDS - SLIDES) / (K * SPEED)
 #: How far the block slides on the belt before it first sticks, and in each slip after.
 SLID = float(SPEED * STICKS - FIRST), float(SPEED * SLIPPING + 2.0 * (HOLDS - SLIDES) / K)

@@ -31,7 +31,6 @@ from tests.scene.scenes import read_with
 # Bodies given by shapes: closed formulas, quadrature over the volume, and what must not matter.
 
 PI = math.pi
-TURN = "{axis: [1, -2, 0.5], angle: 40 deg}"
 
 
 def body(written: str) -> Body:
