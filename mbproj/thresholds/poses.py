@@ -119,7 +119,7 @@ class Passages:
         "kernel",
         "a stage of a kinematic run is on its branch where Newton's method corrects less than this part of "
         "displacement and velocity",
-        "a fold is met at 1/2; tests/integrate/kinematic",
+        "a fold is met at 1/2; tests/integrate/test_kinematic.py",
     )
     told_way: float = threshold(
         1e-3,
