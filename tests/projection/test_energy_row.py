@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj import Report
+from mbproj import Report, Scene
 from mbproj.integrate import Mark, momenta_of, simulate
 from mbproj.integrate.formulations import choice
 from mbproj.model import compile_system
@@ -133,23 +133,26 @@ def test_a_top_keeps_its_energy_and_its_momentum_at_once() -> None:
     assert both.rows.steps == both.counters["steps"] and both.energy_drift_relative < 1e-14
 
 
-@crossed("how, formulation", HOW, ["reduced", "planar"])
-def test_a_continued_run_has_the_same_bits(formulation: str, how: dict[str, Any]) -> None:
-    options = {**how, "formulation": formulation, "energy_row": "true", "output_step": 0.05}
-    what = read_scene_text(WORKED)
+def goes_on(scene: Scene, options: dict[str, Any], duration: float) -> None:
+    """Checks that a run that goes on from half of the time has the bits of the whole one, and that its row acts."""
     marks: list[Mark] = []
 
-    def simulated(duration: float, **others: Any) -> tuple[Report, Recorder]:
-        given = {**{name: str(value) for name, value in options.items()}, "duration": str(duration)}
-        scene = with_options(what, given)
-        (system, state), recorder = assembled(scene), Recorder()
-        return simulate(system, state, settings_to_run(scene), recorder, **others), recorder
+    def simulated(until: float, **others: Any) -> tuple[Report, Recorder]:
+        given = {**options, "energy_row": "true", "duration": until}
+        asked = with_options(scene, {name: str(value) for name, value in given.items()})
+        recorder = Recorder()
+        return simulate(*assembled(asked), settings_to_run(asked), recorder, **others), recorder
 
-    whole, recorded = simulated(0.3)
-    simulated(0.15, keep=lambda name, build, mark: marks.append(mark))
-    report, rest = simulated(0.3, resumed=marks[-1])
+    whole, recorded = simulated(duration)
+    simulated(duration / 2, keep=lambda name, build, mark: marks.append(mark))
+    report, rest = simulated(duration, resumed=marks[-1])
     assert report.rows == whole.rows and report.rows.steps > 0
     assert np.array_equal(rest["bodies/position"][-1], recorded["bodies/position"][-1])
+
+
+@crossed("how, formulation", HOW, ["reduced", "planar"])
+def test_a_continued_run_has_the_same_bits(formulation: str, how: dict[str, Any]) -> None:
+    goes_on(read_scene_text(WORKED), {**how, "formulation": formulation, "output_step": 0.05}, 0.3)
 
 
 def test_velocities_that_are_not_projected_have_no_rows() -> None:
@@ -274,16 +277,4 @@ def test_auto_takes_the_balance_from_method_to_method(formulation: str) -> None:
 )
 def test_a_run_with_events_continues_to_the_same_bits(scene: Any, options: dict[str, str]) -> None:
     what = read_scene_text(scene) if isinstance(scene, str) else read_scene(scene)
-    whole = float(options.get("duration", what.settings.duration or 1.0))
-    marks: list[Mark] = []
-
-    def simulated(duration: float, **others: Any) -> tuple[Any, Recorder]:
-        asked = with_options(what, {**options, "energy_row": "true", "duration": str(duration)})
-        (system, state), recorder = assembled(asked), Recorder()
-        return simulate(system, state, settings_to_run(asked), recorder, **others), recorder
-
-    report, recorded = simulated(whole)
-    simulated(whole / 2, keep=lambda name, build, mark: marks.append(mark))
-    continued, rest = simulated(whole, resumed=marks[-1])
-    assert continued.rows == report.rows and report.rows.steps > 0
-    assert np.array_equal(rest["bodies/position"][-1], recorded["bodies/position"][-1])
+    goes_on(what, options, float(options.get("duration", what.settings.duration or 1.0)))
