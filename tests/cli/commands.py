@@ -11,8 +11,9 @@ import sqlite3
 import subprocess
 import sys
 import tempfile
+import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
@@ -50,6 +51,17 @@ def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]
     if "--json" in words and done.stdout.startswith(("{", "[")):
         refuse_what_no_table_says(words, json.loads(done.stdout))
     return done
+
+
+def begun(*arguments: object, folder: Path, when: Callable[[], object]) -> subprocess.Popen[str]:
+    """`mbproj ARGUMENTS` in a process of its own, which has come to where `when()` holds; for at most two minutes."""
+    program = [sys.executable, "-c", "from mbproj.cli import main; main()", *map(str, arguments)]
+    variables, pipe = environment() | {"MBPROJ_CACHE": str(folder / "cache")}, subprocess.PIPE
+    process = subprocess.Popen(program, cwd=folder, env=variables, stdout=pipe, stderr=pipe, text=True)
+    deadline = time.monotonic() + 120.0
+    while not when() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return process
 
 
 def succeeds(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 import signal
-import subprocess
-import sys
 import time
 from dataclasses import replace
 from functools import partial
@@ -17,7 +15,7 @@ import pytest
 
 from mbproj import open_results, read_scene
 from mbproj.cli.report.trust import lines_on
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, begun, mbproj, succeeds
 from tests.cli.commands import mbproj as run_mbproj
 from tests.support import ROOT
 
@@ -104,11 +102,7 @@ def test_a_failed_run_prints_its_certificate_too(tmp_path):
 @pytest.mark.full
 def test_an_interrupted_run_says_that_it_is_not_certified(tmp_path):
     arguments = ["run", FIVE_BAR, "--formulation", "full", "--duration", "1000", "--certify", "-q", "-o", "a.h5"]
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", *arguments]
-    process = subprocess.Popen(program, cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE)
-    deadline = time.monotonic() + 60.0
-    while not (tmp_path / "a.h5.part").exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
+    process = begun(*arguments, folder=tmp_path, when=(tmp_path / "a.h5.part").exists)
     time.sleep(1.0)
     process.send_signal(signal.SIGINT)
     process.communicate(timeout=60)

@@ -23,7 +23,7 @@ from mbproj.cli.simulate.run import command
 from mbproj.errors import InputError
 from mbproj.integrate import EnergyWatch
 from mbproj.studies import Task, run_task
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, begun, mbproj, succeeds
 from tests.cli.examples import named
 from tests.cli.reports import refuse_what_no_table_says
 from tests.crossed import full
@@ -243,14 +243,9 @@ def test_an_input_error_leaves_an_existing_results_file_alone(tmp_path):
 
 
 def started(folder, out: str) -> subprocess.Popen[str]:
-    """A long run in a process of its own that has been recording for a second."""
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "run", FIVE_BAR, "--duration", "10000"]
-    process = subprocess.Popen(
-        program, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={"PYTHONPATH": str(ROOT)}
-    )
-    deadline = time.monotonic() + 60.0
-    while not (folder / f"{out}.part").exists() and time.monotonic() < deadline:
-        time.sleep(0.05)
+    """A run of hours in a process of its own that has been recording for a second, 1000 steps a sample."""
+    options = ("--duration", "1e6", "--step", "1e-4", "--output-step", "0.1")
+    process = begun("run", FIVE_BAR, *options, folder=folder, when=(folder / f"{out}.part").exists)
     time.sleep(2.5)
     return process
 
@@ -280,12 +275,13 @@ def test_interrupting_keeps_the_results_and_exits_with_130(tmp_path, signum):
     process = started(tmp_path, "results.h5")
     process.send_signal(signum)
     _, errors = process.communicate(timeout=60)
-    assert process.returncode == 130
+    assert process.returncode == 130, errors
     note = "note: what was computed until then is in results.h5; go on with: mbproj continue results.h5"
     assert errors.split("\n")[-4:] == [note, "", "interrupted", ""]
     results = open_results(tmp_path / "results.h5")
     assert results.status == "interrupted"
     assert len(results.time) > 10
+    np.testing.assert_allclose(np.diff(results.time), 0.1, rtol=1e-9)
 
 
 @pytest.mark.full

@@ -7,9 +7,6 @@ import csv
 import json
 import shutil
 import signal
-import subprocess
-import sys
-import time
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +15,7 @@ import pytest
 
 from mbproj import open_results
 from mbproj.cli.main import STUDIES
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, kept, mbproj, succeeds
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, begun, kept, mbproj, succeeds
 from tests.cli.examples import named
 from tests.studies.design.scenes import BALL, table, written
 from tests.studies.scenes import write
@@ -138,12 +135,8 @@ def test_bad_input(tmp_path, arguments, said):
 @pytest.mark.full
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
 def test_an_interrupted_study_leaves_no_process_and_resumes(tmp_path):
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "tradeoff", SLIDER_CRANK, "--until", "1"]
-    environment = {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")}
-    running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 120.0
-    while not any(name.startswith("sweep") for name in kept(tmp_path / "cache")) and time.monotonic() < deadline:
-        time.sleep(0.05)
+    of_sweeps = lambda: any(name.startswith("sweep") for name in kept(tmp_path / "cache"))  # noqa: E731
+    running = begun("tradeoff", SLIDER_CRANK, "--until", "1", folder=tmp_path, when=of_sweeps)
     children = {pid for pid in _processes() if _parent(pid) == running.pid}
     running.send_signal(signal.SIGINT)
     _, said = running.communicate(timeout=30)
@@ -152,7 +145,7 @@ def test_an_interrupted_study_leaves_no_process_and_resumes(tmp_path):
     assert "Traceback" not in said
     assert children
     assert not any(_parent(pid) is not None for pid in children)
-    assert any(name.startswith("sweep") for name in kept(tmp_path / "cache"))
+    assert of_sweeps()
 
 
 def _strict(text: str) -> dict[str, Any]:
@@ -232,12 +225,8 @@ def test_bad_input_of_stability(tmp_path, arguments, said):
 @pytest.mark.full
 def test_an_interrupted_map_resumes(tmp_path):
     """After Ctrl-C what was done is kept, and the study begins where it stopped."""
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "stability", SLIDER_CRANK, "--vary", "step"]
-    environment = {"PYTHONPATH": str(ROOT), "MBPROJ_CACHE": str(tmp_path / "cache")}
-    running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 120.0
-    while not kept(tmp_path / "cache") and time.monotonic() < deadline:
-        time.sleep(0.05)
+    arguments = ("stability", SLIDER_CRANK, "--vary", "step")
+    running = begun(*arguments, folder=tmp_path, when=lambda: kept(tmp_path / "cache"))
     running.send_signal(signal.SIGINT)
     _, said = running.communicate(timeout=30)
     assert (running.returncode, said.splitlines()[-1]) == (130, "interrupted")

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from matplotlib.pyplot import imread
 
-from tests.cli.commands import mbproj, succeeds
+from tests.cli.commands import begun, mbproj, succeeds
 from tests.studies.sweep.specs import write
 from tests.support import ROOT
 
@@ -116,13 +116,9 @@ def test_a_thousand_million_cases_are_not_meant(tmp_path):
 def test_what_a_killed_sweep_had_done_is_not_done_again(tmp_path):
     """The leading process is killed in the middle; started again, it computes the rest and no case twice."""
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n")
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "sweep", "spec.yaml", "-j", "1"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL)
     store = tmp_path / "spec-sweep" / "store.sqlite-wal"
-    deadline = time.monotonic() + 30.0
-    while time.monotonic() < deadline and not (store.exists() and store.stat().st_size > 120_000):
-        time.sleep(0.01)
+    filled = lambda: store.exists() and store.stat().st_size > 120_000  # noqa: E731
+    running = begun("sweep", "spec.yaml", "-j", "1", folder=tmp_path, when=filled)
     running.send_signal(signal.SIGKILL)
     assert running.wait() == -signal.SIGKILL
     with closing(sqlite3.connect(tmp_path / "spec-sweep" / "store.sqlite")) as database:
@@ -165,12 +161,8 @@ def test_a_full_disk_ends_a_sweep_and_what_wanted_room_runs_again(tmp_path, keep
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
 def test_an_interrupted_sweep_has_its_tables_and_says_how_to_go_on(tmp_path):
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n", more="keep: all\n")
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "sweep", "spec.yaml", "-j", "1", "--fresh"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60.0
-    while time.monotonic() < deadline and not list(tmp_path.glob("spec-sweep/cases/[0-9a-f]*.h5")):
-        time.sleep(0.01)
+    some = lambda: list(tmp_path.glob("spec-sweep/cases/[0-9a-f]*.h5"))  # noqa: E731
+    running = begun("sweep", "spec.yaml", "-j", "1", "--fresh", folder=tmp_path, when=some)
     running.send_signal(signal.SIGINT)
     _, said = running.communicate()
     assert (running.returncode, said) == (130, "interrupted; go on with: mbproj sweep spec.yaml\n")
@@ -187,12 +179,9 @@ def test_an_interrupted_sweep_has_its_tables_and_says_how_to_go_on(tmp_path):
 @pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
 def test_who_presses_ctrl_c_again_and_again_sees_no_traceback(tmp_path):
     write(tmp_path, "  length: 1:2:60\n  simulation.duration: 0.9\n  simulation.step: 1e-4\n")
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "sweep", "spec.yaml", "-j", "2"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    running = subprocess.Popen(program, cwd=tmp_path, env=environment, stderr=subprocess.PIPE, text=True)
-    store, deadline = tmp_path / "spec-sweep" / "store.sqlite-wal", time.monotonic() + 60.0
-    while time.monotonic() < deadline and not (store.exists() and store.stat().st_size > 60_000):
-        time.sleep(0.01)
+    store = tmp_path / "spec-sweep" / "store.sqlite-wal"
+    filled = lambda: store.exists() and store.stat().st_size > 60_000  # noqa: E731
+    running = begun("sweep", "spec.yaml", "-j", "2", folder=tmp_path, when=filled)
     while running.poll() is None:
         running.send_signal(signal.SIGINT)
         time.sleep(0.02)

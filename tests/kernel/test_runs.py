@@ -9,13 +9,13 @@ import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
-from time import process_time, sleep
+from time import process_time
 from typing import Any
 
 import numpy as np
 import pytest
 
-from mbproj import Scene, open_results
+from mbproj import Scene
 from mbproj.errors import SimulationError
 from mbproj.integrate import choose, load_tableau, simulate
 from mbproj.kernel import core
@@ -302,27 +302,3 @@ def test_an_interrupted_run_stops_within_a_fifth_of_a_second(keys):
     timer.join()
     assert waited < 0.2
     assert recorder["time"][0] == 0.0
-
-
-def test_ctrl_c_on_the_command_line_keeps_the_results(tmp_path):
-    """Exit code 130; without it the run would take hours."""
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "run", FIVE_BAR, "--quiet"]
-    options = ["--duration", "1e6", "--step", "1e-4", "--output-step", "0.1"]
-    process = subprocess.Popen(
-        [*program, *options],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(ROOT)},
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    part = tmp_path / "results.h5.part"
-    while not part.exists() and process.poll() is None:
-        sleep(0.01)
-    sleep(0.7)
-    process.send_signal(signal.SIGINT)
-    _, stderr = process.communicate(timeout=20)
-    assert process.returncode == 130, stderr
-    assert "Traceback" not in stderr
-    kept = open_results(tmp_path / "results.h5").time
-    assert len(kept) > 1
-    np.testing.assert_allclose(np.diff(kept), 0.1, rtol=1e-9)
