@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 
 from mbproj import SimulationError, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.arrays import Array
-from mbproj.dynamics.equations.constraint_equations import jacobian
-from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.model import System
-from mbproj.projection.methods import weighted_correction
+from mbproj.base.arrays import Array
+from mbproj.equations.constraints import jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.of_motion import mass_matrix
+from mbproj.equations.recorded import Block
+from mbproj.model.system import System
+from mbproj.motion.projection import weighted_correction
 
 ALPHAS = [10.0**power for power in range(15)]
 

@@ -20,8 +20,8 @@ from kernel_bench.case import FAMILIES, Case, family_case, paper_case
 from kernel_bench.goals import verdicts
 from kernel_bench.measure import measure, memory
 
-from mbproj.integrate.formulations.compiled import PHASES
 from mbproj.kernel import build_info, core
+from mbproj.motion.formulations.compiled import PHASES
 
 #: The paper's mechanisms and the formulations that fit them.
 PAPER = {"five_bar": ("reduced", "planar"), "spatial_slider_crank": ("reduced",)}

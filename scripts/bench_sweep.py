@@ -25,16 +25,16 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from mbproj.studies.cases.groups import FEWEST
+from mbproj.studies.case_blocks import FEWEST
 from mbproj.studies.parallel.hand_out import processors
 from mbproj.studies.sweep.folder import Folder
-from mbproj.studies.sweep.row import CaseRow, Keys, Status
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case, run_cases, run_sweep
 from mbproj.studies.sweep.spec import read_spec
+from mbproj.studies.sweep.store import CaseRow, Keys, Status
 from mbproj.studies.sweep.summary import write_summary
 
 ROOT = Path(__file__).parents[1]
-PROGRAM = "from mbproj.cli import main; main()"
+PROGRAM = "from mbproj.commands.main import main; main()"
 BLOCKS = 5
 SHORT = "  simulation.duration: 1 s\n"
 Setting = TypeVar("Setting", int, float)

@@ -21,17 +21,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.arrays import Array
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.functions.curves.shapes import points_along
-from mbproj.functions.curves.track import Track
-from mbproj.joints import JOINTS
+from mbproj.base.arrays import Array
+from mbproj.equations.recorded import Block
+from mbproj.functions.plane_curve import points_along
+from mbproj.functions.space_curve import Track
+from mbproj.joints.table import JOINTS
 from mbproj.model.compile.frames import local_frames
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene import Scene
-from mbproj.scene.blocks.ropes.path import axes as path_axes
-from mbproj.scene.blocks.ropes.path import straight
+from mbproj.scene.blocks.ropes import axes as path_axes
+from mbproj.scene.blocks.ropes import straight
 from mbproj.scene.records import GROUND, Joint
+from mbproj.scene.scene import Scene
 
 MECHANISMS = Path(__file__).parents[1] / "mechanisms"
 INK, PAPER, STEEL, PLATE, EARTH, FLOOR = "#1F2933", "#FFFFFF", "#A9B7C6", "#CBD5E0", "#8A8F98", "#B9BEC6"

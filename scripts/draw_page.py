@@ -14,9 +14,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj import read_scene
-from mbproj.pages.data.pages import page_of
-from mbproj.pages.page.write import html
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.page.pages import page_of
+from mbproj.show.page.write import html
 from tests.pages.browser import LAPTOP, MISSING, Opened, browser
 from tests.pages.runs import recorded
 from tests.support import ROOT

@@ -26,12 +26,12 @@ import numpy as np
 from designs.scenes import FOUR_BAR, PENDULUM, SIX_BAR
 
 import mbproj
-from mbproj.analysis.expectations import outcomes
-from mbproj.errors import MbprojError
-from mbproj.scene import Scene
-from mbproj.studies.design.design_folder import best_scene
+from mbproj.base.errors import MbprojError
+from mbproj.results.analysis.expectations import outcomes
+from mbproj.scene.scene import Scene
+from mbproj.studies.design.folder import best_scene
+from mbproj.studies.design.neighbours import Followed
 from mbproj.studies.design.run import FoundDesign, find_design
-from mbproj.studies.design.slopes.neighbours import Followed
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.synthesis.candidates import candidates
 from mbproj.studies.synthesis.spec import read_wanted

@@ -17,7 +17,7 @@ from time import perf_counter
 from typing import NamedTuple
 
 from mbproj import State, System, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.scene.records import Settings
+from mbproj.base.settings import Settings
 
 #: Time after which all is at rest, s.
 END = 2.0

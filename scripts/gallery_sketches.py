@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 Point = tuple[float, float, float]
 

@@ -33,14 +33,14 @@ COLUMNS = (
 
 def mbproj(*arguments: str) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS`."""
-    command = [sys.executable, "-c", "from mbproj.cli import main; main()", *arguments]
+    command = [sys.executable, "-c", "from mbproj.commands.main import main; main()", *arguments]
     return subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
 
 
 def row(path: Path, name: str, folder: Path, duration: float) -> list[str]:
     """A row of the table; the first line of the error where the model cannot be read or run."""
-    from mbproj.api.models import import_model
-    from mbproj.errors import MbprojError
+    from mbproj.base.errors import MbprojError
+    from mbproj.commands.python.models import import_model
     from mbproj.formats.mechanism import Same
 
     try:

@@ -26,7 +26,7 @@ from long_motions.cases import CASES, MS, Case, double_pendulum, five_bar
 from long_motions.figure import drawn
 
 import mbproj
-from mbproj.errors import MbprojError
+from mbproj.base.errors import MbprojError
 
 #: A motion is lost that is so far off, m.
 LOST = 1e-3

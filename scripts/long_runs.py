@@ -28,12 +28,12 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from kernel_bench.scenes import chain
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.results import ResultsWriter
-from mbproj.results.datasets import chunk_rows
-from mbproj.scene import Scene, Settings
+from mbproj.base.settings import Settings
+from mbproj.results.writer import ResultsWriter, chunk_rows
+from mbproj.scene.scene import Scene
 
 ROOT = Path(__file__).parents[1]
-PROGRAM = "from mbproj.cli import main; main()"
+PROGRAM = "from mbproj.commands.main import main; main()"
 #: A mechanism in the plane, one in space, and many bodies.
 CHAIN, LINKS = "chain of 30 in space", 30
 SCENES = ("five_bar", "spatial_slider_crank", CHAIN)

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from mbproj import SimulationError, assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.arrays import Array
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.registry import PROJECTIONS
+from mbproj.base.arrays import Array
+from mbproj.base.registry import PROJECTIONS
+from mbproj.equations.recorded import Block
 
 ROOT = Path(__file__).parents[1]
 CASES = {

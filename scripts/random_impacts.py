@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.errors import SimulationError
-from mbproj.registry import IMPACT_LAWS
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import IMPACT_LAWS
 
 Numbers = NDArray[np.float64]
 #: What counts as round-off and errors of steps, of the largest energy, of m, and of N.

@@ -17,18 +17,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.mechanisms_folder import mechanism
-from mbproj.registry import explicit_integrators, integrators
-from mbproj.scene import read_scene
-from mbproj.studies.measure.measurement import Measurement
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import Reference
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.base.registry import explicit_integrators, integrators
+from mbproj.scene.scene import read_scene
+from mbproj.studies.measure.measurement import Measurement, time_settings
+from mbproj.studies.measure.reference import Reference, sampled
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import solve
-from mbproj.studies.measure.spans import sampled
-from mbproj.studies.measure.timing import time_settings
-from mbproj.studies.recommend.recommendation import Recommendation, recommend
-from mbproj.studies.recommend.search import Bench, families, with_closed_joints
+from mbproj.studies.measure.solve import Mechanism, solve
+from mbproj.studies.recommend import Bench, Recommendation, families, recommend, with_closed_joints
 
 #: Mechanisms, and until when (s): their duration, or less where the motion is chaotic.
 CASES = {

@@ -20,7 +20,7 @@ from pathlib import Path
 from extremes.extremes import EXTREMES
 from extremes.trial import Outcome, attempt, combinations
 
-from mbproj.registry import FORMULATIONS, PROJECTIONS
+from mbproj.base.registry import FORMULATIONS, PROJECTIONS
 
 HEAD = ("extreme", "value", "formulation", "what became of the methods", "closure, floors", "motion", "energy")
 

@@ -29,8 +29,8 @@ from extremes.time_limit import at_most
 from stiff.cases import CASES, chain
 from stiff.measure import Outcome, cheapest, fastest, run
 
-from mbproj.errors import SimulationError
-from mbproj.scene.records import Scene
+from mbproj.base.errors import SimulationError
+from mbproj.scene.scene import Scene
 
 EXPLICIT = "dop853"
 INTEGRATORS = ("esdirk4", "radau5", EXPLICIT)

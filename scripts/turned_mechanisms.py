@@ -17,14 +17,14 @@ from itertools import islice
 
 import numpy as np
 
-from mbproj.api.check.checked import assembled, checked
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.simulate import simulate
-from mbproj.mechanisms_folder import mechanisms
-from mbproj.scene import read_scene
-from mbproj.scene.records import Body, Joint, Pair, Scene, Vector
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.mechanisms_folder import mechanisms
+from mbproj.commands.python.check import assembled, checked
+from mbproj.motion.simulate import simulate
+from mbproj.scene.records import Body, Joint, Pair, Vector
+from mbproj.scene.scene import Scene, read_scene
 from mbproj.scene.settings import placed_in, settings_to_run
-from mbproj.studies.variants.moved import RigidMotion
+from mbproj.studies.variants import RigidMotion
 
 #: Angles of tiny rotations in rad, digits that numbers are rounded to, and the seed of the axes.
 TINY, DIGITS, SEED = (1e-9, 1e-8, 2.7e-8, 1e-7, 1e-6), (6, 7, 8, 9, 10), 70

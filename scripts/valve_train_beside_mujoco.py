@@ -22,9 +22,8 @@ from time import process_time
 import numpy as np
 
 from mbproj import State, System, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.functions.curves.laws import Rise
-from mbproj.functions.curves.shapes import CamFollower, of_law
+from mbproj.equations.recorded import Block
+from mbproj.functions.plane_curve import CamFollower, Rise, of_law
 
 #: Time between samples; a long and a short run, s.
 OUTPUT, LONG, SHORT = 5e-3, 0.5, 0.1

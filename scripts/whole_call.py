@@ -28,13 +28,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.dynamics import State, unique_components
-from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.model import System
-from mbproj.results import ResultsWriter
-from mbproj.scene import Settings
-from mbproj.scene.records import Scene
+from mbproj.base.settings import Settings
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.rank.uniqueness import unique_components
+from mbproj.model.system import System
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.results.writer import ResultsWriter
+from mbproj.scene.scene import Scene
 
 ROOT = Path(__file__).parents[1]
 SCENES = ("five_bar", "spatial_slider_crank")

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from mbproj.parts.classes import CLASSES, ScenePart
+from mbproj.scene.parts import CLASSES, ScenePart
 
 STUB = Path(__file__).parent.parent / "mbproj" / "parts" / "__init__.pyi"
 HEAD = '''"""Written by scripts/write_parts.py from the tables that read a scene."""

@@ -44,7 +44,7 @@ def sweeps_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Sweeps run their cases in the test's own process: the start of another takes longer than most sweeps of tests."""
     from tests.cli.fork_server import in_this_process  # not before the variables are set
 
-    monkeypatch.setattr("mbproj.studies.parallel.bundles.in_parallel", in_this_process)
+    monkeypatch.setattr("mbproj.studies.parallel.hand_out.in_parallel", in_this_process)
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mbproj.base.registry import IMPACT_LAWS
+from mbproj.base.thresholds import THRESHOLDS, of_the_kernel
 from mbproj.kernel import core
-from mbproj.registry import IMPACT_LAWS
-from mbproj.thresholds import THRESHOLDS, of_the_kernel
 
 
 def _thresholds():
@@ -54,7 +54,7 @@ class Balanced:
 
 @dataclass
 class FrictionBalance:
-    """S stops that touch and K frictions, as in kernel/src/laws/friction_balance.hpp: their rows A (S+K, f)."""
+    """S stops that touch and K frictions, as in kernel/src/contact/friction_balance.hpp: their rows A (S+K, f)."""
 
     A: np.ndarray
     b: np.ndarray

@@ -11,25 +11,31 @@ from typing import Any
 import numpy as np
 
 from mbproj import Scene
-from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
-from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
-from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
-from mbproj.constraints.primitive import Primitive
-from mbproj.dynamics import State, assemble
-from mbproj.functions import Track, ellipse
-from mbproj.functions.curves.laws import Rise
-from mbproj.functions.curves.shapes import CamFollower, of_law, polar, polyline, through
-from mbproj.functions.curves.space_curve import through_space
-from mbproj.functions.curves.track import SpaceTrack
-from mbproj.joints import JOINTS, TWO_ANGLES, Parameter
-from mbproj.joints.joint_type import Ratio
-from mbproj.model import System, compile_system, initial_guess
-from mbproj.scene import Body, Joint, Marker, Pair, Settings
-from mbproj.scene.blocks.ropes.path import Node
-from mbproj.scene.blocks.ropes.path import Path as RopePath
-from mbproj.scene.coupled import Coupled
-from mbproj.scene.stops import OfBody
+from mbproj.base.settings import Settings
+from mbproj.equations.assembly.assemble import State, assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.functions.plane_curve import CamFollower, Rise, ellipse, of_law, polar, polyline, through
+from mbproj.functions.space_curve import SpaceTrack, Track, through_space
+from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.plane_curves import (
+    Arc,
+    Face,
+    FacePlace,
+    FaceSlip,
+    Gap,
+    Lap,
+    PlaceOnFirst,
+    PlaceOnSecond,
+    Profile,
+    SlipOfTwo,
+)
+from mbproj.joints.primitives.space_curves import BesideFirst, BesideSecond, SpaceArc
+from mbproj.joints.table import JOINTS, TWO_ANGLES, Parameter, Ratio
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.system import System
+from mbproj.scene.blocks.ropes import Node
+from mbproj.scene.blocks.ropes import Path as RopePath
+from mbproj.scene.records import Body, Coupled, Joint, Marker, OfBody, Pair
 
 # Curves of each form, primitives on them, and primitives with numbers.
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.registry import load
+from mbproj.base.registry import load
 from tests.support import ROOT
 
 PACKAGE = ROOT / "mbproj"
@@ -167,9 +167,9 @@ FEWEST_LINES = 25
 SHORT_FILES = {
     "control_characters.py": "a rule of safety, imported alone",
     "plain_number.py": "a rule for all readers of numbers",
-    "thresholds/entry.py": "the form of an entry, which all groups of them import",
-    "scene/expressions/formula.py": "formulas as functions, which types of force import",
-    "scene/fields/option_numbers.py": "what the command line needs of the fields",
+    "base/thresholds.py": "the form of an entry, which all groups of them import",
+    "scene/expressions/compiled.py": "formulas as functions, which types of force import",
+    "scene/fields/quantities.py": "what the command line needs of the fields",
     "scene/schema.py": "imported alone, by `mbproj schema`",
     "studies/parallel/progress.py": "the words for progress, without what runs",
     "version.py": "read by the build",
@@ -322,8 +322,8 @@ def test_running_imports_neither_scipy_nor_matplotlib():
     imported = imported_by(code)
     assert not imported & {"scipy", "matplotlib"}
     for name in ("stops", "automatic", "formulations.full", "numpy_loop"):  # what this scene has no use for
-        assert f"mbproj.integrate.{name}" not in imported
-    assert not imported & {"mbproj.dynamics.derivatives", "mbproj.dynamics.friction", "mbproj.projection"}
+        assert f"mbproj.motion.{name}" not in imported
+    assert not imported & {"mbproj.equations.derivatives", "mbproj.equations.friction", "mbproj.motion.projection"}
 
 
 #: The most modules of ours that a run of the five-bar imports: a scene pays only for what it contains.
@@ -332,13 +332,13 @@ MOST_IN_A_RUN = 180
 
 def test_a_run_passes_few_modules(tmp_path):
     run = f"mbproj(['run', 'mechanisms/five_bar.yaml', '-o', {str(tmp_path / 'results.h5')!r}])"
-    code = f"from mbproj.cli.main import mbproj\ntry: {run}\nexcept SystemExit as end: assert not end.code"
+    code = f"from mbproj.commands.main import mbproj\ntry: {run}\nexcept SystemExit as end: assert not end.code"
     ours = {name for name in imported_by(code) if name.partition(".")[0] == "mbproj"}
     assert len(ours) <= MOST_IN_A_RUN
 
 
 def test_help_and_the_package_itself_import_no_numbers():
-    help_text = "from mbproj.cli.main import mbproj\ntry: mbproj(['--help'])\nexcept SystemExit: pass"
+    help_text = "from mbproj.commands.main import mbproj\ntry: mbproj(['--help'])\nexcept SystemExit: pass"
     for code in ("import mbproj", "import mbproj.scene", help_text):
         assert not imported_by(code) & {"numpy", "h5py", "scipy", "matplotlib"}
 
@@ -360,8 +360,8 @@ def test_the_stub_has_the_public_names_in_their_modules():
     found = {
         node.module: {alias.name for alias in node.names} for node in stub.body if isinstance(node, ast.ImportFrom)
     }
-    assert (found.pop("collections.abc"), found.pop("mbproj.version")) == ({"Mapping"}, {"__version__"})
-    assert found.pop("mbproj.parts") == {"*"}
+    assert (found.pop("collections.abc"), found.pop("mbproj.base.version")) == ({"Mapping"}, {"__version__"})
+    assert found.pop("mbproj.scene.parts") == {"*"}
     homes = {module: set(names.split()) for module, names in mbproj.HOMES.items()}
-    assert homes.pop("mbproj.parts") == set(mbproj.parts.__all__)
+    assert homes.pop("mbproj.scene.parts") == set(mbproj.scene.parts.__all__)
     assert found == homes

@@ -9,17 +9,26 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene_text, settings_to_run, simulate
-from mbproj.constraints import PRIMITIVES
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
-from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
-from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
-from mbproj.constraints.primitive import Primitive
-from mbproj.constraints.rope import Rope
-from mbproj.dynamics import second_derivatives, third_derivatives
-from mbproj.joints import mesh, thread
-from mbproj.model import Binding, bind, bindings
+from mbproj.equations.derivatives import second_derivatives, third_derivatives
+from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.coupling import Coupling
+from mbproj.joints.primitives.plane_curves import (
+    Arc,
+    Face,
+    FacePlace,
+    FaceSlip,
+    Gap,
+    Lap,
+    PlaceOnFirst,
+    PlaceOnSecond,
+    Profile,
+    SlipOfTwo,
+)
+from mbproj.joints.primitives.rope import Rope
+from mbproj.joints.primitives.space_curves import BesideFirst, BesideSecond, SpaceArc
+from mbproj.joints.primitives.table import PRIMITIVES
+from mbproj.joints.table import mesh, thread
+from mbproj.model.primitive_set import Binding, bind, bindings
 from tests.kernel.scenes import needs_kernel
 from tests.support import ON_CURVES, Recorder, assembled, made
 

@@ -12,7 +12,7 @@ from dataclasses import FrozenInstanceError, asdict, field, fields, replace
 
 import pytest
 
-from mbproj.dataclass import dataclass
+from mbproj.base.dataclass import dataclass
 
 
 def declared(dataclass, **options):

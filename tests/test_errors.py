@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from mbproj.errors import ExitCode, InputError, SimulationError, message_and_code
+from mbproj.base.errors import ExitCode, InputError, SimulationError, message_and_code
 
 SHORT = {"too long": "x" * 5000, "a directory": ".", "missing": "no/such"}
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.registry import PROJECTIONS
+from mbproj.base.registry import PROJECTIONS
 from scripts.extremes.extremes import EXTREMES
 from scripts.extremes.trial import Extreme, attempt, combinations, run
 from tests.crossed import FULL, cover

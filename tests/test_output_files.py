@@ -13,13 +13,13 @@ from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 import mbproj
-from mbproj.cli import mbproj as group
-from mbproj.control_characters import escaped, escaped_text
-from mbproj.errors import InputError
-from mbproj.figures.save import save
-from mbproj.output_files import JUNIT, SCENE, SCHEMA, check_replaceable, hdf5, picture, replacing, write_csv, write_text
-from mbproj.output_files import csv as csv_kind
-from mbproj.output_files.written_table import check_table, write_table
+from mbproj.base.errors import InputError
+from mbproj.base.text import escaped, escaped_text
+from mbproj.commands.main import mbproj as group
+from mbproj.results.output_files import JUNIT, SCENE, SCHEMA, check_replaceable, hdf5, picture, replacing, write_text
+from mbproj.results.output_files import csv as csv_kind
+from mbproj.results.table_files import check_table, write_csv, write_table
+from mbproj.show.figures.style import save
 from tests.support import ROOT
 
 # What a command writes appears whole, is nobody else's before, and replaces nothing but its own kind.

@@ -15,11 +15,11 @@ import yaml
 from click.testing import CliRunner, Result
 
 from mbproj import read_scene
-from mbproj.cli import mbproj
-from mbproj.joints import JOINTS, TWO_ANGLES, JointType, Parameter
+from mbproj.base.registry import PROJECTIONS, integrator_choices, is_embedded
+from mbproj.commands.main import mbproj
+from mbproj.joints.table import JOINTS, TWO_ANGLES, JointType, Parameter
 from mbproj.kernel import core
-from mbproj.registry import PROJECTIONS, integrator_choices, is_embedded
-from mbproj.scene import ELEMENTS
+from mbproj.scene.blocks.elements import ELEMENTS
 from tests.crossed import some
 from tests.kernel.scenes import needs_kernel
 from tests.support import MECHANISMS, OWN, parameter

@@ -13,12 +13,12 @@ import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
 import mbproj as package
-from mbproj.cli import mbproj as group
-from mbproj.cli.report import build_info
-from mbproj.errors import InputError
-from mbproj.report_schema import ANY_NAME, report_of
-from mbproj.report_schema.info import NOT_BUILT
-from mbproj.report_schema.reports import REPORTS
+from mbproj.base.errors import InputError
+from mbproj.commands import info as build_info
+from mbproj.commands.main import mbproj as group
+from mbproj.results.report_schema.facts import ANY_NAME, report_of
+from mbproj.results.report_schema.files import NOT_BUILT
+from mbproj.results.report_schema.reports import REPORTS
 from tests.cli.commands import FIVE_BAR, mbproj
 from tests.cli.reports import PRINTED_BY, all_of, refuse_what_no_table_says, said_in
 from tests.crossed import where
@@ -249,7 +249,7 @@ def test_each_fact_is_said(folder, name):
 
 def test_what_is_said_of_a_missing_kernel(monkeypatch):
     monkeypatch.setattr(build_info, "build_info", lambda: "it is lost")
-    said = build_info.facts()
+    said = build_info.build_facts()
     refuse_what_no_table_says(["info", "--build"], said)
     assert said["kernel"].keys() == {"built", "reason", "advice"}
 

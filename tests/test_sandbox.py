@@ -8,9 +8,9 @@ import time
 
 import pytest
 
-from mbproj import sandbox
-from mbproj.errors import InputError, Problem
-from mbproj.sandbox import try_in_sandbox
+from mbproj.base import sandbox
+from mbproj.base.errors import InputError, Problem
+from mbproj.base.sandbox import try_in_sandbox
 
 
 @pytest.fixture

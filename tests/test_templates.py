@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.errors import ExitCode, InputError
-from mbproj.scene import read_scene_text
-from mbproj.studies import run_task, tasks
-from mbproj.templates import TEMPLATES, scene_text
+from mbproj.base.errors import ExitCode, InputError
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.templates.table import TEMPLATES, scene_text
+from mbproj.studies.batch import run_task, tasks
 from tests.cli.commands import mbproj
 from tests.kernel.scenes import needs_kernel
 

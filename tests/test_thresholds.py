@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import pytest
 
+from mbproj.base.thresholds import THRESHOLDS, Thresholds, of_the_kernel, threshold_table
 from mbproj.kernel import core
-from mbproj.thresholds import THRESHOLDS, Thresholds, of_the_kernel, table
 from tests.cli.commands import mbproj
 from tests.support import ROOT
 
@@ -49,7 +49,7 @@ COEFFICIENTS = {
 
 
 def test_each_has_a_value_a_unit_a_reason_and_a_source():
-    rows = table()
+    rows = threshold_table()
     assert len({row.name for row in rows}) == len(rows) > 80
     for row in rows:
         assert math.isfinite(row.value) and row.value > 0.0, row.name
@@ -68,7 +68,7 @@ def test_each_is_used():
     kernel = "".join(
         path.read_text(encoding="utf-8") for path in KERNEL.rglob("*.?pp") if path.name != "thresholds.hpp"
     )
-    for row in table():
+    for row in threshold_table():
         in_python = re.search(rf"THRESHOLDS\.{row.name}\b", python) is not None
         in_kernel = re.search(rf"(thresholds_?|from|below)\.{row.name}\b", kernel) is not None
         assert (in_python, in_kernel) == (row.used_by != "kernel", row.used_by != "numpy"), row.name
@@ -131,7 +131,7 @@ def test_info_prints_them(tmp_path):
     has = json.loads(data.stdout)
     assert {name: entry["value"] for name, entry in has.items()} == vars(THRESHOLDS)
     assert set(has["widest_turn"]) == {"value", "unit", "used_by", "why", "source"}
-    for row in table():
+    for row in threshold_table():
         assert re.search(rf"^{row.name} +{re.escape(f'{row.value:g}')} {re.escape(row.unit)} \(", text.stdout, re.M)
         assert row.why in text.stdout
 

@@ -7,8 +7,8 @@ from math import sqrt
 
 import numpy as np
 
-from mbproj.dynamics import State
-from mbproj.model import System
+from mbproj.equations.assembly.assemble import State
+from mbproj.model.system import System
 
 from .mechanisms import PARALLELOGRAM, TOP, TWO_PINS, WHEEL, axis_of_top, chain, pendulum, swinging
 from .trial import Done, Extreme

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.special import ellipj, ellipk
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 #: A bar on a pin, and a wheel on an axle at its end, which the bar does not turn.
 WHEEL = """

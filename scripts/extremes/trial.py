@@ -10,16 +10,15 @@ from time import perf_counter
 import numpy as np
 
 from mbproj import InputError, SimulationError, assemble, compile_system, initial_guess, settings_to_run, simulate
-from mbproj.arrays import Array
-from mbproj.dynamics import State
-from mbproj.integrate import Report
-from mbproj.model import System
-from mbproj.registry import PROJECTIONS
-from mbproj.runs import notes_on
-from mbproj.scene import Scene, read_scene_text
-from mbproj.scene.records import ProjectionSettings, Settings
-from mbproj.settings import SETTINGS
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.arrays import Array
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import SETTINGS, ProjectionSettings, Settings
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.model.system import System
+from mbproj.motion.report import Report
+from mbproj.scene.scene import Scene, read_scene_text
+from mbproj.studies.record import notes_on
 
 from .time_limit import at_most
 

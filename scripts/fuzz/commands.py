@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from fuzz.values import any_value, path
-from mbproj.cli.main import mbproj
+from mbproj.commands.main import mbproj
 
 #: What each command works with, short enough to end at once, and how often it is drawn: those that start processes of
 #: their own take a second each.

@@ -70,7 +70,7 @@ def _become(
             os.dup2(output if stdout is None else os.open(stdout, os.O_WRONLY), 1)
             sys.stdout = io.TextIOWrapper(io.FileIO(1, "w"), encoding=encoding)
         sys.stderr = io.TextIOWrapper(io.FileIO(2, "w"), encoding=encoding, errors="backslashreplace")
-        from mbproj.cli.main import main
+        from mbproj.commands.main import main
 
         main()
     except SystemExit as end:

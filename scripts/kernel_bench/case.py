@@ -10,13 +10,13 @@ from peers.problem import MECHANISMS
 from kernel_bench import scenes
 from kernel_bench.frequency import highest_frequency
 from mbproj import State, System, assemble, compile_system, initial_guess, read_scene
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.planar import InPlane
-from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import settle_rows
+from mbproj.base.settings import Settings
 from mbproj.kernel import core
-from mbproj.model.planar import NotPlanar, planar_reduction
-from mbproj.scene.records import Scene, Settings
+from mbproj.model.planar.reduction import NotPlanar, planar_reduction
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.reduced import InPlane, Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
+from mbproj.scene.scene import Scene
 
 #: The step in radians of the highest frequency; steps of a run: as many as keep the work of all runs alike.
 STEP_RADIANS, LEAST_STEPS, MOST_STEPS, BODY_STEPS = 0.1, 128, 5000, 100_000

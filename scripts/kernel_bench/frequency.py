@@ -6,8 +6,8 @@ import numpy as np
 from peers.problem import Array
 
 from mbproj import State
-from mbproj.integrate.formulations.compiled import Compiled
-from mbproj.integrate.formulations.planar import InPlane
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.reduced import InPlane
 
 #: Largest displacement, m or rad: the terms of second order and round-off are both small against what is of first.
 SMALL = 1e-5

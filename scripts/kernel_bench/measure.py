@@ -13,7 +13,7 @@ from time import thread_time
 from typing import Any
 
 from kernel_bench.case import Case
-from mbproj.integrate.formulations.compiled import PHASES
+from mbproj.motion.formulations.compiled import PHASES
 
 #: Longer than any run, s.
 FOREVER = 1e6

@@ -13,7 +13,9 @@ from collections.abc import Iterable
 import numpy as np
 from peers.problem import ACROSS, ALONG, GRAVITY, LENGTH, MASS, Array
 
-from mbproj.scene.records import GROUND, Body, Joint, Matrix, Pair, Scene, Settings, Vector
+from mbproj.base.settings import Settings
+from mbproj.scene.records import GROUND, Body, Joint, Matrix, Pair, Vector
+from mbproj.scene.scene import Scene
 
 #: Standard deviation of the kick, rad/s for each bar; its generator's seed.
 KICK, SEED = 1.0, 5

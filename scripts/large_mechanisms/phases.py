@@ -10,10 +10,10 @@ from typing import TypeVar
 import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, read_scene
-from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.formulations.redundant_rows import settle_rows
 from mbproj.kernel import core
-from mbproj.model.planar import planar_reduction
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
 
 PHASES = ("read", "compile", "assemble", "planar test", "redundant rows", "a sample's reactions")
 T = TypeVar("T")

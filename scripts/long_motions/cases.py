@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.scene.scene import Scene, read_scene, read_scene_text
 
 from .compiled import by_gauss, by_rattle
 from .exact import PI, Real, angle_of, axis_of_top

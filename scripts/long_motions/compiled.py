@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 from peers.compiled import library
 
-from mbproj.dynamics import assemble
-from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene.records import Joint, Scene
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.records import Joint
+from mbproj.scene.scene import Scene
 
 Array = np.ndarray
 #: A scalar row of two bodies, as the C++ has it.

@@ -8,7 +8,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from mbproj.figures.style import LINES, page_width, styled
+from mbproj.show.figures.style import LINES, page_width, styled
 
 #: Height of a row of panels, inches.
 ROW = 1.5

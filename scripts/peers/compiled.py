@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.integrate.steppers.tableau import load_tableau
+from mbproj.motion.steppers.tableau import load_tableau
 from peers.peer import (
     NotConverged,
     Observation,

@@ -20,9 +20,9 @@ from mbproj import (
     settings_to_run,
     simulate,
 )
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.integrate.simulate import Recorder
-from mbproj.scene.records import Scene
+from mbproj.equations.recorded import Block
+from mbproj.motion.simulate import Recorder
+from mbproj.scene.scene import Scene
 from peers.peer import (
     NotConverged,
     Observation,

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from mbproj import InputError, Scene, SimulationError, State, System, mobility, read_scene_text, settings_to_run
-from mbproj.arrays import Array
-from mbproj.dynamics.equations.constraint_equations import jacobian
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.integrate.formulations.full import FullFormulation
+from mbproj.base.arrays import Array
+from mbproj.equations.constraints import jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.motion.formulations.full import FullFormulation
 from mbproj.scene.records import GROUND, BodyForce, PointForce
 
 from .elimination import in_the_kernel

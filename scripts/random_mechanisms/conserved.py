@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj import System
-from mbproj.arrays import Numbers
-from mbproj.dynamics.equations.kinematics import body_rates, pose_of, twist_of
-from mbproj.dynamics.observe.samples import Samples
+from mbproj.base.arrays import Numbers
+from mbproj.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.equations.samples import Samples
 
 
 def momentum(system: System, samples: Samples) -> tuple[Numbers, float]:

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from mbproj import System
-from mbproj.arrays import Array
-from mbproj.dynamics.equations.constraint_equations import jacobian
-from mbproj.dynamics.equations.equations_of_motion import mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.integrate.formulations.full import Accelerations
+from mbproj.base.arrays import Array
+from mbproj.equations.constraints import jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.of_motion import mass_matrix
+from mbproj.motion.formulations.full import Accelerations
 
 from .round_off import RoundOff
 

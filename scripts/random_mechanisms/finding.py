@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Numbers
+from mbproj.base.arrays import Numbers
 
 #: In SI units: what round-off makes of nothing, where nothing moves and nothing acts.
 NOTHING = 1e-25

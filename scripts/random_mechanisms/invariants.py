@@ -7,10 +7,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from mbproj import System
-from mbproj.arrays import Numbers
-from mbproj.dynamics.equations.constraint_equations import jacobian
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.equations.round_off import position_grain, velocity_grain
+from mbproj.base.arrays import Numbers
+from mbproj.equations.constraints import jacobian, position_grain, velocity_grain
+from mbproj.equations.kinematics import pose_of, twist_of
 
 from .conserved import angular_momentum, momentum
 from .finding import Finding, off

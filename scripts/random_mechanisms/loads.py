@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS
 from mbproj.scene.records import GROUND
 
 from .drawing import Drawing, short

@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mbproj import State, System
-from mbproj.arrays import Array, Integers
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.observe.recorded import Block, Observer
-from mbproj.dynamics.observe.samples import Samples, join, stack
-from mbproj.integrate.formulations.choice import Choice, choose
-from mbproj.integrate.formulations.full import Accelerations, FullFormulation
-from mbproj.integrate.kernel_run import march_in_kernel
-from mbproj.integrate.numpy_loop import march
-from mbproj.integrate.reporting.tally import Tally
-from mbproj.scene.records import Settings
+from mbproj.base.arrays import Array, Integers
+from mbproj.base.settings import Settings
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.recorded import Block, Observer
+from mbproj.equations.samples import Samples, join, stack
+from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.formulations.full import Accelerations, FullFormulation
+from mbproj.motion.kernel_run import march_in_kernel
+from mbproj.motion.numpy_loop import march
+from mbproj.motion.report import Tally
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hypothesis import strategies as st
 
-from mbproj.joints import JOINTS
+from mbproj.joints.table import JOINTS
 
 #: Types of joints that make the tree and those that close its loops, in space and where all stay in a plane.
 TREE = tuple(name for name in JOINTS if JOINTS[name].frame != "joints")

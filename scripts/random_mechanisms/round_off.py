@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj import System
-from mbproj.arrays import Array, Integers
-from mbproj.dynamics.equations.constraint_equations import gamma, jacobian
-from mbproj.dynamics.equations.equations_of_motion import generalised_force, mass_matrix
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.integrate.formulations.full import Accelerations
+from mbproj.base.arrays import Array, Integers
+from mbproj.equations.constraints import gamma, jacobian
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.of_motion import generalised_force, mass_matrix
+from mbproj.motion.formulations.full import Accelerations
 
 #: Roundings that add up in an entry of the equations and of their solution, as a relative error: some 450 ε.
 ROUND_OFF = 1e-13

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from mbproj import InputError, State, System, assemble, compile_system, initial_guess, mobility, read_scene_text
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.conditioning import conditioning
-from mbproj.dynamics.rank.redundancy import redundancy
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.redundancy import conditioning, redundancy
 
 #: Rows nearer than this to dependence are those of a pose next to a singular one, which other tests are for.
 NEAR_SINGULAR = 1e-4

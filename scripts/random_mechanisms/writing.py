@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mbproj.joints import COORDINATE_UNITS, JOINTS
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS
 from mbproj.scene.records import GROUND
 
 from .drawing import Drawing, flow, short

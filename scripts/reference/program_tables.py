@@ -8,24 +8,22 @@ from collections.abc import Collection, Iterator, Sequence
 import click
 
 import mbproj
-from mbproj.cli.explained import Command, Part
-from mbproj.cli.main import COMMANDS
-from mbproj.cli.main import mbproj as group
-from mbproj.cli.report.thresholds import USERS
-from mbproj.cli.scene_options import SCENE_OPTIONS
-from mbproj.errors import ExitCode
-from mbproj.figures.kinds import KINDS
-from mbproj.figures.sweeps import PICTURES
-from mbproj.report_schema import ANY_NAME, Fact
-from mbproj.report_schema.info import ROOT
-from mbproj.report_schema.reports import REPORTS
+from mbproj.base.errors import ExitCode
+from mbproj.base.thresholds import threshold_table
+from mbproj.commands.info import USERS
+from mbproj.commands.main import COMMANDS
+from mbproj.commands.main import mbproj as group
+from mbproj.commands.options import SCENE_OPTIONS, Command, Part
 from mbproj.results.layout import ALL_NAMES, CONSTANTS, DATASETS, LATER
-from mbproj.results.linear.model_file import LAYOUT as MODEL
-from mbproj.results.linear.modes_file import LAYOUT as MODES
-from mbproj.results.linear.parts import FileLayout
-from mbproj.studies.stability.quantities import QUANTITIES
+from mbproj.results.linear_files import MODEL_LAYOUT as MODEL
+from mbproj.results.linear_files import MODES_LAYOUT as MODES
+from mbproj.results.linear_files import FileLayout
+from mbproj.results.report_schema.facts import ANY_NAME, Fact
+from mbproj.results.report_schema.files import ROOT
+from mbproj.results.report_schema.reports import REPORTS
+from mbproj.show.figures.kinds import KINDS, SWEEP_PICTURES
+from mbproj.studies.stability import QUANTITIES
 from mbproj.studies.verify.checks import CHECKS
-from mbproj.thresholds import table as threshold_table
 
 from .markdown import code, table
 
@@ -169,7 +167,7 @@ def pictures() -> str:
 
 
 def sweep_pictures() -> str:
-    return table(["kind", "what it shows"], [[code(name), kind.summary] for name, kind in PICTURES.items()])
+    return table(["kind", "what it shows"], [[code(name), kind.summary] for name, kind in SWEEP_PICTURES.items()])
 
 
 def checks() -> str:

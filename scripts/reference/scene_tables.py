@@ -5,20 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mbproj import registry
-from mbproj.joints import JOINTS
-from mbproj.scene.blocks.control.blocks import BLOCKS
-from mbproj.scene.blocks.control.controllers import CONTROLLER_KEYS
-from mbproj.scene.blocks.control.signals import SIGNAL_KEYS, STATE_KEYS
-from mbproj.scene.blocks.forces.force_types import FORCE_RECORDS
+from mbproj.base import registry
+from mbproj.base.settings import SETTINGS, SettingEntry, option_name
+from mbproj.joints.table import JOINTS
+from mbproj.scene.blocks.control_blocks import BLOCKS
+from mbproj.scene.blocks.forces import FORCE_RECORDS
 from mbproj.scene.blocks.motions import KINDS
 from mbproj.scene.blocks.observables import COMPONENTS, MOMENTS, OBSERVABLES, OF_BUSHINGS
-from mbproj.scene.blocks.simulation import OF_PROJECTION, SIMULATION
+from mbproj.scene.blocks.signals import CONTROLLER_KEYS, SIGNAL_KEYS, STATE_KEYS
 from mbproj.scene.expressions.evaluate import FUNCTIONS
 from mbproj.scene.expressions.units import SYMBOLS
 from mbproj.scene.fields.fields import Field
-from mbproj.scene.grammar import JOINT, MARKER, SCENE
-from mbproj.settings import SETTINGS, SettingEntry, option_name
+from mbproj.scene.grammar import JOINT, MARKER, OF_PROJECTION, SCENE, SIMULATION
 
 from .markdown import code, codes, table
 

@@ -9,8 +9,10 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from mbproj.errors import InputError
-from mbproj.results import DATASETS, Results, open_results
+from mbproj.base.errors import InputError
+from mbproj.results.layout import DATASETS
+from mbproj.results.reader import open_results
+from mbproj.results.record import Results
 
 from .watched import PROGRAM, ROOT
 

@@ -15,19 +15,19 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-from mbproj.cli.main import COMMANDS, main
+from mbproj.commands.main import COMMANDS, main
 
 ROOT = Path(__file__).resolve().parents[2]
-PROGRAM = "from mbproj.cli import main; main()"
+PROGRAM = "from mbproj.commands.main import main; main()"
 #: Exit codes that a file from elsewhere may lead to; 1 is a fault of ours.
 ALLOWED = (0, 2, 3, 4)
 #: What commands import when they are used.
 IMPORTED = (
     "mbproj.studies.verify",
-    "mbproj.figures.save",
-    "mbproj.figures.panels",
-    "mbproj.analysis.same_motion",
-    "mbproj.integrate",
+    "mbproj.show.figures.style",
+    "mbproj.show.figures.panels",
+    "mbproj.results.analysis.comparison",
+    "mbproj.motion",
     "matplotlib.backends.backend_agg",
 )
 
@@ -56,7 +56,7 @@ class Ending:
 
 def warm_up() -> None:
     """Imports what the children will need."""
-    for name in (*(f"mbproj.cli.{command.replace('-', '_')}" for command in COMMANDS), *IMPORTED):
+    for name in (*(f"mbproj.commands.{command.replace('-', '_')}" for command in COMMANDS), *IMPORTED):
         import_module(name)
 
 

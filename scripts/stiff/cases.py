@@ -9,9 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.scene.records import Scene
+from mbproj.base.arrays import Array
+from mbproj.scene.scene import Scene, read_scene, read_scene_text
 
 MECHANISMS = Path(__file__).parents[2] / "mechanisms"
 

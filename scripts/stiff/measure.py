@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dynamics.observe.recorded import Block, Observation
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.scene.records import Scene, Settings
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.base.arrays import Array
+from mbproj.base.errors import SimulationError
+from mbproj.base.settings import Settings
+from mbproj.equations.recorded import Block, Observation
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import Scene
+from mbproj.studies.measure.solve import Mechanism
 
 SAMPLES = 10
 #: From coarse to fine, among which the cheapest run for an error is.

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
-from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.scene import read_scene_text
+from mbproj.base.arrays import Array, Integers, Numbers
+from mbproj.equations.recorded import Block
+from mbproj.scene.scene import read_scene_text
 
 from .case import Case
 from .quantities import COMPONENTS, Column, Done, quantity

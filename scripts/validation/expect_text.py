@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 from .case import Case
 from .compare import reference

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from mbproj import Report
-from mbproj.arrays import Array
-from mbproj.model import System
+from mbproj.base.arrays import Array
 from mbproj.model.euler_parameters import rotation_matrix
-from mbproj.scene import Scene
+from mbproj.model.system import System
+from mbproj.scene.scene import Scene
 
 #: Where a component stands; a scalar has none.
 COMPONENTS = {"": 0, **dict(zip("xyz", range(3), strict=True)), **{f"e{k}": k for k in range(4)}}

@@ -10,12 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from mbproj.analysis import common_samples, energy_drift, peak, trajectory_difference, worst
-from mbproj.analysis.summary import summary
-from mbproj.analysis.thinned import COLUMNS, MANY, thinned
-from mbproj.errors import InputError
-from mbproj.figures.panels import thin
-from mbproj.results import ResultsWriter, open_results
+from mbproj.base.errors import InputError
+from mbproj.results.analysis.comparison import common_samples, trajectory_difference
+from mbproj.results.analysis.summary import energy_drift, peak, summary, worst
+from mbproj.results.analysis.tables import COLUMNS, MANY, thinned
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
+from mbproj.show.figures.panels import thin
 from tests.results.pendulum_blocks import AMPLITUDE, GRAVITY, LENGTH, MASS, NAMES, NO_NAMES, block, record, scene, times
 
 

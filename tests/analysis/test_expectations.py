@@ -8,10 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.analysis.expectations import Outcome, outcomes
-from mbproj.analysis.observed import series
-from mbproj.results import DATASETS, Results, open_results
-from mbproj.scene import MECHANICAL_ADVANTAGE, OBSERVABLES, TRANSMISSION_ANGLE, VELOCITY_RATIO, Expectation
+from mbproj.results.analysis.expectations import Outcome, outcomes, series
+from mbproj.results.layout import DATASETS
+from mbproj.results.reader import open_results
+from mbproj.results.record import Results
+from mbproj.scene.blocks.observables import MECHANICAL_ADVANTAGE, OBSERVABLES, TRANSMISSION_ANGLE, VELOCITY_RATIO
+from mbproj.scene.records import Expectation
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, RATE, record
 
 

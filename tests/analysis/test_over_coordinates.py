@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene_text, run
-from mbproj.analysis.expectations import curves_at, outcomes, passed
-from mbproj.figures import KINDS, draw, why_not
-from mbproj.results import open_results
-from mbproj.scene import Passage
+from mbproj.results.analysis.expectations import curves_at, outcomes, passed
+from mbproj.results.reader import open_results
+from mbproj.scene.records import Passage
+from mbproj.show.figures.kinds import KINDS, draw, why_not
 from tests.cli.commands import mbproj
 from tests.crossed import full
 

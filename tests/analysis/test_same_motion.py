@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.analysis.common_quantities import COMPARED
-from mbproj.analysis.growth import growth
-from mbproj.analysis.same_motion import MotionComparison, compare_motions
-from mbproj.analysis.trust import horizons, settled
-from mbproj.errors import InputError
-from mbproj.results import ResultsWriter, open_results
+from mbproj.base.errors import InputError
+from mbproj.results.analysis.comparison import COMPARED, MotionComparison, compare_motions
+from mbproj.results.analysis.trust import growth, horizons, settled
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.results.pendulum_blocks import NAMES, block, scene, times
 
 # Two results of a pendulum in closed form: the same motion, and where they part when one is disturbed.

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import spearmanr
 
-from mbproj.analysis.sensitivity import rank_correlation, rank_interval, sobol_indices
-from mbproj.studies import saltelli
+from mbproj.results.analysis.sensitivity import rank_correlation, rank_interval, sobol_indices
+from mbproj.studies.sweep.spec import saltelli
 
 A, B = 7.0, 0.1
 #: sin x + A sin² y + B z⁴ sin x of uniform x, y, z in ±π (Ishigami and Homma 1990): parts of its variance.

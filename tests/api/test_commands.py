@@ -13,9 +13,9 @@ import pytest
 from click.testing import CliRunner
 
 import mbproj
-from mbproj.cli import MODULES
-from mbproj.cli import mbproj as group
-from mbproj.settings import SETTINGS
+from mbproj.base.settings import SETTINGS
+from mbproj.commands.main import MODULES
+from mbproj.commands.main import mbproj as group
 from tests.studies.sweep.specs import write
 from tests.support import ROOT
 

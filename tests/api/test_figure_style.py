@@ -9,9 +9,8 @@ from click.testing import CliRunner
 from matplotlib.font_manager import findfont
 
 import mbproj
-from mbproj.cli import mbproj as command
-from mbproj.figures import REFUSED, STYLE, read_sheet
-from mbproj.figures.style import line, look, page_width
+from mbproj.commands.main import mbproj as command
+from mbproj.show.figures.style import REFUSED, STYLE, line, look, page_width, read_sheet
 from tests.support import ROOT
 
 SHEET = """\

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.cli import COMMANDS
-from mbproj.cli import mbproj as group
+from mbproj.commands.main import COMMANDS
+from mbproj.commands.main import mbproj as group
 from tests.support import ROOT
 
 #: A line, and what stands in what it shows.

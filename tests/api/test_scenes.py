@@ -9,8 +9,8 @@ import pytest
 
 import mbproj
 from mbproj import InputError, read_scene, read_scene_text
-from mbproj.joints import JOINTS
-from mbproj.parts.classes import CLASSES
+from mbproj.joints.table import JOINTS
+from mbproj.scene.parts import CLASSES
 from scripts import write_parts
 from tests.crossed import some
 from tests.support import ROOT

@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 
 import mbproj
-from mbproj.api.settings import RunSettings
-from mbproj.cli import mbproj as group
-from mbproj.settings import HOW, SETTINGS, option_name, settings_taken
+from mbproj.base.settings import HOW, SETTINGS, option_name, settings_taken
+from mbproj.commands.main import mbproj as group
+from mbproj.commands.python.arguments import RunSettings
 
 #: A pendulum on a hinge with a rigid stop that it does not reach.
 SCENE = """
@@ -119,7 +119,7 @@ def test_a_setting_is_in_the_key_of_a_store(name, monkeypatch):
     def asked(what: Any, *_: object) -> None:
         raise Asked(json.dumps(what))
 
-    monkeypatch.setattr("mbproj.studies.stability.bisection.ValueCache", asked)
+    monkeypatch.setattr("mbproj.studies.store.ValueCache", asked)
 
     before, changed = values_for(name)
 

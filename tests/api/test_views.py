@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.results import AXES, columns
+from mbproj.results.views import AXES, columns
 from tests.support import ROOT
 
 
@@ -30,7 +30,7 @@ def test_columns_hold_every_number_once(results):
 
 
 def test_every_symbol_of_the_layout_has_a_dimension():
-    from mbproj.results import DATASETS, LATER
+    from mbproj.results.layout import DATASETS, LATER
 
     assert {each.symbol for each in (*DATASETS, *LATER) if each.symbol} == set(AXES)
 

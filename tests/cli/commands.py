@@ -42,7 +42,7 @@ def environment() -> dict[str, str]:
 def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
     """`mbproj ARGUMENTS` in `folder`, in this process, without the start of another. What it prints as JSON is as the
     tables of facts say."""
-    from mbproj.cli import main
+    from mbproj.commands.main import main
 
     words = [str(each) for each in arguments]
     with _as_a_process(words, folder) as (out, err), pytest.raises(SystemExit) as end:
@@ -55,7 +55,7 @@ def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]
 
 def begun(*arguments: object, folder: Path, when: Callable[[], object]) -> subprocess.Popen[str]:
     """`mbproj ARGUMENTS` in a process of its own, which has come to where `when()` holds; for at most two minutes."""
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", *map(str, arguments)]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", *map(str, arguments)]
     variables, pipe = environment() | {"MBPROJ_CACHE": str(folder / "cache")}, subprocess.PIPE
     process = subprocess.Popen(program, cwd=folder, env=variables, stdout=pipe, stderr=pipe, text=True)
     deadline = time.monotonic() + 120.0
@@ -95,7 +95,7 @@ def _as_a_process(words: list[str], folder: Path) -> Iterator[tuple[io.BytesIO, 
         patch.setattr(sys, "stderr", io.TextIOWrapper(err, "utf-8"))
         patch.setattr(sys, "unraisablehook", sys.unraisablehook)
         patch.setattr("mbproj.studies.parallel.hand_out.processors", lambda: 1)
-        patch.setattr("mbproj.studies.parallel.bundles.in_parallel", in_this_process)
+        patch.setattr("mbproj.studies.parallel.hand_out.in_parallel", in_this_process)
         try:
             yield out, err
         finally:

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import click
 
-from mbproj.cli.explained import Command
-from mbproj.cli.main import COMMANDS
-from mbproj.cli.main import mbproj as group
-from mbproj.mechanisms_folder import mechanism, validation_scenes
+from mbproj.base.mechanisms_folder import mechanism, validation_scenes
+from mbproj.commands.main import COMMANDS
+from mbproj.commands.main import mbproj as group
+from mbproj.commands.options import Command
 from tests.cli.commands import mbproj, succeeds
 
 #: These run many simulations, or until Ctrl-C: tests read their examples. scripts/run_guide.py runs all but watch's.

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 import mbproj
-from mbproj.studies.parallel import bundles, hand_out
+from mbproj.studies.parallel import hand_out
 
 #: What commands import when they need it, beside mbproj's own modules.
 OTHERS = ("matplotlib.backends.backend_agg", "scipy.integrate", "scipy.optimize", "scipy.sparse.linalg", "scipy.stats")
@@ -51,7 +51,7 @@ def become(request: dict[str, Any]) -> None:
         os.close(stream)
     sys.stdin, sys.stdout, sys.stderr = open(0), open(1, "w"), open(2, "w", buffering=1)  # noqa: SIM115
     hand_out.processors = lambda: 1  # the tests take all, and starting a worker takes longer than most studies here
-    bundles.in_parallel = in_this_process
+    hand_out.in_parallel = in_this_process
 
 
 def in_this_process(
@@ -72,7 +72,7 @@ def preload() -> None:
 
 def warm_up() -> None:
     """Makes what is made on first use, such as the fields of scenes: it takes half of a short run."""
-    from mbproj.cli.main import mbproj as commands
+    from mbproj.commands.main import mbproj as commands
 
     scene = Path(__file__).parents[2] / "mechanisms" / "five_bar.yaml"
     with tempfile.TemporaryDirectory() as folder:

@@ -8,10 +8,9 @@ from typing import Any
 
 from jsonschema import Draft202012Validator
 
-from mbproj.report_schema import ALWAYS, Fact
-from mbproj.report_schema.reports import REPORTS
-from mbproj.report_schema.schema import report_schema
-from mbproj.report_schema.settings import APPLIES
+from mbproj.results.report_schema.facts import ALWAYS, Fact
+from mbproj.results.report_schema.reports import REPORTS, report_schema
+from mbproj.results.report_schema.runs import APPLIES
 
 #: The reports by the command and the option that print them; the longest that fits counts.
 PRINTED_BY = {tuple(command.split()): name for name, report in REPORTS.items() for command in report.commands}

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from mbproj import open_results, read_scene
-from mbproj.cli.report.trust import lines_on
+from mbproj.commands.report.summary import lines_on
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, begun, mbproj, succeeds
 from tests.cli.commands import mbproj as run_mbproj
 from tests.support import ROOT

@@ -16,11 +16,11 @@ from xml.etree import ElementTree as Xml
 import h5py
 import pytest
 
-from mbproj.cli.report.junit import junit
-from mbproj.errors import ExitCode
+from mbproj.base.errors import ExitCode
+from mbproj.commands.report.junit import junit
 from mbproj.kernel import core
-from mbproj.results import stamp_attributes
-from mbproj.studies import SceneResult
+from mbproj.results.file.checksums import stamp_attributes
+from mbproj.studies.batch import SceneResult
 from tests.cli.commands import mbproj
 from tests.crossed import full
 from tests.studies.scenes import HOLDS, SHORT, failing, hanging, write, wrong
@@ -240,7 +240,17 @@ def test_no_process_is_left_behind(tmp_path: Path, number: signal.Signals) -> No
     """Ctrl-C, a pipeline that is cancelled, or a kill: what was done is reported, but for the last."""
     write(tmp_path, "a", HOLDS)
     hanging(tmp_path, "b")
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()", "batch", ".", "--junit", "r.xml", "-j", "1"]
+    program = [
+        sys.executable,
+        "-c",
+        "from mbproj.commands.main import main; main()",
+        "batch",
+        ".",
+        "--junit",
+        "r.xml",
+        "-j",
+        "1",
+    ]
     run = subprocess.Popen(
         program,
         cwd=tmp_path,

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.errors import InputError
-from mbproj.integrate import simulate
-from mbproj.mechanisms_folder import mechanism
-from mbproj.runs import notes_on
-from mbproj.scene import read_scene, settings_to_run
+from mbproj.base.errors import InputError
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.record import notes_on
 from tests.cli.commands import mbproj as command
 from tests.support import ROOT, assembled
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import h5py
 import pytest
 
-from mbproj.errors import ExitCode
-from mbproj.results import ResultsWriter
+from mbproj.base.errors import ExitCode
+from mbproj.results.writer import ResultsWriter
 from tests.cli.commands import FIVE_BAR, mbproj, succeeds
 from tests.results.pendulum_blocks import NAMES, block, record, scene, times
 from tests.results.processes import killed

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from mbproj import continue_run, open_results
-from mbproj.errors import InputError
-from mbproj.results import DATASETS, SLOTS
+from mbproj.base.errors import InputError
+from mbproj.results.crash_safety import SLOTS
+from mbproj.results.layout import DATASETS
 from tests.cli.commands import SLIDER_CRANK, environment, mbproj, succeeds
 from tests.crossed import full
 
@@ -70,7 +71,7 @@ def test_append_into_another_file_leaves_the_first_as_it_was(tmp_path):
 @pytest.mark.full
 def test_a_killed_run_is_finished(tmp_path):
     options = ["--step", "1e-4", "--output-step", "1e-3"]
-    program = [sys.executable, "-c", "from mbproj.cli import main; main()"]
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()"]
     process = subprocess.Popen(
         [*program, "run", SLIDER_CRANK, "--duration", "40", "-q", "-o", "run.h5", *options],
         cwd=tmp_path,

@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
 from tests.cli.commands import mbproj, succeeds
 
 SCENE = """\

@@ -15,16 +15,15 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli.explained import GroupedOption, Part
-from mbproj.cli.main import COMMANDS, GROUPS
-from mbproj.cli.main import mbproj as group
-from mbproj.cli.studies.pictures import OF_DESIGNS
-from mbproj.figures import KINDS
-from mbproj.figures.sweeps import PICTURES
+from mbproj.base.mechanisms_folder import mechanism, mechanisms, validation_scenes
+from mbproj.base.registry import PROJECTIONS
+from mbproj.commands.main import COMMANDS, GROUPS
+from mbproj.commands.main import mbproj as group
+from mbproj.commands.options import GroupedOption, Part
+from mbproj.commands.plot import OF_DESIGNS
 from mbproj.guide.pages import pages
-from mbproj.mechanisms_folder import mechanism, mechanisms, validation_scenes
-from mbproj.registry import PROJECTIONS
-from mbproj.studies import QUANTITIES
+from mbproj.show.figures.kinds import KINDS, SWEEP_PICTURES
+from mbproj.studies.stability import QUANTITIES
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
 from tests.cli.examples import examples, fill, named
 from tests.support import ROOT
@@ -320,7 +319,7 @@ def shell(request, tmp_path_factory) -> Shell:
     folder = tmp_path_factory.mktemp("commands")
     script = folder / "mbproj"
     script.write_text(
-        f"#!/bin/sh\nPYTHONPATH='{ROOT}' exec '{sys.executable}' -c 'from mbproj.cli import main; main()' \"$@\"\n"
+        f"#!/bin/sh\nPYTHONPATH='{ROOT}' exec '{sys.executable}' -c 'from mbproj.commands.main import main; main()' \"$@\"\n"
     )
     script.chmod(0o755)
     name, program = request.param
@@ -365,7 +364,7 @@ def test_options_and_their_choices(shell, files):
     assert sorted(shell.offers(files, "run", "--projection", "")) == sorted(PROJECTIONS)
     assert shell.offers(files, "run", "--integrator", "dopr") == ["dopri5"]
     assert shell.offers(files, "run", "--project-position", "t") == ["true"]
-    assert sorted(shell.offers(files, "plot", "--kind", "")) == sorted([*KINDS, *PICTURES, *OF_DESIGNS])
+    assert sorted(shell.offers(files, "plot", "--kind", "")) == sorted([*KINDS, *SWEEP_PICTURES, *OF_DESIGNS])
     assert shell.offers(files, "plot", "--format", "sv") == ["svg"]
     assert sorted(shell.offers(files, "stability", "--vary", "")) == sorted(QUANTITIES)
     assert shell.offers(files, "new", "slid") == ["slider-crank"]

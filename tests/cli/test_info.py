@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mbproj import __version__, kernel, open_results
-from mbproj.registry import FORMULATIONS
+from mbproj.base.registry import FORMULATIONS
 from tests.cli.commands import SLIDER_CRANK, mbproj, succeeds
 from tests.crossed import full
 from tests.integrate.stiff_scenes import CREEP

@@ -26,13 +26,13 @@ from tests.studies.scenes import write
 from tests.support import ROOT
 
 pytestmark = needs_kernel
-SCRIPT = "import sys\nfrom mbproj.cli import main\nsys.exit(main())\n"
+SCRIPT = "import sys\nfrom mbproj.commands import main\nsys.exit(main())\n"
 SETTING = ("--duration", "0.5", "--step", "0.01", "--output-step", "0.01", "--projection", "gpopm")
 
 
 FULL = ("run", "five_bar.yaml", "--duration", "0.02")
 #: The program of `python -c`, which looks for packages in the current folder first.
-IN_FOLDER = "from mbproj.cli import main; main()"
+IN_FOLDER = "from mbproj.commands.main import main; main()"
 
 
 class Places(NamedTuple):

@@ -102,8 +102,8 @@ def test_storing_a_verification_touches_no_other_file(tmp_path, run):
 
 def test_a_scene_that_was_changed_meanwhile_is_not_written_over(tmp_path):
     from mbproj import read_scene
-    from mbproj.errors import InputError
-    from mbproj.studies import write_back
+    from mbproj.base.errors import InputError
+    from mbproj.studies.recommend import write_back
 
     path = tmp_path / "five_bar.yaml"
     shutil.copy(FIVE_BAR, path)
@@ -131,7 +131,15 @@ def test_names_in_results_lead_out_of_no_folder(tmp_path, run):
 def test_a_name_that_is_no_text_and_a_screen_that_matplotlib_does_not_know(tmp_path):
     scene, picture, results = (os.fsdecode(b"\xff" + name) for name in (b".yaml", b".png", b".h5"))
     shutil.copy(FIVE_BAR, tmp_path / scene)
-    program = [sys.executable, "-c", "from mbproj.cli.main import main; main()", "check", scene, "--picture", picture]
+    program = [
+        sys.executable,
+        "-c",
+        "from mbproj.commands.main import main; main()",
+        "check",
+        scene,
+        "--picture",
+        picture,
+    ]
     surroundings = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "nonsense"}
     done = subprocess.run(program, cwd=tmp_path, env=surroundings, capture_output=True)
     assert (done.returncode, done.stderr) == (0, b"")

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene, settings_to_run, simulate
-from mbproj.cli.main import mbproj
-from mbproj.cli.report import progress
-from mbproj.cli.report.progress import Bar, Line, Pace, Telling
-from mbproj.integrate import kernel_run
-from mbproj.studies import TIMING, with_words
+from mbproj.commands.main import mbproj
+from mbproj.commands.report import progress
+from mbproj.commands.report.progress import Bar, Line, Pace, Telling
+from mbproj.motion import kernel_run
+from mbproj.studies.parallel.progress import TIMING, with_words
 from tests.cli.commands import FIVE_BAR
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel

@@ -18,11 +18,11 @@ import numpy as np
 import pytest
 
 from mbproj import open_results
-from mbproj.analysis import energy_drift
-from mbproj.cli.simulate.run import command
-from mbproj.errors import InputError
-from mbproj.integrate import EnergyWatch
-from mbproj.studies import Task, run_task
+from mbproj.base.errors import InputError
+from mbproj.commands.run import command
+from mbproj.motion.report import EnergyWatch
+from mbproj.results.analysis.summary import energy_drift
+from mbproj.studies.batch import Task, run_task
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, begun, mbproj, succeeds
 from tests.cli.examples import named
 from tests.cli.reports import refuse_what_no_table_says
@@ -412,7 +412,7 @@ def test_a_file_that_cannot_be_written_is_reported_at_the_option(tmp_path, monke
     def refuse(descriptor: int, size: int) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr("mbproj.results.writer.reserve", refuse)
+    monkeypatch.setattr("mbproj.results.crash_safety.reserve", refuse)
     (tmp_path / "s.yaml").write_text(ONE_BAR)
     with pytest.raises(InputError) as raised:
         command.main([str(tmp_path / "s.yaml"), "-o", "out.h5"], standalone_mode=False)

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from mbproj import open_results, read_scene
-from mbproj.results import ResultsWriter
-from mbproj.runs import Interrupted, record_run
+from mbproj.results.writer import ResultsWriter
+from mbproj.studies.record import Interrupted, record_run
 from tests.cli.commands import FIVE_BAR, succeeds
 from tests.crossed import some
 from tests.support import ROOT
@@ -25,7 +25,7 @@ POSIX = pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a POSIX
 
 def shell(line: str, folder, **variables: str) -> subprocess.CompletedProcess[bytes]:
     """A line for bash, in which `mbproj` is ours."""
-    program = f"{sys.executable} -c 'from mbproj.cli import main; main()'"
+    program = f"{sys.executable} -c 'from mbproj.commands.main import main; main()'"
     environment = {"PYTHONPATH": str(ROOT), "PATH": os.environ["PATH"], **variables}
     script = f'mbproj() {{ {program} "$@"; }}; {line}'
     return subprocess.run(["bash", "-c", script], capture_output=True, cwd=folder, env=environment, check=False)

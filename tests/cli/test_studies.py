@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from mbproj import open_results
-from mbproj.cli.main import STUDIES
+from mbproj.commands.main import STUDIES
 from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, begun, kept, mbproj, succeeds
 from tests.cli.examples import named
 from tests.studies.design.scenes import BALL, table, written

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of
+from mbproj.equations.kinematics import attached, pose_of, slots_of
 
 HEAD = """\
 mbproj: 1

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj import Scene
-from mbproj.scene import Body, Joint, Pair
+from mbproj.scene.records import Body, Joint, Pair
 from tests.support import scene_of
 
 GROUND = "ground"

@@ -7,17 +7,18 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics import assemble
-from mbproj.dynamics.assembly import gauss_newton
-from mbproj.dynamics.assembly.assemble import coordinate_values
-from mbproj.dynamics.assembly.gauss_newton import set_rows, shortest
-from mbproj.dynamics.equations.constraint_equations import constraint_at, constraint_velocity_at, set_velocity
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.errors import InputError
-from mbproj.joints import JOINTS
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import Body, Joint, Pair, read_scene, read_scene_text
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.errors import InputError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly import gauss_newton
+from mbproj.equations.assembly.assemble import assemble, coordinate_values
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.assembly.gauss_newton import set_rows, shortest
+from mbproj.equations.constraints import constraint_at, constraint_velocity_at, set_velocity
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.joints.table import JOINTS
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.records import Body, Joint, Pair
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.support import ROOT, assembled, random_chain, scene_of
 
 ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))

@@ -9,11 +9,11 @@ import pytest
 from PIL import Image
 
 import mbproj
-from mbproj.dynamics.assembly.assemblies import assemblies, conditions, freedom_left, reach_of
-from mbproj.dynamics.equations.constraint_equations import constraint_at
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.results import open_results
-from mbproj.scene import read_scene_text
+from mbproj.equations.assembly.assemblies import assemblies, conditions, freedom_left, reach_of
+from mbproj.equations.constraints import constraint_at
+from mbproj.equations.motions import drive_at
+from mbproj.results.reader import open_results
+from mbproj.scene.scene import read_scene_text
 from tests.cli.commands import mbproj as command
 from tests.cli.commands import succeeds
 from tests.crossed import full

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.dynamics.equations.constraint_equations import (
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import (
     constraint,
     constraint_acceleration,
     constraint_at,
@@ -15,15 +16,15 @@ from mbproj.dynamics.equations.constraint_equations import (
     set_jacobian,
     set_velocity,
 )
-from mbproj.dynamics.equations.equations_of_motion import SOLVERS, generalised_force, mass_matrix
-from mbproj.dynamics.equations.kinematics import attached, pose_of, slots_of, twist_of
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.equations.teeth import Teeth, sums_at_start
-from mbproj.dynamics.observe.total_energy import kinetic_energy, potential_energy
-from mbproj.joints import JOINTS
-from mbproj.linear import start_state
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene
+from mbproj.equations.energy import kinetic_energy, potential_energy
+from mbproj.equations.kinematics import attached, pose_of, slots_of, twist_of
+from mbproj.equations.motions import drive_at
+from mbproj.equations.of_motion import SOLVERS, generalised_force, mass_matrix
+from mbproj.equations.turning import Teeth, sums_at_start
+from mbproj.joints.table import JOINTS
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.scene import read_scene
 from tests.support import ROOT, random_chain
 
 # C, C_q, C' and γ against the complex step, for every joint, at states that violate everything (|Λ| ≠ 1).

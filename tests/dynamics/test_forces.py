@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess
-from mbproj.dynamics.equations.constraint_equations import set_jacobian
-from mbproj.dynamics.equations.forces import applied, generalised, law_state
-from mbproj.dynamics.equations.instant import Instant
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.errors import InputError, SimulationError
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.equations.constraints import set_jacobian
+from mbproj.equations.forces import applied, generalised, law_state
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.scene.scene import read_scene_text
 from tests.dynamics.force_scenes import FORCES, HEAD, ON_BODIES, reference
 
 TIME = 0.8

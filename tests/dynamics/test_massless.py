@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.massless import massless_motions, swamped_motions
-from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
-from mbproj.errors import InputError
-from mbproj.registry import PROJECTIONS
+from mbproj.base.errors import InputError
+from mbproj.base.registry import PROJECTIONS
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import massless_motions, mobility, refuse_unsolvable, swamped_motions
 from tests.crossed import full, once
 from tests.dynamics import linkages
 from tests.dynamics.linkages import scaled

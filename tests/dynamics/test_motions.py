@@ -6,19 +6,14 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism, Setting, assemble, compile_system, initial_guess, simulate, solve
-from mbproj.dynamics.equations.constraint_equations import (
-    constraint_at,
-    constraint_velocity_at,
-    gamma,
-    jacobian,
-    time_derivative,
-)
-from mbproj.dynamics.equations.kinematics import pose_of, twist_of
-from mbproj.dynamics.equations.motions import drive_at
-from mbproj.dynamics.rank.mobility import mobility, refuse_unsolvable
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate import choose
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.equations.constraints import constraint_at, constraint_velocity_at, gamma, jacobian, time_derivative
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.motions import drive_at
+from mbproj.equations.rank.mobility import mobility, refuse_unsolvable
+from mbproj.motion.formulations.choice import choose
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.support import assembled
 
 ARM = """\

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene, settings_to_run
-from mbproj.dynamics.observe.recorded import Observer
-from mbproj.dynamics.observe.samples import Samples, join
-from mbproj.integrate import simulate
-from mbproj.mechanisms_folder import mechanism
-from mbproj.model import rotation_matrix
-from mbproj.scene import ProjectionSettings, Settings
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.equations.recorded import Observer
+from mbproj.equations.samples import Samples, join
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.motion.simulate import simulate
 from tests.crossed import full
 from tests.support import Recorder, assembled, random_chain
 

@@ -7,21 +7,20 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics import mobility
-from mbproj.dynamics.equations.constraint_equations import jacobian, tangent_jacobian
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.rank.conditioning import conditioning
-from mbproj.dynamics.rank.mobility import refuse_unsolvable
-from mbproj.dynamics.rank.redundancy import redundancy
-from mbproj.dynamics.rank.row_space import row_distances, scaled_jacobian, self_stresses
-from mbproj.dynamics.rank.row_words import rows_in_words
-from mbproj.dynamics.rank.uniqueness import indeterminate, unique_components
-from mbproj.errors import InputError
-from mbproj.joints import JOINTS
-from mbproj.mechanisms_folder import mechanism
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import Body, Joint, Pair, read_scene
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.errors import InputError
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import jacobian, tangent_jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility, refuse_unsolvable
+from mbproj.equations.rank.redundancy import conditioning, redundancy
+from mbproj.equations.rank.row_space import row_distances, rows_in_words, scaled_jacobian, self_stresses
+from mbproj.equations.rank.uniqueness import indeterminate, unique_components
+from mbproj.joints.table import JOINTS
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.records import Body, Joint, Pair
+from mbproj.scene.scene import read_scene
 from tests.crossed import crossed
 from tests.dynamics import linkages
 from tests.dynamics.linkages import scaled

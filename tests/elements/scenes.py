@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.elements.element import Element, Force, Row, State
-from mbproj.functions import CHANNELS, Op, Program, variable
-from mbproj.functions.program import apply, number
+from mbproj.functions.elements import Element, Force, Row, State
+from mbproj.functions.program import CHANNELS, Op, Program, apply, number, variable
 from mbproj.kernel import core
-from mbproj.model import with_elements
+from mbproj.model.compile.elements import with_elements
 from tests.crossed import full
 from tests.support import DATA, Recorder, assembled
 

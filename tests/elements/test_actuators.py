@@ -8,8 +8,8 @@ from scipy.integrate import quad, solve_ivp
 from scipy.linalg import expm
 
 from mbproj import compile_system, equilibrium, modes, read_scene_text
-from mbproj.errors import InputError
-from mbproj.studies import rescaled
+from mbproj.base.errors import InputError
+from mbproj.studies.variants import rescaled
 from tests.elements.scenes import FORMULATIONS, PID, SELDOM_FULL, ran, reference
 
 WHEEL = """

@@ -8,7 +8,7 @@ from scipy import signal
 from scipy.linalg import expm
 
 from mbproj import compile_system, equilibrium, linearize, modes, read_scene, read_scene_text
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from tests.cli.commands import succeeds
 from tests.elements.scenes import FORMULATIONS, ran
 

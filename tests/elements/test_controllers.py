@@ -18,8 +18,8 @@ from mbproj import (
     settings_to_run,
     simulate,
 )
-from mbproj.dynamics import law_state, state_rates
-from mbproj.errors import InputError, SimulationError
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.equations.forces import law_state, state_rates
 from mbproj.functions import values
 from mbproj.kernel import core
 from tests.crossed import crossed, full

@@ -10,18 +10,22 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mbproj import Mechanism, solve
-from mbproj.constraints.coupling import Coupling
-from mbproj.dynamics import assemble, second_derivatives, third_derivatives
-from mbproj.elements import Element, Force, Row, State
-from mbproj.errors import InputError
-from mbproj.functions import COORDINATE, TIME, CubicTable, Curve, Instruction, Op, Program, periodic, variable
-from mbproj.functions.program import apply, number
-from mbproj.model import compile_system, initial_guess, with_elements
-from mbproj.scene import read_scene_text
-from mbproj.studies import CHECKS, Case
-from mbproj.studies.recommend.recommendation import recommend
-from mbproj.studies.stability.bisection import stability
-from mbproj.studies.verify.checks import _check, verify
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.derivatives import second_derivatives, third_derivatives
+from mbproj.functions.elements import Element, Force, Row, State
+from mbproj.functions.program import COORDINATE, TIME, Instruction, Op, Program, apply, number, variable
+from mbproj.functions.standard import Curve
+from mbproj.functions.table import CubicTable, periodic
+from mbproj.joints.primitives.coupling import Coupling
+from mbproj.model.compile.elements import with_elements
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.recommend import recommend
+from mbproj.studies.stability import stability
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.checks import CHECKS, _check, verify
 from tests.crossed import full
 from tests.elements.scenes import (
     FORMULATIONS,

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, equilibrium, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.dynamics import linear_equations
-from mbproj.errors import InputError
-from mbproj.linear import NoEquilibrium
+from mbproj.base.errors import InputError
+from mbproj.equations.derivatives import linear_equations
 from mbproj.linear.equilibrium import balance
-from mbproj.studies import RigidMotion, rescaled, with_damping, with_stiffness
+from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.studies.variants import RigidMotion, rescaled, with_damping, with_stiffness
 from tests.crossed import crossed
 from tests.elements.scenes import FORMULATIONS
 from tests.support import Recorder

@@ -6,16 +6,21 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism
-from mbproj.dynamics import assemble
-from mbproj.elements import Element, Force, Row, State
-from mbproj.errors import InputError
-from mbproj.functions import Instruction, Op, Program, flatten, spline, variable
-from mbproj.integrate import simulate
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.functions.elements import Element, Force, Row, State
+from mbproj.functions.program import Instruction, Op, Program, variable
+from mbproj.functions.program_set import flatten
+from mbproj.functions.table import spline
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess, with_elements
-from mbproj.scene import read_scene_text, settings_to_run
-from mbproj.studies import CHECKS, Case
-from mbproj.studies.verify.checks import _check
+from mbproj.model.compile.elements import with_elements
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.verify.case import Case
+from mbproj.studies.verify.checks import CHECKS, _check
 from tests.elements.scenes import FORMULATIONS, SELDOM_FULL, TWO_SLIDES
 from tests.support import Recorder
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mbproj import Scene, assemble, compile_system, equilibrium, initial_guess, linearize, read_scene_text
-from mbproj.dynamics import of_signals
+from mbproj.equations.instant import of_signals
 from tests.elements.scenes import FORMULATIONS, PID, SELDOM_FULL, columns, ran, reference
 
 SATURATED = PID.replace(
@@ -216,7 +216,7 @@ def test_a_driven_angle_is_a_function_of_time_alone():
 
 
 def test_what_has_no_unit_is_not_made_larger():
-    from mbproj.studies import rescaled
+    from mbproj.studies.variants import rescaled
 
     with pytest.raises(Exception, match="cannot be made larger"):
         rescaled(read_scene_text(PID), 1000.0)

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from mbproj.results import open_results
-from mbproj.scene import ProjectionSettings
+from mbproj.base.settings import ProjectionSettings
+from mbproj.results.reader import open_results
 from tests.results.pendulum_blocks import SETTINGS, block, record, scene, times
 
 

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from mbproj.cli.commands import info, plot
-from mbproj.errors import InputError, SimulationError
-from mbproj.figures.kinds import KINDS
-from mbproj.results import DATASETS, ResultsWriter
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.commands import info, plot
+from mbproj.results.layout import DATASETS
+from mbproj.results.writer import ResultsWriter
+from mbproj.show.figures.kinds import KINDS
 from tests.cli.commands import invoked
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, scene, times
 
@@ -44,8 +45,8 @@ def test_a_figure_of_many_samples_is_freed_before_the_next_is_drawn(tmp_path, pa
     def saved(figure, *_, **__):
         alive.append(sum(isinstance(each, Figure) for each in gc.get_objects()))
 
-    monkeypatch.setattr("mbproj.analysis.thinned.MANY", 1)
-    monkeypatch.setattr("mbproj.figures.save.save", saved)
+    monkeypatch.setattr("mbproj.results.analysis.tables.MANY", 1)
+    monkeypatch.setattr("mbproj.show.figures.style.save", saved)
     gc.collect()
     gc.disable()
     try:
@@ -73,7 +74,7 @@ def drawn(monkeypatch, *arguments) -> tuple:
 
         return Figure()
 
-    monkeypatch.setattr("mbproj.figures.kinds.draw", draw)
+    monkeypatch.setattr("mbproj.show.figures.kinds.draw", draw)
     assert invoked(plot.command, *arguments)[0] == 0
     return seen[0]
 

@@ -11,16 +11,16 @@ import pytest
 from matplotlib.patches import Rectangle
 
 from mbproj import Mechanism, read_scene, simulate_certified
-from mbproj.analysis import usual_limit
-from mbproj.figures.fitting_names import MAX_LINES
-from mbproj.figures.kinds import KINDS, draw, why_not
-from mbproj.figures.labels import derive_labels
-from mbproj.figures.pages import paper_figures
-from mbproj.figures.panels import FLOOR
-from mbproj.figures.rows import MAX_ROWS
-from mbproj.figures.save import save
-from mbproj.results import ResultsWriter, open_results
-from mbproj.scene import settings_to_run
+from mbproj.results.analysis.trust import usual_limit
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
+from mbproj.scene.settings import settings_to_run
+from mbproj.show.figures import studies
+from mbproj.show.figures.fitted_text import MAX_LINES
+from mbproj.show.figures.kinds import KINDS, draw, why_not
+from mbproj.show.figures.panels import FLOOR
+from mbproj.show.figures.rows import MAX_ROWS, derive_labels
+from mbproj.show.figures.style import save
 from tests.crossed import some
 from tests.figures.drawn import legend, lines, steep, ylabels
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, times
@@ -248,11 +248,11 @@ def test_what_does_not_apply(tmp_path):
 
 def test_kinds_are_listed_without_matplotlib_and_drawn_without_pyplot():
     code = (
-        "import sys, mbproj.figures.kinds as k\n"
+        "import sys, mbproj.show.figures.kinds as k\n"
         "light = {'matplotlib', 'numpy', 'h5py'} & set(sys.modules)\n"
         "from importlib import import_module\n"
-        "[import_module('mbproj.figures.kinds.' + kind.module) for kind in k.KINDS.values()]\n"
-        "import mbproj.figures.save\n"
+        "[import_module('mbproj.show.figures.kinds.' + kind.module) for kind in k.KINDS.values()]\n"
+        "import mbproj.show.figures.style\n"
         "print(light, 'matplotlib.pyplot' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -345,12 +345,12 @@ TIP = block(TIME)["markers/position"][:, 0]
 
 
 def test_histories(tmp_path):
-    figure = paper_figures.position_history(TIME, TIP, components="yz")
+    figure = studies.position_history(TIME, TIP, components="yz")
     axis = figure.axes[0]
     assert (axis.get_xlabel(), axis.get_ylabel(), legend(figure)) == ("time (s)", "position (m)", ["y", "z"])
     for line, column in zip(axis.lines, (1, 2), strict=True):
         assert np.array_equal(line.get_ydata(), TIP[:, column])
-    figure = paper_figures.velocity_history(TIME, TIP)
+    figure = studies.velocity_history(TIME, TIP)
     assert figure.axes[0].get_ylabel() == "velocity (m/s)"
     assert legend(figure) == ["$v_x$", "$v_y$", "$v_z$"]
     assert save(figure, tmp_path / "a.pdf").exists()
@@ -359,8 +359,8 @@ def test_histories(tmp_path):
 def test_errors():
     series = {"GPOPM": (TIME, np.full(1001, 1e-15)), "direct integration": (TIME[:400], 1e-9 * TIME[:400])}
     for function, symbol in (
-        (paper_figures.position_errors, r"position error $|C|_\infty$ (m or rad)"),
-        (paper_figures.velocity_errors, r"velocity error $|\dot{C}|_\infty$ (m/s or rad/s)"),
+        (studies.position_errors, r"position error $|C|_\infty$ (m or rad)"),
+        (studies.velocity_errors, r"velocity error $|\dot{C}|_\infty$ (m/s or rad/s)"),
     ):
         figure = function(series)
         axis = figure.axes[0]
@@ -370,20 +370,20 @@ def test_errors():
 
 
 def test_what_is_not_converged_is_shaded():
-    figure = paper_figures.position_history(TIME, TIP, unconverged_from=4.1)
+    figure = studies.position_history(TIME, TIP, unconverged_from=4.1)
     axis = figure.axes[0]
     assert axis.get_title(loc="right") == "step not converged from t = 4.1 s on (error > 1 mm)"
     (shade,) = axis.patches
     assert (shade.get_extents().transformed(axis.transData.inverted()).x0) == 4.1
     assert axis.get_xlim() == (0.0, 10.0)
     series = {"GPOPM": (TIME, np.full(1001, 1e-15))}
-    figure = paper_figures.velocity_errors(series, unconverged_from=5.0, unconverged_error="1 cm")
+    figure = studies.velocity_errors(series, unconverged_from=5.0, unconverged_error="1 cm")
     assert figure.axes[0].get_title(loc="right") == "step not converged from t = 5 s on (error > 1 cm)"
 
 
 def test_what_converges_is_not_shaded():
     for since in (None, 11.0):
-        figure = paper_figures.position_history(TIME, TIP, unconverged_from=since)
+        figure = studies.position_history(TIME, TIP, unconverged_from=since)
         assert len(figure.axes[0].patches) == 0
         assert figure.axes[0].get_title(loc="right") == ""
 

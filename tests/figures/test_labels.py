@@ -13,16 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
-from mbproj.figures.fitted_text import CUT, width, wrapped
-from mbproj.figures.kinds import KINDS, draw
-from mbproj.figures.labels import derive_labels
-from mbproj.figures.margins import MOST_LINES
-from mbproj.figures.panels import finish, panels, plot
-from mbproj.figures.save import save
-from mbproj.figures.style import line
-from mbproj.figures.units import DEGREES, METRES, TURNS, units_of
-from mbproj.results import open_results
-from mbproj.scene import ProjectionSettings
+from mbproj.base.settings import ProjectionSettings
+from mbproj.results.reader import open_results
+from mbproj.show.figures.fitted_text import CUT, width, wrapped
+from mbproj.show.figures.kinds import KINDS, draw
+from mbproj.show.figures.panels import MOST_LINES, finish, panels, plot
+from mbproj.show.figures.rows import derive_labels
+from mbproj.show.figures.style import DEGREES, METRES, TURNS, line, save, units_of
 from tests.crossed import some
 from tests.figures.drawn import lines, ylabels
 from tests.results.pendulum_blocks import NAMES, SETTINGS, block, record, scene, times

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.figures.kinds import draw
-from mbproj.results import open_results
+from mbproj.results.reader import open_results
+from mbproj.show.figures.kinds import draw
 from tests.figures.drawn import legend, lines, ylabels
 from tests.results.pendulum_blocks import NAMES, block, record, times
 

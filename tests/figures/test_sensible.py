@@ -10,15 +10,16 @@ from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 import mbproj
-from mbproj.cli import mbproj as command
-from mbproj.cli.commands import plot
-from mbproj.figures import PICTURES
-from mbproj.figures.kinds import KINDS, draw, nothing_to_see
-from mbproj.figures.kinds.markers import legible
-from mbproj.figures.panels import hold_still
-from mbproj.linear.stored import stored
-from mbproj.pages import look_of, motion_at
-from mbproj.results import open_results
+from mbproj.commands import plot
+from mbproj.commands.main import mbproj as command
+from mbproj.linear.modes import stored
+from mbproj.results.reader import open_results
+from mbproj.show.appearance.mechanism import look_of
+from mbproj.show.appearance.motion import motion_at
+from mbproj.show.figures.kinds import KINDS, draw, nothing_to_see
+from mbproj.show.figures.linear import MODES_PICTURES
+from mbproj.show.figures.over_time import legible
+from mbproj.show.figures.panels import hold_still
 from tests.figures.drawn import legend, lines, ylabels
 from tests.results.pendulum_blocks import NAMES, block, record, times
 
@@ -309,7 +310,7 @@ def test_modes_of_a_body_without_joints_name_its_axes(mounted):
 
 def test_eigenvalues_have_no_empty_half_and_their_numbers_are_apart(mounted):
     """Two modes along x and y are one dot with both numbers."""
-    (axis,) = PICTURES["eigenvalues"](stored(mounted, "block")).axes
+    (axis,) = MODES_PICTURES["eigenvalues"](stored(mounted, "block")).axes
     left, right = axis.get_xlim()
     assert left < 1.02 * mounted.eigenvalues.real.min()
     assert 0 < right < -0.25 * left
@@ -319,7 +320,7 @@ def test_eigenvalues_have_no_empty_half_and_their_numbers_are_apart(mounted):
 
 
 def test_shapes_show_how_bodies_shift_and_turn(mounted):
-    figure = PICTURES["shapes"](stored(mounted, "block"))
+    figure = MODES_PICTURES["shapes"](stored(mounted, "block"))
     left = figure.axes[0]
     assert [text.get_text() for text in left.get_yticklabels()] in (["block along x"], ["block along y"])
     assert figure.axes[-2].get_xlabel() == "shifts and turns of bodies, relative"

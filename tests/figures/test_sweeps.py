@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
 
-from mbproj.errors import InputError
-from mbproj.figures.save import save
-from mbproj.figures.sweeps import PICTURES, draw, why_not
-from mbproj.figures.sweeps.chosen import choose
-from mbproj.results import Column, SweepCases
-from mbproj.studies import saltelli
+from mbproj.base.errors import InputError
+from mbproj.results.sweep_table import Column, SweepCases
+from mbproj.show.figures.kinds import SWEEP_PICTURES, draw_sweep, why_no_sweep
+from mbproj.show.figures.style import save
+from mbproj.show.figures.sweep_axes import choose
+from mbproj.studies.sweep.spec import saltelli
 from tests.figures.drawn import legend, lines, ylabels
 
 #: Of the cases: a grid's one that fails.
@@ -45,16 +45,16 @@ def sampled(combine="saltelli", samples=256):
     return table(combine, varied, {"y": ("N", y)}, samples=samples)
 
 
-@pytest.mark.parametrize("kind", PICTURES)
+@pytest.mark.parametrize("kind", SWEEP_PICTURES)
 def test_every_picture_can_be_saved_and_leaves_no_trace(kind, tmp_path):
     settings = mpl.rcParams.copy()
-    chosen = choose(grid() if PICTURES[kind].designs & {"grid"} else sampled(), [], [])
-    assert save(draw(kind, chosen), tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
+    chosen = choose(grid() if SWEEP_PICTURES[kind].designs & {"grid"} else sampled(), [], [])
+    assert save(draw_sweep(kind, chosen), tmp_path / "picture.png").read_bytes()[:4] == b"\x89PNG"
     assert mpl.rcParams.copy() == settings
 
 
 def test_lines_are_over_the_first_number_with_one_for_each_value_of_the_next():
-    figure = draw("lines", choose(grid(), [], ["x", "k"]))
+    figure = draw_sweep("lines", choose(grid(), [], ["x", "k"]))
     assert legend(figure) == ["k = slow", "k = fast", "failed"]
     assert ylabels(figure) == ["y (m)", "z (kN m)"]
     shown = figure.axes[0].lines
@@ -69,16 +69,16 @@ def test_lines_are_over_the_first_number_with_one_for_each_value_of_the_next():
 
 def test_a_failed_case_is_a_cross_at_its_place():
     """The case number 3 has x = 0.1 m, n = 10 and k = fast: it is not drawn where x has its middle value."""
-    over_n = draw("lines", choose(grid(), ["y"], ["n", "k"]))
+    over_n = draw_sweep("lines", choose(grid(), ["y"], ["n", "k"]))
     assert legend(over_n) == ["k = slow", "k = fast"]
-    at_first = draw("lines", choose(grid(), ["y"], ["x", "n"]))
+    at_first = draw_sweep("lines", choose(grid(), ["y"], ["x", "n"]))
     assert list(at_first.axes[0].lines[-1].get_xdata()) == [100.0]
-    cross = draw("map", choose(grid(), ["y"], ["x", "n"])).axes[0].lines[-1]
+    cross = draw_sweep("map", choose(grid(), ["y"], ["x", "n"])).axes[0].lines[-1]
     assert (cross.get_label(), list(cross.get_xdata()), list(cross.get_ydata())) == ("failed", [100.0], [10.0])
 
 
 def test_a_map_has_each_value_at_its_place_and_logarithmic_axes_where_values_are():
-    figure = draw("map", choose(grid(), ["y", "z"], []))
+    figure = draw_sweep("map", choose(grid(), ["y", "z"], []))
     first, second = figure.axes[:2]
     assert (first.get_xscale(), first.get_yscale()) == ("linear", "log")
     mesh = next(each for each in second.collections if isinstance(each, QuadMesh))
@@ -88,7 +88,7 @@ def test_a_map_has_each_value_at_its_place_and_logarithmic_axes_where_values_are
 
 
 def test_a_distribution_is_of_independent_samples_and_marks_its_quantiles():
-    figure = draw("distribution", choose(sampled(), [], []))
+    figure = draw_sweep("distribution", choose(sampled(), [], []))
     (axis,) = figure.axes
     values = sampled().measured[0].values[:512]
     assert sum(bar.get_height() for bar in axis.patches) == 512
@@ -98,7 +98,7 @@ def test_a_distribution_is_of_independent_samples_and_marks_its_quantiles():
 
 
 def test_the_tornado_begins_with_the_strongest():
-    (axis,) = draw("ranks", choose(sampled("lhs"), [], [])).axes
+    (axis,) = draw_sweep("ranks", choose(sampled("lhs"), [], [])).axes
     assert [label.get_text() for label in axis.get_yticklabels()] == ["a", "b", "c"]
     widths = [bar.get_width() for bar in axis.patches]
     assert widths == sorted(widths, reverse=True)
@@ -106,7 +106,7 @@ def test_the_tornado_begins_with_the_strongest():
 
 
 def test_shares_of_a_sum_are_those_of_its_terms():
-    (axis,) = draw("sobol", choose(sampled(), [], [])).axes
+    (axis,) = draw_sweep("sobol", choose(sampled(), [], [])).axes
     shares = np.array([4.0, 1.0, 0.01]) / 5.01
     widths = np.array([bar.get_width() for bar in axis.patches]).reshape(2, 3)
     assert widths == pytest.approx(np.stack([shares, shares]), abs=0.03)
@@ -116,7 +116,7 @@ def test_the_matrix_holds_each_pair_once_and_crosses_where_both_are_known():
     some = sampled("montecarlo", 64)
     some.measured[0].values[:3] = np.nan
     some.status[:3] = "failed"
-    figure = draw("scatter", choose(some, [], []))
+    figure = draw_sweep("scatter", choose(some, [], []))
     pairs = [axis for axis in figure.axes if axis.get_visible() and axis.lines]
     assert len(pairs) == 6
     assert sum("failed" in lines(axis) for axis in pairs) == 3
@@ -124,10 +124,10 @@ def test_the_matrix_holds_each_pair_once_and_crosses_where_both_are_known():
 
 
 def test_what_does_not_apply_says_why():
-    reasons = {kind: why_not(kind, choose(sampled(), [], [])) for kind in ("lines", "map")}
+    reasons = {kind: why_no_sweep(kind, choose(sampled(), [], [])) for kind in ("lines", "map")}
     assert reasons["lines"] == "'saltelli' varies 3 quantities at once, and no line joins its cases"
     assert reasons["map"] == "it is of a grid, and the sweep combines by 'saltelli'"
-    assert "take 'combine: saltelli'" in why_not("sobol", choose(grid(), [], []))
+    assert "take 'combine: saltelli'" in why_no_sweep("sobol", choose(grid(), [], []))
 
 
 def test_names_that_the_sweep_does_not_have():

@@ -7,13 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.dynamics import MotionAtTime, coordinate_values, pose_of, row_motion, tangent_force, tangent_mass_matrix
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.formats import ImportOptions, read_model, scene_text
-from mbproj.formats.mechanism import Connection, ImportedMechanism
-from mbproj.integrate import FullFormulation
-from mbproj.model import compile_system, matrix_L
-from mbproj.scene import from_matrix, read_scene_text, to_matrix
+from mbproj.equations.assembly.assemble import State, coordinate_values
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.derivatives import MotionAtTime, row_motion, tangent_force
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.of_motion import tangent_mass_matrix
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.mechanism import Connection, ImportedMechanism, ImportOptions
+from mbproj.formats.read import read_model
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.scene.fields.rotations import from_matrix, to_matrix
+from mbproj.scene.scene import read_scene_text
 
 
 class Agreement(NamedTuple):

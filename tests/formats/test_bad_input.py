@@ -14,10 +14,11 @@ import pytest
 
 import mbproj
 from mbproj import import_model
-from mbproj.errors import InputError, MbprojWarning
-from mbproj.formats import ImportOptions, read_model
+from mbproj.base.errors import InputError, MbprojWarning
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
 from mbproj.formats.signals import read_signals
-from mbproj.scene import read_scene_text
+from mbproj.scene.scene import read_scene_text
 from tests.cli.commands import mbproj as command
 from tests.cli.commands import succeeds
 from tests.crossed import some
@@ -285,7 +286,7 @@ def test_a_mujoco_that_cannot_be_loaded_is_no_fault_of_mbproj(what, tmp_path):
     (tmp_path / "mujoco").mkdir()
     (tmp_path / "mujoco" / "__init__.py").write_text(what, encoding="utf-8")
     (tmp_path / "model.xml").write_text(MODEL.format(""), encoding="utf-8")
-    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom mbproj.cli import main; main()"
+    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom mbproj.commands.main import main; main()"
     command = [sys.executable, "-c", program, "import", "model.xml"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
     assert done.returncode == 2, done.stderr

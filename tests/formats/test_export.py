@@ -11,15 +11,19 @@ import numpy as np
 import pytest
 
 from mbproj import run
-from mbproj.dynamics import mobility, pose_of
-from mbproj.formats import ImportOptions, read_model, scene_text
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility
+from mbproj.formats.as_scene import scene_text
 from mbproj.formats.export.exported import Written
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
-from mbproj.integrate import FullFormulation
-from mbproj.linear import start_state
-from mbproj.model import compile_system, matrix_L
-from mbproj.scene import Scene, read_scene, read_scene_text
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.scene.scene import Scene, read_scene, read_scene_text
 from tests.cli.commands import mbproj, succeeds
 from tests.formats.agreement import _y
 from tests.support import ROOT
@@ -234,7 +238,7 @@ def test_loops_never_replace_the_scene(tmp_path):
 
 
 def test_numbers_read_back_as_they_are():
-    from mbproj.formats.export.markup import tag
+    from mbproj.formats.export.exported import tag
 
     values = np.array([0.1, 1 / 3, 1e-7, 12345678.9])
     text = tag("a", x=values).attributes["x"]

@@ -7,9 +7,9 @@ import shutil
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.formats import read_model
-from mbproj.scene import read_scene
+from mbproj.base.errors import InputError
+from mbproj.formats.read import read_model
+from mbproj.scene.scene import read_scene
 from tests.cli.commands import mbproj, succeeds
 from tests.support import ROOT
 

@@ -8,13 +8,17 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.dynamics import constraint_at, mobility, moved_from_scene, pose_of
-from mbproj.errors import InputError
-from mbproj.formats import read_model, scene_text
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.assemble import moved_from_scene
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility
+from mbproj.formats.as_scene import scene_text
 from mbproj.formats.geometry import turn
-from mbproj.linear import start_state
-from mbproj.model import compile_system
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.formats.read import read_model
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.cli.commands import succeeds
 from tests.support import ROOT
 

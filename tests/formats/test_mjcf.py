@@ -10,14 +10,17 @@ import pytest
 
 import mbproj
 from mbproj import import_model, run
-from mbproj.dynamics import constraint_at
-from mbproj.formats import ImportOptions, read_model, scene_text
-from mbproj.formats.mechanism import Quantity, Same
-from mbproj.formats.mjcf import equalities, parts, read
-from mbproj.linear import start_state
-from mbproj.model import compile_system
-from mbproj.scene import read_scene_text, to_matrix
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.mechanism import ImportOptions, Quantity, Same
+from mbproj.formats.mjcf import equalities, read
+from mbproj.formats.mjcf import joints as parts
+from mbproj.formats.read import read_model
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.scene.fields.rotations import to_matrix
+from mbproj.scene.scene import read_scene_text
 from tests.cli.commands import mbproj as command
 from tests.cli.commands import succeeds
 from tests.formats.agreement import agreement
@@ -406,7 +409,7 @@ def _anchored_twice(frames):
 
 
 def _rotation(results, name):
-    from mbproj.scene import to_matrix
+    from mbproj.scene.fields.rotations import to_matrix
 
     return np.array(to_matrix(tuple(results.body(name).orientation[0])))
 

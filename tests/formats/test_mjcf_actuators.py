@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.errors import InputError
-from mbproj.formats import ImportOptions, read_model, scene_text
+from mbproj.base.errors import InputError
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
 from mbproj.formats.signals import signals_of
-from mbproj.scene import read_scene_text
+from mbproj.scene.scene import read_scene_text
 from tests.cli.commands import mbproj as command
 from tests.crossed import once, some
 from tests.formats.agreement import agreement

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.formats import ImportOptions, read_model
+from mbproj.formats.mechanism import ImportOptions
 from mbproj.formats.mjcf import actuators, compiled, read, source
-from mbproj.formats.mjcf.flags import SWITCHES
+from mbproj.formats.mjcf.compiled import SWITCHES
+from mbproj.formats.read import read_model
 
 # Flags of a model that switch parts of its physics off act, and each other option of MuJoCo's has its row.
 

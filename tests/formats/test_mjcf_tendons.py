@@ -6,9 +6,12 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.formats import ImportOptions, read_model
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
 from mbproj.formats.signals import signals_of
-from mbproj.model import NotPlanar, compile_system, initial_guess, planar_reduction
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.planar.reduction import NotPlanar, planar_reduction
 from tests.crossed import once, some
 from tests.formats.agreement import agreement
 

@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 
 from mbproj import check
-from mbproj.dynamics import constraint_at, mobility, pose_of
-from mbproj.errors import InputError
-from mbproj.formats import ImportOptions, read_model, scene_text
-from mbproj.linear import start_state
-from mbproj.model import compile_system
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import some
 from tests.formats.agreement import agreement
 from tests.support import ROOT

@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.formats import ImportOptions, read_model, scene_text
-from mbproj.scene import meshes_of, read_scene, to_matrix
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.mechanism import ImportOptions
+from mbproj.formats.read import read_model
+from mbproj.scene.fields.rotations import to_matrix
+from mbproj.scene.meshes import meshes_of
+from mbproj.scene.scene import read_scene
 
 INERTIAL = '<inertial><origin xyz="0.1 0.2 0.3"/><mass value="2"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
 URDF = f"""<robot name="m"><material name="red"><color rgba="1 0 0 1"/></material><link name="base"/>

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene_text
-from mbproj.linear import held_at, notes_on, observed, reference_at
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.modes import modes
-from mbproj.results import open_results
-from mbproj.runs import record_equilibrium
+from mbproj.linear.equilibrium.start import observed
+from mbproj.linear.modes import modes, notes_on
+from mbproj.linear.reference import held_at, reference_at
+from mbproj.results.reader import open_results
+from mbproj.studies.record import record_equilibrium
 from tests.friction.scenes import BELT
 from tests.support import ROOT, assembled
 

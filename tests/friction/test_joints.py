@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import mbproj
-from mbproj.registry import PROJECTIONS
+from mbproj.base.registry import PROJECTIONS
 from tests.crossed import FULL, cover, crossed
 from tests.friction import closed_forms as exact
 from tests.friction.mechanisms import incline, on_a_belt, pendulum, rotor, screw

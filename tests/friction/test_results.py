@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, compile_system, read_scene_text
-from mbproj.analysis import friction_records, sticking
-from mbproj.analysis.observed import series
-from mbproj.figures import draw
-from mbproj.results import open_results
-from mbproj.scene import OBSERVABLES, friction_units
+from mbproj.results.analysis.contacts import friction_records, sticking
+from mbproj.results.analysis.expectations import series
+from mbproj.results.reader import open_results
+from mbproj.scene.blocks.friction import friction_units
+from mbproj.scene.blocks.observables import OBSERVABLES
+from mbproj.show.figures.kinds import draw
 from tests.cli.commands import mbproj, succeeds
 from tests.friction.scenes import AGAIN, BELT, HOLDS, SLID, SLIDES, SLIPS, STICKS
 from tests.friction.scenes import EVERY_FRICTION as MANY

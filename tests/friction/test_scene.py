@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.functions import constant_series
-from mbproj.functions.series import run
-from mbproj.model import obstacle_in_plane, planar_reduction
-from mbproj.scene import SceneText, friction_units, scene_schema, to_matrix
-from mbproj.scene.blocks.forces.coulomb import KEYS
-from mbproj.scene.fields.rotations import unit
-from mbproj.studies import RigidMotion, renumbered, rescaled, with_damping, with_speed
+from mbproj.functions.series import constant_series, run
+from mbproj.model.planar.reduction import obstacle_in_plane, planar_reduction
+from mbproj.scene.blocks.friction import KEYS, friction_units
+from mbproj.scene.fields.rotations import to_matrix, unit
+from mbproj.scene.scene import SceneText
+from mbproj.scene.schema import scene_schema
+from mbproj.studies.variants import RigidMotion, rescaled, with_damping, with_speed
+from mbproj.studies.verify.invariance import renumbered
 from tests.friction.scenes import EVERY_FRICTION
 from tests.scene.scenes import errors
 from tests.stops.runs import Recorded

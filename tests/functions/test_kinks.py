@@ -9,17 +9,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.kinks import kinks
 from mbproj.functions.program import COORDINATE, TIME, Code, Instruction, Op, Program, apply, number, variable
-from mbproj.functions.program_set import ProgramSet, flatten
+from mbproj.functions.program_set import FREE, ProgramSet, flatten, natural, switches
 from mbproj.functions.series import constant_series, run, time_series
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated
-from mbproj.functions.switches import FREE, natural, switches
 from mbproj.functions.table import polygon, spline
 from mbproj.functions.values import values
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
-from mbproj.thresholds import THRESHOLDS
 
 
 def of(text, end=2.0, start=0.0):

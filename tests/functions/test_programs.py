@@ -11,15 +11,14 @@ from scipy.interpolate import CubicSpline
 
 from mbproj.functions import values as values_module
 from mbproj.functions.program import ARGUMENTS, CHANNELS, TIME, Op, Program, apply, number, variable
-from mbproj.functions.program_set import flatten
+from mbproj.functions.program_set import SWITCHING, flatten
 from mbproj.functions.series import constant_series, failure, run, slope, slopes, time_series
 from mbproj.functions.standard import harmonic, polynomial, smooth_step, tabulated, uniform
-from mbproj.functions.switches import SWITCHING
 from mbproj.functions.table import polygon, spline
 from mbproj.functions.values import value, values
-from mbproj.scene import ExpressionError, Unavailable, Value, evaluate
 from mbproj.scene.expressions.compiled import compiled
-from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.expressions.evaluate import Unavailable, Value, evaluate
+from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from tests.crossed import campaign
 from tests.functions.texts import SMOOTH, T, expression
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mbproj.functions.program import TIME
-from mbproj.scene import Value
 from mbproj.scene.expressions.compiled import compiled
+from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.syntax_tree import parse
 
 T = np.linspace(0.13, 1.7, 23)

@@ -23,7 +23,7 @@ from pathlib import Path
 import yaml
 
 from mbproj.guide.pages import GuidePage
-from mbproj.scene import read_scene
+from mbproj.scene.scene import read_scene
 from mbproj.studies.design import spec as designs
 from mbproj.studies.sweep import spec as sweeps
 from mbproj.studies.synthesis.spec import is_synthesis, read_wanted

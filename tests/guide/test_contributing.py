@@ -20,9 +20,9 @@ from tests.support import ROOT
 #: Behind which line of a table its new lines stand.
 TABLES = {
     "mbproj/joints/table.py": "JOINTS: Mapping[str, JointType] = MappingProxyType(\n    {\n",
-    "mbproj/registry.py": 'Registry(\n    "projection method",\n    {\n',
-    "mbproj/projection/methods.py": "    return -X @ np.linalg.solve(C_q @ X, violation)\n",
-    "mbproj/constraints/__init__.py": "HOMES: Mapping[str, str] = {\n",
+    "mbproj/base/registry.py": 'Registry(\n    "projection method",\n    {\n',
+    "mbproj/motion/projection.py": "    return -X @ np.linalg.solve(C_q @ X, violation)\n",
+    "mbproj/joints/primitives/table.py": "HOMES: Mapping[str, str] = {\n",
 }
 SCENE = """
 mbproj: 1
@@ -133,6 +133,6 @@ def test_the_page_shows_the_time_step():
     page = pages()["contributing"]
     (shown,) = [fence.text for fence in fences(page) if "attempt(run)" in fence.text]
     statements = [line.partition("//")[0].strip() for line in shown.splitlines()]
-    source = (ROOT / "mbproj/kernel/src/stepping/step.cpp").read_text(encoding="utf-8")
+    source = (ROOT / "mbproj/kernel/src/step/step.cpp").read_text(encoding="utf-8")
     places = [source.index(statement) for statement in statements]
     assert len(places) == 7 and places == sorted(places)

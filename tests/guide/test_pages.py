@@ -14,12 +14,11 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli import COMMANDS
-from mbproj.cli import mbproj as command_line
-from mbproj.guide.pages import KINDS, page_of, pages, search
+from mbproj.commands.main import COMMANDS
+from mbproj.commands.main import mbproj as command_line
+from mbproj.guide.pages import KINDS, WIDTH, page_of, pages, rendered, search
 from mbproj.guide.pages import ROOT as GUIDE
-from mbproj.guide.terminal import WIDTH, rendered
-from mbproj.scene import SHAPES
+from mbproj.scene.blocks.solids import SHAPES
 from scripts.draw_guide import FIGURES, MEASURED
 from scripts.reference import program_tables, scene_tables
 from tests.cli.commands import mbproj, python, succeeds

@@ -8,9 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.guide.pages import ROOT, GuidePage, pages
-from mbproj.guide.site import write_site
-from mbproj.guide.terminal import rendered
+from mbproj.guide.pages import ROOT, GuidePage, pages, rendered, write_site
 
 # A page in a terminal: what Markdown means, in lines of at most the asked width.
 

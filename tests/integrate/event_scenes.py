@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import atan, cos, pi, sin, sqrt
 
-from mbproj.integrate import simulate
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.support import Recorder, assembled
 
 # Scenes whose laws have edges in the state, with what they do in closed form.

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from mbproj.dynamics import assemble
-from mbproj.integrate import simulate
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.support import Recorder
 
 FORMULATIONS = ["reduced", "planar"]

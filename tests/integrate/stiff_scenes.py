@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mbproj import Scene
-from mbproj.scene import read_scene_text
+from mbproj.scene.scene import read_scene_text
 
 #: A bar that swings on a pin, and a bob of 1 kg that a force holds on it: 1/m + 1/m with the arm, that is turned aside.
 PENDULUM = """

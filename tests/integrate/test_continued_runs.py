@@ -8,15 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.integrate import simulate
-from mbproj.integrate.events.time_events import time_events
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.numpy_loop import march
-from mbproj.integrate.reporting.marks import Marks
-from mbproj.integrate.reporting.tally import Tally
-from mbproj.model import compile_system
-from mbproj.scene import read_scene, read_scene_text, settings_to_run
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.marks import Marks
+from mbproj.motion.numpy_loop import march
+from mbproj.motion.report import Tally
+from mbproj.motion.simulate import simulate
+from mbproj.motion.time_events import time_events
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.crossed import crossed, full
 from tests.friction.scenes import AGAIN, BELT, SLIPS, STICKS
 from tests.integrate.event_scenes import TROLLEY, bounce, rotor

@@ -7,10 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
-from mbproj.integrate.events.time_events import time_events
-from mbproj.model import compile_system
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import SimulationError
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.motion.time_events import time_events
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import crossed, full
 from tests.integrate.event_scenes import (
     DOOR,

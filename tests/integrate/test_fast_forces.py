@@ -7,14 +7,16 @@ import warnings
 import numpy as np
 import pytest
 
-from mbproj.api.check.fast_forces import facts, lines
-from mbproj.dynamics.equations.kinematics import pose_of
-from mbproj.dynamics.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
-from mbproj.errors import SimulationError
-from mbproj.integrate import Reduced, choose
-from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps
+from mbproj.base.errors import SimulationError
+from mbproj.base.settings import Settings
+from mbproj.commands.python.check import facts, lines
+from mbproj.equations.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
+from mbproj.equations.kinematics import pose_of
 from mbproj.kernel import core
-from mbproj.scene import Settings, read_scene, read_scene_text
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.motion.stiffness import fastest_at, stable_steps
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.integrate.stiff_scenes import PENDULUM, WHEEL, held_by, rod
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene

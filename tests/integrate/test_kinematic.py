@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism, check, simulate_certified
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate.formulations import choice
-from mbproj.integrate.steppers.tableau import ERROR_ORDER, ORDER, quadrature
-from mbproj.scene import read_scene_text, settings_to_run
-from mbproj.studies.compare.comparison import compare
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.motion.formulations import choice
+from mbproj.motion.steppers.tableau import ERROR_ORDER, ORDER, quadrature
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.compare import compare
 from tests.crossed import crossed, full
 from tests.integrate.kinematic_scenes import (
     BY_THE_ROCKER,

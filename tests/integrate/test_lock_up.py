@@ -8,9 +8,9 @@ from itertools import product
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import SimulationError
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import crossed, full
 from tests.support import Recorder, assembled
 

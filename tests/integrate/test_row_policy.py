@@ -9,15 +9,24 @@ import numpy as np
 import pytest
 
 from mbproj import Scene, read_scene, settings_to_run
-from mbproj.dynamics import NO_DRIVE, RowPolicy, RowSet, jacobian, pose_of
-from mbproj.integrate import Compiled, InPlane, Reduced, kernel_tableau, load_tableau, settle_rows
-from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.formulations.full import FullFormulation
-from mbproj.integrate.numpy_loop import march
-from mbproj.integrate.reporting.tally import Tally
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.equations.constraints import jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import NO_DRIVE
+from mbproj.equations.rank.row_policy import RowPolicy, RowSet
 from mbproj.kernel import core
-from mbproj.model import Plane, planar_reduction
-from mbproj.scene import ProjectionSettings, Settings, read_scene_text
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.formulations.reduced import InPlane, Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
+from mbproj.motion.numpy_loop import march
+from mbproj.motion.report import Tally
+from mbproj.motion.steppers.tableau import load_tableau
+from mbproj.motion.time_events import kernel_tableau
+from mbproj.scene.scene import read_scene_text
 from scripts.large_mechanisms.scenes import scissor_grid
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel

@@ -15,9 +15,11 @@ from hypothesis import given
 from hypothesis.strategies import floats
 
 from mbproj import read_scene, read_scene_text, settings_to_run, simulate
-from mbproj.errors import InputError, SimulationError
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings, output_times, whole_steps
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.scene.records import Body, Joint, Pair
+from mbproj.scene.sampling import output_times, whole_steps
 from tests.kernel.scenes import ROUND, needs_kernel, run, spinner
 from tests.support import ROOT, Recorder, assembled, random_chain, scene_of
 

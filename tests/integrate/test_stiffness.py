@@ -7,11 +7,12 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.integrate.steppers.stability_region import reach
-from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.scene import read_scene, settings_to_run
+from mbproj.base.errors import SimulationError
+from mbproj.motion.simulate import simulate
+from mbproj.motion.steppers.runge_kutta import reach
+from mbproj.motion.steppers.tableau import load_tableau
+from mbproj.scene.scene import read_scene
+from mbproj.scene.settings import settings_to_run
 from tests.crossed import crossed, full
 from tests.integrate.stiff_scenes import WHEEL, held_by, rod
 from tests.kernel.scenes import needs_kernel, run
@@ -189,7 +190,7 @@ def test_of_a_long_chain_the_stiffest_springs_are_named():
         f"  s{k}: {{type: torsion_spring_damper, joint: J{k}, stiffness: {1e7 if k == 77 else 1e3}}}\n"
         for k in range(1, 200)
     )
-    from mbproj.scene import read_scene_text
+    from mbproj.scene.scene import read_scene_text
 
     text = f"mbproj: 1\ngravity: [0, 0, -9.81]\nbodies:\n{bodies}joints:\n{joints}forces:\n{forces}"
     error = stopped(read_scene_text(text), duration=3.0, step=1e-3)

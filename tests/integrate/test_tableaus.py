@@ -5,12 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.integrate.numpy_loop import error_norm
-from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
-from mbproj.integrate.steppers.runge_kutta import ExplicitRungeKutta
-from mbproj.integrate.steppers.stability_region import amplification, reach, real_axis_limit
-from mbproj.integrate.steppers.tableau import load_tableau
-from mbproj.registry import explicit_integrators, implicit_integrators, integrators
+from mbproj.base.registry import explicit_integrators, implicit_integrators, integrators
+from mbproj.motion.numpy_loop import error_norm
+from mbproj.motion.steppers.runge_kutta import ExplicitRungeKutta, amplification, reach, real_axis_limit
+from mbproj.motion.steppers.tableau import load_implicit_tableau, load_tableau
 
 # Every tableau: order conditions, orders of the step, the estimate and the extension on a nonlinear equation.
 

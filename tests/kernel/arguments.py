@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.functions import Program, flatten
-from mbproj.functions.program import Code
-from mbproj.integrate import kernel_tableau, load_tableau
+from mbproj.base.thresholds import of_the_kernel
+from mbproj.functions.program import Code, Program
+from mbproj.functions.program_set import flatten
 from mbproj.kernel import core
-from mbproj.kernel.bound import by_name
-from mbproj.kernel.models import programs
+from mbproj.kernel.models import by_name, programs
 from mbproj.model.channels import NO_CHANNELS, NO_MOTIONS
 from mbproj.model.couplings import compile_couplings
-from mbproj.thresholds import of_the_kernel
+from mbproj.motion.steppers.tableau import load_tableau
+from mbproj.motion.time_events import kernel_tableau
 
 INF = float("inf")
 

@@ -11,12 +11,18 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.dynamics import assemble
-from mbproj.integrate import Reduced, Report, simulate
-from mbproj.joints import JOINTS
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.joints.table import JOINTS
 from mbproj.kernel import build_info, core
-from mbproj.model import System, compile_system, initial_guess
-from mbproj.scene import Body, Joint, Marker, Pair, ProjectionSettings, Settings, read_scene
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.system import System
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.motion.report import Report
+from mbproj.motion.simulate import simulate
+from mbproj.scene.records import Body, Joint, Marker, Pair
+from mbproj.scene.scene import read_scene
 from tests.support import (
     MASSLESS,
     MECHANISMS,

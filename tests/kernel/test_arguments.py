@@ -8,10 +8,9 @@ import sys
 import numpy as np
 import pytest
 
-from mbproj.functions import CHANNELS, variable
-from mbproj.functions.program import number
+from mbproj.base.thresholds import of_the_kernel
+from mbproj.functions.program import CHANNELS, number, variable
 from mbproj.kernel import core
-from mbproj.thresholds import of_the_kernel
 from tests.kernel.arguments import block, blocks, functions, model, numbers, primitives, projection, run, state
 from tests.kernel.scenes import needs_kernel
 from tests.support import ROOT

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.errors import InputError, MbprojWarning, warn_once
-from mbproj.integrate import Choice, choose, simulate
-from mbproj.integrate.formulations import choice as module
+from mbproj.base.errors import InputError, MbprojWarning, warn_once
+from mbproj.base.registry import PROJECTIONS, ProjectionEntry
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.kernel import core
-from mbproj.registry import PROJECTIONS, ProjectionEntry
-from mbproj.scene import ProjectionSettings, Settings, read_scene
+from mbproj.motion.formulations import choice as module
+from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import needs_kernel, parallelogram
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing
 from tests.support import MECHANISMS, REDUNDANT, ROOT, assembled, random_body, random_chain, scene_of
@@ -98,7 +100,7 @@ def test_the_kernel_has_each_correction_that_the_registry_names():
 def test_a_new_method_runs_in_the_full_formulation(monkeypatch):
     """It is one class and one entry, which need not say anything of the kernel."""
     methods = dict(PROJECTIONS, mine=ProjectionEntry("Gopm", "1", "a copy of gopm"))
-    for place in (module, "mbproj.projection", "mbproj.integrate.reporting.failures"):
+    for place in (module, "mbproj.motion.projection", "mbproj.motion.failures"):
         monkeypatch.setattr(place if place is module else import_module(place), "PROJECTIONS", methods)
     settings = Settings(duration=0.02, step=0.01, projection=ProjectionSettings(method="mine"))
     system, state = assembled(mechanism("physical_pendulum"))

@@ -11,24 +11,21 @@ import pytest
 
 import mbproj
 from mbproj import Scene, mobility, read_scene_text
-from mbproj.arrays import Array
-from mbproj.dynamics import (
-    SOLVERS,
-    State,
-    assemble,
-    body_rates,
-    coordinate_values,
-    gamma,
-    generalised_force,
-    jacobian,
-    mass_matrix,
-    pose_of,
-    twist_of,
-)
-from mbproj.integrate import Compiled, InPlane, Reduced, count_redundant, settle_rows, space_acceleration
+from mbproj.base.arrays import Array
+from mbproj.equations.assembly.assemble import State, assemble, coordinate_values
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import gamma, jacobian
+from mbproj.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.equations.of_motion import SOLVERS, generalised_force, mass_matrix
 from mbproj.kernel import core
-from mbproj.model import Plane, compile_system, initial_guess, planar_reduction, rotation_matrix
-from mbproj.scene import read_scene
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.formulations.reduced import InPlane, Reduced, space_acceleration
+from mbproj.motion.formulations.redundant_rows import count_redundant, settle_rows
+from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import (
     Case,
     ladder,

@@ -1,4 +1,4 @@
-"""The formulations are one where joints are closed, and the kernel does what mbproj.dynamics does, also by penalty."""
+"""The formulations are one where joints are closed, and the kernel does what mbproj.equations does, also by penalty."""
 
 from __future__ import annotations
 
@@ -7,27 +7,22 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from mbproj.arrays import Array
-from mbproj.dynamics import (
-    SOLVERS,
-    Instant,
-    applied,
-    constraint,
-    constraint_velocity,
-    coordinate_values,
-    gamma,
-    generalised,
-    generalised_force,
-    jacobian,
-    mass_matrix,
-    pose_of,
-    twist_of,
-)
-from mbproj.integrate import InPlane, space_acceleration
+from mbproj.base.arrays import Array
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.constraints import constraint, constraint_velocity, gamma, jacobian
+from mbproj.equations.forces import applied, generalised
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.of_motion import SOLVERS, generalised_force, mass_matrix
 from mbproj.kernel import core
-from mbproj.model import Plane, System, matrix_E, matrix_L, planar_reduction
-from mbproj.projection import make_method
-from mbproj.scene import ProjectionSettings, read_scene
+from mbproj.model.euler_parameters import matrix_E, matrix_L
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.model.system import System
+from mbproj.motion.formulations.reduced import InPlane, space_acceleration
+from mbproj.motion.projection import make_method
+from mbproj.scene.scene import read_scene
 from tests.kernel.scenes import SCENES, Case, loops, needs_kernel, opened, parallelogram, star, tree
 from tests.model.planar_scenes import CLOSED_ONLY, Drawing, chain, planar_constraint, planar_gamma, planar_jacobian
 from tests.model.planar_scenes import SCENES as PLANAR_SCENES
@@ -76,7 +71,7 @@ def assert_equal(found: Array, expected: Array, condition: float) -> None:
 
 
 def test_constraints_and_their_derivatives(case):
-    """C, C', γ and G of the kernel's own primitives are those of mbproj.constraints."""
+    """C, C', γ and G of the kernel's own primitives are those of mbproj.joints.primitives.table."""
     system, n = case.system, case.system.bodies
     pose, equations = pose_of(case.q), case.reduced.equations()
     twist = twist_of(pose, case.v)
@@ -166,7 +161,7 @@ def test_eq_75_popm_is_gpopm_bit_for_bit(case):
     assert results[0] == results[1]
 
 
-# In the plane: the kernel's three coordinates a body against mbproj.dynamics' seven, joints open where that is one.
+# In the plane: the kernel's three coordinates a body against mbproj.equations' seven, joints open where that is one.
 
 FLAT = ("double_pendulum", "five_bar", "physical_pendulum", "planar_four_bar")
 BUILD_IN_PLANE = {
@@ -250,7 +245,7 @@ def weights(case: PlanarCase) -> Array:
 
 
 def test_planar_constraints_and_their_derivatives(planar_case):
-    """C, C', γ and G of the kernel's own primitives are those of mbproj.constraints on vectors (x, y, 0)."""
+    """C, C', γ and G of the kernel's own primitives are those of mbproj.joints.primitives.table on vectors (x, y, 0)."""
     equations, plane = planar_case.flat.equations(), planar_case.plane
     G = planar_jacobian(plane, planar_case.p)
     for found, expected in (

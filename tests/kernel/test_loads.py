@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 
 from mbproj import compile_system
-from mbproj.errors import SimulationError
-from mbproj.functions import TIME, Op, Program, constant_series, flatten, time_series, variable
-from mbproj.functions.program import apply
-from mbproj.functions.series import run
-from mbproj.integrate import FullFormulation, Reduced, choose, space_acceleration
+from mbproj.base.errors import SimulationError
+from mbproj.functions.program import TIME, Op, Program, apply, variable
+from mbproj.functions.program_set import flatten
+from mbproj.functions.series import constant_series, run, time_series
 from mbproj.kernel import core
 from mbproj.kernel.models import programs
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.formulations.reduced import Reduced, space_acceleration
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.crossed import full
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES, reference
 from tests.functions.texts import SMOOTH, T, expression

@@ -16,10 +16,13 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.errors import SimulationError
-from mbproj.integrate import choose, load_tableau, simulate
+from mbproj.base.errors import SimulationError
+from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.kernel import core
-from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.simulate import simulate
+from mbproj.motion.steppers.tableau import load_tableau
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.cli.commands import FIVE_BAR
 from tests.crossed import crossed, full
 from tests.kernel.scenes import SCENES, bits, mechanism, needs_kernel, parallelogram, print_bits, run

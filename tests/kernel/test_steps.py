@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from mbproj.integrate import load_tableau
+from mbproj.motion.steppers.tableau import load_tableau
 from tests.crossed import crossed
 from tests.kernel.scenes import bits, mechanism, needs_kernel, run, spinner
 from tests.support import random_chain

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import eigh
 
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.model import compile_system
-from mbproj.scene import read_scene_text
+from mbproj.scene.scene import read_scene_text
 
 g = 9.81
 HEAD = "mbproj: 1\ngravity: [0, 0, -9.81]\nsimulation: {duration: 1 s, step: 1 ms}\n"

@@ -8,35 +8,39 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from mbproj.constraints import PRIMITIVES
-from mbproj.constraints.coupling import Coupling
-from mbproj.constraints.curves.face import Face, FacePlace, FaceSlip
-from mbproj.constraints.curves.in_space import BesideFirst, BesideSecond, SpaceArc
-from mbproj.constraints.curves.profile import Arc, Lap, Profile
-from mbproj.constraints.curves.two_curves import Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo
-from mbproj.constraints.rope import Rope
-from mbproj.dynamics import (
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import set_bias, set_velocity
+from mbproj.equations.derivatives import (
     Carried,
     MotionAtTime,
-    attached,
-    coordinate_values,
     force_derivative,
     linear_equations,
-    pose_of,
     second_derivatives,
-    set_bias,
-    set_velocity,
-    slots_of,
     tangent_force,
-    tangent_velocities,
     third_derivatives,
-    twist_of,
-    velocities,
 )
-from mbproj.dynamics.derivatives.tangent import moved
-from mbproj.joints import JOINTS, thread
-from mbproj.model import compile_system, initial_guess
-from mbproj.scene import read_scene
+from mbproj.equations.kinematics import attached, pose_of, slots_of, twist_of
+from mbproj.equations.tangent_space import moved, tangent_velocities, velocities
+from mbproj.joints.primitives.coupling import Coupling
+from mbproj.joints.primitives.plane_curves import (
+    Arc,
+    Face,
+    FacePlace,
+    FaceSlip,
+    Gap,
+    Lap,
+    PlaceOnFirst,
+    PlaceOnSecond,
+    Profile,
+    SlipOfTwo,
+)
+from mbproj.joints.primitives.rope import Rope
+from mbproj.joints.primitives.space_curves import BesideFirst, BesideSecond, SpaceArc
+from mbproj.joints.primitives.table import PRIMITIVES
+from mbproj.joints.table import JOINTS, thread
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.scene import read_scene
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES
 from tests.support import LINES, PARAMETERS, WIRES, made, random_chain, with_flywheels
 

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
 from mbproj.linear.equilibrium.solve import NoEquilibrium
-from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
-from mbproj.results import open_results
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.results.reader import open_results
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj
 from tests.linear.closed_forms import HEAD, g, turning, under_gravity, weightless
 from tests.support import ROOT
@@ -194,7 +194,7 @@ def _by_energy(text, crank, angle):
     """√(V'' / m) of the crank's angle, T = ½ m φ'²."""
     from dataclasses import replace
 
-    from mbproj.dynamics import total_energy
+    from mbproj.equations.energy import total_energy
 
     scene = read_scene_text(text)
 

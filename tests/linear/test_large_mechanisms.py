@@ -10,18 +10,18 @@ from scipy.linalg import eigh, null_space
 from scipy.optimize import brentq
 
 from mbproj import read_scene_text
-from mbproj.dynamics import MotionAtTime, constraint_rows, tangent_space
-from mbproj.errors import InputError
-from mbproj.linear.bordered import along_tangent_space, tangent_space_of
+from mbproj.base.errors import InputError
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.derivatives import MotionAtTime, constraint_rows
+from mbproj.equations.tangent_space import tangent_space
+from mbproj.linear.bordered import along_tangent_space, independent_rows, tangent_space_of
 from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
 from mbproj.linear.equilibrium.solve import NoEquilibrium
-from mbproj.linear.equilibrium.started import assembled_start
-from mbproj.linear.independent_rows import independent_rows
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.state_space.model import linear_model
-from mbproj.model import compile_system
-from mbproj.thresholds import THRESHOLDS
+from mbproj.linear.state_space import linear_model
 from tests.crossed import full
 from tests.kernel.scenes import shared_four_bars
 from tests.linear.closed_forms import HEAD, chain, chain_frequencies, g, turning
@@ -139,7 +139,7 @@ def test_a_long_chain_that_swings_has_the_modes_of_that_instant():
 
 
 def test_what_is_too_free_is_refused_with_the_limit(monkeypatch):
-    monkeypatch.setattr("mbproj.linear.bordered.THRESHOLDS", replace(THRESHOLDS, most_dense=100))
+    monkeypatch.setattr("mbproj.base.thresholds.THRESHOLDS", replace(THRESHOLDS, most_dense=100))
     scene = read_scene_text(chain(160))
     system = compile_system(scene)
     reference = reference_at(system, assembled_start(scene, system), "start")
@@ -234,7 +234,7 @@ def test_upright_a_long_chain_rests_too_but_is_not_stable():
 
 
 def test_from_other_starts_an_upright_chain_finds_where_it_hangs_by_sparse_matrices(monkeypatch):
-    monkeypatch.setattr("mbproj.linear.equilibrium.find.THRESHOLDS", replace(THRESHOLDS, large=8))
+    monkeypatch.setattr("mbproj.base.thresholds.THRESHOLDS", replace(THRESHOLDS, large=8))
     found = at_rest(chain(10).replace("gravity: [0, 0, -9.81]", "gravity: [0, 0, 9.81]"))
     assert not found.stable
     (hangs,) = other_equilibria(found.reference.system, found, 1)

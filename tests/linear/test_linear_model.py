@@ -14,20 +14,21 @@ from scipy.linalg import expm
 from scipy.signal import StateSpace, freqresp
 
 from mbproj import Mechanism
-from mbproj.errors import InputError
-from mbproj.integrate import simulate
+from mbproj.base.errors import InputError
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
 from mbproj.linear.reference import reference_at
-from mbproj.linear.state_space.model import linear_model
-from mbproj.mechanisms_folder import mechanism
-from mbproj.model import compile_system
-from mbproj.results import read_model
-from mbproj.scene import read_scene, read_scene_text, settings_to_run
-from mbproj.studies import CHECKS, Case, Finding
-from mbproj.studies.verify import small_motions
-from mbproj.studies.verify.checks import _check
+from mbproj.linear.state_space import linear_model
+from mbproj.motion.simulate import simulate
+from mbproj.results.linear_files import read_model
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.scene.settings import settings_to_run
+from mbproj.studies.verify import short_runs
+from mbproj.studies.verify.case import Case, Finding
+from mbproj.studies.verify.checks import CHECKS, _check
 from tests.cli.commands import mbproj
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
@@ -254,7 +255,7 @@ RINGING = (
 
 
 def checked(name):
-    return small_motions.small_motions(Case(Mechanism.of(read_scene(mechanism(name)))))
+    return short_runs.small_motions(Case(Mechanism.of(read_scene(mechanism(name)))))
 
 
 @pytest.mark.parametrize("name", [name if number % 4 == 0 else full(name) for number, name in enumerate(RINGING)])
@@ -316,7 +317,7 @@ def test_a_frequency_that_is_wrong_is_found_out(monkeypatch):
         found = modes(reference)
         return replace(found, eigenvalues=found.eigenvalues * 1.0001)
 
-    monkeypatch.setattr(small_motions, "modes", wrong)
+    monkeypatch.setattr(short_runs, "modes", wrong)
     found = checked("physical_pendulum")
     assert not found.passed
     assert found.measured == pytest.approx(1e-4 * 3.14159 / 2, rel=0.1)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.special import jn_zeros
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from mbproj.linear.eigenvalues import ReducedEquations, eigen
 from tests.linear.closed_forms import HEAD, LAVAL, TOP, chain, chain_frequencies, g, modes_of, under_gravity, weightless
 

@@ -9,14 +9,14 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.linear.equilibrium.started import assembled_start
-from mbproj.linear.modes import modes
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.linear.equilibrium.start import assembled_start
+from mbproj.linear.modes import modes, stored
 from mbproj.linear.reference import reference_at
-from mbproj.linear.stored import stored
-from mbproj.model import compile_system, rotation_matrix
-from mbproj.results import LAYOUT, read_modes, write_modes
-from mbproj.scene import read_scene_text
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.results.linear_files import MODES_LAYOUT, read_modes, write_modes
+from mbproj.scene.scene import read_scene_text
 from tests.cli.commands import mbproj
 from tests.linear.closed_forms import g, modes_of, under_gravity
 from tests.stops.scenes import resting_on_a_stop
@@ -207,7 +207,7 @@ def test_the_file_names_units_and_frames(written):
         assert "revolute" in file["scene/text"][()].decode()
 
 
-@pytest.mark.parametrize("part", [part.path for part in LAYOUT.parts if part.kind == "real"])
+@pytest.mark.parametrize("part", [part.path for part in MODES_LAYOUT.parts if part.kind == "real"])
 def test_a_file_whose_shapes_do_not_agree_is_refused(written, part):
     path, _ = written
     with h5py.File(path, "r+") as file:

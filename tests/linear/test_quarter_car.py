@@ -7,10 +7,10 @@ import pytest
 from scipy.optimize import fsolve
 from scipy.spatial.transform import Rotation
 
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.linear.equilibrium.started import assembled_start
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
-from mbproj.model import compile_system
 from tests.mechanisms.closed_forms import expected, scene
 from tests.mechanisms.running import assert_close
 

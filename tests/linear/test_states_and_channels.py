@@ -8,23 +8,23 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj.cli.linear import equilibrium as equilibrium_command
-from mbproj.cli.linear import linearize as linearize_command
-from mbproj.cli.linear import modes as modes_command
-from mbproj.dynamics import pose_of, tangent_velocities, velocities
-from mbproj.dynamics.derivatives.tangent import moved
-from mbproj.integrate import FullFormulation, simulate
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.commands import equilibrium as equilibrium_command
+from mbproj.commands import linearize as linearize_command
+from mbproj.commands import modes as modes_command
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.tangent_space import moved, tangent_velocities, velocities
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.solve import NoEquilibrium
-from mbproj.linear.mode_notes import notes_on
-from mbproj.linear.modes import modes
-from mbproj.linear.reduction.projected import projected
+from mbproj.linear.modes import modes, notes_on, stored
+from mbproj.linear.reduction import projected
 from mbproj.linear.reference import reference_at
-from mbproj.linear.state_space.model import linear_model
-from mbproj.linear.stored import stored
-from mbproj.results import open_results, read_modes, write_modes
-from mbproj.runs import record_equilibrium
-from mbproj.thresholds import THRESHOLDS
+from mbproj.linear.state_space import linear_model
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.simulate import simulate
+from mbproj.results.linear_files import read_modes, write_modes
+from mbproj.results.reader import open_results
+from mbproj.studies.record import record_equilibrium
 from tests.model.element_scenes import PENDULUM, RATES, case, driven
 from tests.support import Recorder
 
@@ -147,7 +147,7 @@ def test_states_have_modes_in_many_bodies_too(monkeypatch):
     expected = modes(at_start(VIBRATES, start=(0.0, 0.0)))
     for module in ("modes", "bordered"):
         monkeypatch.setattr(f"mbproj.linear.{module}.THRESHOLDS", replace(THRESHOLDS, large=0))
-    monkeypatch.setattr("mbproj.dynamics.blocks.THRESHOLDS", replace(THRESHOLDS, large=0))
+    monkeypatch.setattr("mbproj.base.thresholds.THRESHOLDS", replace(THRESHOLDS, large=0))
     found = modes(at_start(VIBRATES, start=(0.0, 0.0)))
     np.testing.assert_allclose(found.eigenvalues, expected.eigenvalues, rtol=1e-10)
     np.testing.assert_allclose(found.state_share, expected.state_share, atol=1e-10)

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from mbproj import read_scene, settings_to_run, simulate
-from mbproj.integrate import Report
-from mbproj.model import System, rotation_matrix
-from mbproj.scene import Scene, read_scene_text
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.model.system import System
+from mbproj.motion.report import Report
+from mbproj.scene.scene import Scene, read_scene_text
 from tests.support import ROOT, Recorder, assembled
 
 #: Tolerance at which what an integrator leaves is far below what the tests ask for.

@@ -9,8 +9,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.analysis import loads_of
-from mbproj.results import ResultsWriter, open_results
+from mbproj.results.analysis.loads import loads_of
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.crossed import once
 from tests.mechanisms.running import TIGHT, Run, assert_close
 from tests.mechanisms.running import run as run_mechanism

@@ -20,10 +20,10 @@ from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 from mbproj import compile_system, read_scene
-from mbproj.cli import mbproj
-from mbproj.errors import MbprojError
-from mbproj.scene import Settings
-from mbproj.studies import time_settings
+from mbproj.base.errors import MbprojError
+from mbproj.base.settings import Settings
+from mbproj.commands.main import mbproj
+from mbproj.studies.measure.measurement import time_settings
 from tests.cli.reports import refuse_what_no_table_says
 from tests.crossed import some
 from tests.stops.scenes import resting_on_a_stop
@@ -64,7 +64,7 @@ pytestmark = [
     pytest.mark.long,
     pytest.mark.filterwarnings("error::RuntimeWarning"),
     pytest.mark.filterwarnings("error::UserWarning"),
-    pytest.mark.filterwarnings("default::mbproj.errors.MbprojWarning"),
+    pytest.mark.filterwarnings("default::mbproj.base.errors.MbprojWarning"),
 ]
 
 
@@ -83,8 +83,8 @@ def folder(tmp_path, monkeypatch, sweeps_here, read_here):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MBPROJ_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", _not_drawn)
-    monkeypatch.setattr("mbproj.studies.measure.timing.SHORTEST", 0.0)
-    monkeypatch.setattr("mbproj.studies.recommend.recommendation.time_settings", partial(time_settings, repetitions=1))
+    monkeypatch.setattr("mbproj.studies.measure.measurement.SHORTEST", 0.0)
+    monkeypatch.setattr("mbproj.studies.measure.measurement.time_settings", partial(time_settings, repetitions=1))
     return tmp_path
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene
-from mbproj.dynamics import constraint_at, constraint_velocity_at, pose_of
+from mbproj.equations.constraints import constraint_at, constraint_velocity_at
+from mbproj.equations.kinematics import pose_of
 from tests.crossed import some
 from tests.mechanisms.running import run
 from tests.support import MECHANISMS, REDUNDANT, assembled

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from mbproj import Scene, read_scene
-from mbproj.registry import integrators
-from mbproj.scene import Body, Joint, Marker, Pair, ProjectionSettings, Quaternion, Settings, Vector, from_matrix
-from mbproj.scene.fields.rotations import multiply
+from mbproj.base.registry import integrators
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.scene.fields.rotations import from_matrix, multiply
+from mbproj.scene.records import Body, Joint, Marker, Pair, Quaternion, Vector
 from tests.crossed import some
 from tests.mechanisms.running import Run, angular_momentum, assert_close, run, run_scene
 from tests.support import ROOT, random_body, random_chain, random_joint, scene_of

@@ -11,14 +11,19 @@ from scipy.linalg import eig
 from scipy.optimize import brentq, fsolve
 
 from mbproj import InputError, read_scene_text
-from mbproj.dynamics import NO_CONDITIONS, NO_DRIVE, coordinate_values, pose_of
-from mbproj.functions import Curve
-from mbproj.joints import geneva
-from mbproj.linear import EquilibriumProblem, assembled_start, steady_turn
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.motions import NO_DRIVE
+from mbproj.equations.rank.row_space import NO_CONDITIONS
+from mbproj.functions.standard import Curve
+from mbproj.joints.table import geneva
+from mbproj.linear.equilibrium.balance import EquilibriumProblem
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.start import assembled_start
+from mbproj.linear.equilibrium.steady import steady_turn
 from mbproj.linear.modes import modes
-from mbproj.mechanisms_folder import mechanism
-from mbproj.model import compile_system
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.closed_forms import (
     energy,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipj, ellipk
 
-from mbproj.registry import integrators
+from mbproj.base.registry import integrators
 from tests.crossed import full, where
 from tests.integrate.event_scenes import run
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mbproj import mobility, read_scene
-from mbproj.dynamics import pose_of
+from mbproj.equations.kinematics import pose_of
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run

@@ -8,8 +8,9 @@ from scipy.linalg import eigh
 from scipy.special import ellipj
 
 from mbproj import Scene
-from mbproj.registry import PROJECTIONS, explicit_integrators, integrators
-from mbproj.scene import Body, Settings
+from mbproj.base.registry import PROJECTIONS, explicit_integrators, integrators
+from mbproj.base.settings import Settings
+from mbproj.scene.records import Body
 from tests.mechanisms.closed_forms import physical_angle, racket_rates
 from tests.mechanisms.running import TIGHT, angular_momentum, assert_close, run, run_scene
 from tests.support import DATA, scene_of

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene
-from mbproj.registry import PROJECTIONS
+from mbproj.base.registry import PROJECTIONS
 from scripts.validation.case import SCENES, TABLES, Case
 from scripts.validation.cases import CASES
 from scripts.validation.compare import deviations, reference, regular_text, run_case

@@ -6,15 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from mbproj.dynamics import assemble
-from mbproj.functions import CHANNELS, Program, flatten
-from mbproj.integrate import simulate
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.functions.program import CHANNELS, Program
+from mbproj.functions.program_set import flatten
 from mbproj.kernel import core
-from mbproj.model import compile_system, initial_guess
 from mbproj.model.channels import ChannelKind, Channels, ElementStates
-from mbproj.scene import read_scene_text, settings_to_run
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.simulate import simulate
 from mbproj.scene.expressions.compiled import compiled
 from mbproj.scene.expressions.syntax_tree import parse
+from mbproj.scene.scene import read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.support import Recorder, assembled
 
 # A pendulum whose elements have states, x and z, with rates of a test's own.

@@ -8,15 +8,18 @@ from collections.abc import Callable
 import numpy as np
 
 from mbproj import Scene
-from mbproj.arrays import Array, Integers, Numbers
-from mbproj.dataclass import dataclass
-from mbproj.joints import JOINTS
-from mbproj.model import System, compile_system, initial_guess
+from mbproj.base.arrays import Array, Integers, Numbers
+from mbproj.base.dataclass import dataclass
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.joints.table import JOINTS
+from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.euler_parameters import product
-from mbproj.model.planar import NotPlanar, Plane, planar_reduction
-from mbproj.model.planar.planar_set import PlanarSet
+from mbproj.model.planar.plane import PlanarSet, Plane
+from mbproj.model.planar.reduction import NotPlanar, planar_reduction
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind
-from mbproj.scene import Body, Joint, Pair, from_matrix
+from mbproj.model.system import System
+from mbproj.scene.fields.rotations import from_matrix
+from mbproj.scene.records import Body, Joint, Pair
 from tests.support import PARAMETERS, random_body, random_coupling, scene_of
 
 # Mechanisms drawn in a plane of any normal, and some that only look as if they were.
@@ -257,7 +260,7 @@ def planar(scene: Scene) -> tuple[System, np.ndarray, Plane]:
     return system, q, plane
 
 
-# C, C_p and γ in the coordinates of the plane, by the primitives of `mbproj.constraints` on vectors (x, y, 0).
+# C, C_p and γ in the coordinates of the plane, by the primitives of `mbproj.joints.primitives.table` on vectors (x, y, 0).
 #
 # No row is defined a second time: the plane selects rows and columns. The kernel is tested against these.
 

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj.dynamics import channel_slopes
-from mbproj.integrate import simulate
+from mbproj.equations.derivatives import channel_slopes
 from mbproj.kernel import core
+from mbproj.motion.simulate import simulate
 from tests.crossed import full
 from tests.model.element_scenes import RATES, driven
 from tests.support import Recorder

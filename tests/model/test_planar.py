@@ -7,21 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics import (
-    constraint,
-    coordinate_values,
-    gamma,
-    generalised_force,
-    jacobian,
-    mass_matrix,
-    pose_of,
-    twist_of,
-)
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.constraints import constraint, gamma, jacobian
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.of_motion import generalised_force, mass_matrix
 from mbproj.model.euler_parameters import matrix_E
-from mbproj.model.planar import Plane
+from mbproj.model.planar.certain import TILTED, see, sides
+from mbproj.model.planar.plane import Plane
 from mbproj.model.planar.reduction import PlaneSplit, split
-from mbproj.model.planar.rows import TILTED, see, sides
-from mbproj.scene import read_scene
+from mbproj.scene.scene import read_scene
 from tests.model.planar_scenes import (
     CLOSED_ONLY,
     SCENES,

@@ -10,11 +10,16 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism, Scene
-from mbproj.dynamics import assemble, pose_of, scaled_jacobian
-from mbproj.model import compile_system, initial_guess
-from mbproj.model.planar import NotPlanar, Plane, planar_reduction
-from mbproj.scene import Joint, SceneText, read_scene
-from mbproj.thresholds import THRESHOLDS
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import assemble
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.row_space import scaled_jacobian
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import NotPlanar, planar_reduction
+from mbproj.scene.records import Joint
+from mbproj.scene.scene import SceneText, read_scene
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, planar_jacobian, reduced, turns
 from tests.support import MECHANISMS, assembled
 

@@ -9,16 +9,23 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text
-from mbproj.arrays import Array, cross
-from mbproj.dynamics import State, kinetic_energy, pose_of, potential_energy, twist_of
-from mbproj.errors import SimulationError
-from mbproj.integrate import FullFormulation, choose, simulate
-from mbproj.integrate.formulations import choice as module
-from mbproj.linear import stored_state
-from mbproj.model import System
-from mbproj.model.planar import Plane, planar_reduction
-from mbproj.results import ResultsWriter, open_results
-from mbproj.scene import ProjectionSettings, read_scene
+from mbproj.base.arrays import Array, cross
+from mbproj.base.errors import SimulationError
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.energy import kinetic_energy, potential_energy
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.linear.states import stored_state
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.model.system import System
+from mbproj.motion.formulations import choice as module
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.simulate import simulate
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
+from mbproj.scene.scene import read_scene
 from tests.crossed import crossed, full
 from tests.integrate.event_scenes import bounce
 from tests.kernel.scenes import needs_kernel

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from mbproj import Scene, read_scene, settings_to_run, simulate
-from mbproj.results import ResultsWriter
+from mbproj.results.writer import ResultsWriter
 from tests.support import ROOT, assembled
 
 # Runs of the five-bar to show.

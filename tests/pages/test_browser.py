@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.pages.data.pages import page_of
-from mbproj.pages.page.write import html
-from mbproj.results import open_results
-from mbproj.scene import read_scene_text
+from mbproj.results.reader import open_results
+from mbproj.scene.scene import read_scene_text
+from mbproj.show.page.pages import page_of
+from mbproj.show.page.write import html
 from tests.crossed import full
 from tests.pages.browser import LAPTOP, MISSING, PHONE, SMALL, Opened, browser
 from tests.pages.runs import HOSTILE, five_bar, recorded

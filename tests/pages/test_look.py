@@ -10,18 +10,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj import Scene, assemble, compile_system, initial_guess, read_scene, read_scene_text
-from mbproj.joints import JOINTS
-from mbproj.model import rotation_matrix
-from mbproj.pages.appearance.bodies import solid_of
-from mbproj.pages.appearance.glyphs import GLYPHS, sketch_of
-from mbproj.pages.appearance.joints import radii
-from mbproj.pages.appearance.layout import PartNumbers
-from mbproj.pages.appearance.mechanism import look_of
-from mbproj.pages.appearance.motion import PoseHistory, motion_at
-from mbproj.pages.appearance.parts import bar, turn_to
-from mbproj.pages.appearance.plates import hull, plate
-from mbproj.pages.appearance.view import view_of
-from mbproj.pages.data.pages import carried, dips, load_groups, passages
+from mbproj.joints.table import JOINTS
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.show.appearance.bodies import solid_of
+from mbproj.show.appearance.joints import GLYPHS, radii, sketch_of
+from mbproj.show.appearance.layout import PartNumbers
+from mbproj.show.appearance.mechanism import look_of, view_of
+from mbproj.show.appearance.motion import PoseHistory, motion_at
+from mbproj.show.appearance.parts import bar, hull, plate, turn_to
+from mbproj.show.page.pages import carried, dips, load_groups, passages
 from tests.crossed import some
 from tests.linear.closed_forms import chain
 from tests.support import MECHANISMS, assembled, random_chain

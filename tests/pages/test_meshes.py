@@ -8,11 +8,14 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError, MbprojWarning
-from mbproj.pages.data.pages import page_of
-from mbproj.pages.page.write import html
-from mbproj.results import check_results, open_results
-from mbproj.scene import meshes, meshes_of, read_scene
+from mbproj.base.errors import InputError, MbprojWarning
+from mbproj.results.check import check_results
+from mbproj.results.reader import open_results
+from mbproj.scene import meshes
+from mbproj.scene.meshes import meshes_of
+from mbproj.scene.scene import read_scene
+from mbproj.show.page.pages import page_of
+from mbproj.show.page.write import html
 from tests.cli.commands import mbproj
 from tests.pages.runs import block_of, bytes_of, data_of, recorded
 

@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from mbproj.cli.commands import animate
-from mbproj.errors import InputError
-from mbproj.linear import reference_at, start_state
-from mbproj.linear.modes import modes
-from mbproj.linear.stored import stored
-from mbproj.model import compile_system, rotation_matrix
-from mbproj.pages.data.modes import page_of_modes, words_on
-from mbproj.pages.page.write import html
-from mbproj.results import read_modes, write_modes
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.commands import animate
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.linear.modes import modes, stored
+from mbproj.linear.reference import reference_at
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.results.linear_files import read_modes, write_modes
+from mbproj.scene.scene import read_scene_text
+from mbproj.show.page.pages import page_of_modes, words_on
+from mbproj.show.page.write import html
 from tests.pages.browser import MISSING, SMALL, Opened, browser
 from tests.pages.runs import block_of, bytes_of, data_of
 

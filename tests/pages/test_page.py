@@ -13,17 +13,27 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
 from mbproj import Trust, read_scene, settings_to_run, simulate
-from mbproj.cli.commands import animate
-from mbproj.errors import InputError
-from mbproj.pages.appearance.motion import motion_at
-from mbproj.pages.data.frames import FEWEST, REFUSED, THINNED, frames_of, largest_between
-from mbproj.pages.data.packing import LARGEST, ORDERS, Packer, step_of
-from mbproj.pages.data.pages import page_of, start_of
-from mbproj.pages.page import three_js as three_js_module
-from mbproj.pages.page.three_js import three_js
-from mbproj.pages.page.write import as_json, html
-from mbproj.results import Poses, ResultsWriter, open_results
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.commands import animate
+from mbproj.results.reader import open_results
+from mbproj.results.trust import Poses
+from mbproj.results.writer import ResultsWriter
+from mbproj.scene.scene import read_scene_text
+from mbproj.show.appearance.motion import motion_at
+from mbproj.show.page import write as three_js_module
+from mbproj.show.page.pages import page_of, start_of
+from mbproj.show.page.series import (
+    FEWEST,
+    LARGEST,
+    ORDERS,
+    REFUSED,
+    THINNED,
+    Packer,
+    frames_of,
+    largest_between,
+    step_of,
+)
+from mbproj.show.page.write import as_json, html, three_js
 from tests.cli.commands import invoked
 from tests.pages.runs import FIVE_BAR, HOSTILE, block_of, bytes_of, data_of, five_bar, recorded
 from tests.support import Recorder as Kept

@@ -10,16 +10,16 @@ from click.testing import CliRunner
 from matplotlib.collections import PolyCollection
 from PIL import Image
 
-from mbproj.cli.commands import animate, check, plot
-from mbproj.errors import InputError
-from mbproj.figures import draw, draw_start, duration_and_speed, picture_axes, projected, times_of, why_not
-from mbproj.figures.kinds import film
-from mbproj.joints import JOINTS
-from mbproj.pages.appearance.mechanism import look_of
-from mbproj.pages.appearance.motion import motion_at
-from mbproj.pages.appearance.view import view_of
-from mbproj.results import open_results
-from mbproj.scene import read_scene
+from mbproj.base.errors import InputError
+from mbproj.commands import animate, check, plot
+from mbproj.joints.table import JOINTS
+from mbproj.results.reader import open_results
+from mbproj.scene.scene import read_scene
+from mbproj.show.appearance.mechanism import look_of, view_of
+from mbproj.show.appearance.motion import motion_at
+from mbproj.show.figures import mechanism as film
+from mbproj.show.figures.kinds import draw, why_not
+from mbproj.show.figures.mechanism import draw_start, duration_and_speed, picture_axes, projected, times_of
 from tests.cli.commands import invoked
 from tests.crossed import some
 from tests.pages.runs import FIVE_BAR, five_bar

@@ -14,9 +14,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from mbproj.cli.watch.follow import Saves, Superseded, build
-from mbproj.cli.watch.server import Board, Server, ShownPage
-from mbproj.pages.page.write import html, waiting
+from mbproj.commands.watch import Board, Saves, Server, ShownPage, Superseded, build
+from mbproj.show.page.write import html, waiting
 from tests.pages.browser import MISSING, browser
 from tests.support import ROOT
 

@@ -9,11 +9,14 @@ import pytest
 
 import mbproj
 from mbproj import Report, Scene
-from mbproj.integrate import Mark, momenta_of, simulate
-from mbproj.integrate.formulations import choice
-from mbproj.model import compile_system
-from mbproj.runs import notes_on_rows
-from mbproj.scene import read_scene, read_scene_text, settings_to_run, with_options
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.motion.formulations import choice
+from mbproj.motion.formulations.invariants import momenta_of
+from mbproj.motion.marks import Mark
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.scene.settings import settings_to_run, with_options
+from mbproj.studies.record import notes_on_rows
 from tests.crossed import crossed
 from tests.integrate.event_scenes import bounce, height_at
 from tests.integrate.stiff_scenes import CLAMP

@@ -9,17 +9,25 @@ import numpy as np
 import pytest
 
 from mbproj import Report, Scene
-from mbproj.arrays import Array
-from mbproj.dynamics import RowSet, State, constraint_at, jacobian, mass_matrix, pose_of
-from mbproj.errors import SimulationError
-from mbproj.integrate import InPlane, Reduced, simulate
+from mbproj.base.arrays import Array
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at, jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.of_motion import mass_matrix
+from mbproj.equations.rank.row_policy import RowSet
 from mbproj.kernel import core
-from mbproj.model import Plane, System, compile_system, planar_reduction
-from mbproj.projection import make_method
-from mbproj.projection.solve import correct_position, damped
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import Body, Joint, Pair, ProjectionSettings, Settings
-from mbproj.thresholds import THRESHOLDS
+from mbproj.model.planar.plane import Plane
+from mbproj.model.planar.reduction import planar_reduction
+from mbproj.model.system import System
+from mbproj.motion.formulations.reduced import InPlane, Reduced
+from mbproj.motion.projection import correct_position, damped, make_method
+from mbproj.motion.simulate import simulate
+from mbproj.scene.records import Body, Joint, Pair
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.support import Recorder, assembled, scene_of
@@ -30,7 +38,7 @@ from tests.support import Recorder, assembled, scene_of
 # apart than the bars between them reach, turns alone cannot close them, and Newton's method without damping fails in
 # one of seven random poses from a mass ratio of 1e6 on.
 
-#: mbproj.projection's methods that have a penalty need one to suit the masses.
+#: mbproj.motion.projection's methods that have a penalty need one to suit the masses.
 PENALISED = ("mass-orthogonal", "mmopm")
 BARS = 5
 AXIS = (0.0, 1.0, 0.0)

@@ -7,12 +7,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mbproj.dynamics import constraint_at, constraint_velocity_at, jacobian, mass_matrix, pose_of
-from mbproj.model import compile_system, initial_guess
-from mbproj.projection import Projection, make_method
-from mbproj.projection.solve import project_after, row_tolerances
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import ProjectionSettings
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.constraints import constraint_at, constraint_velocity_at, jacobian
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.of_motion import mass_matrix
+from mbproj.model.compile.mechanism import initial_guess
+from mbproj.motion.projection import Projection, make_method, project_after, row_tolerances
 from tests.support import random_body, random_chain, scene_of
 
 # The corrections as mathematics: they close the linearised constraints, and are the smallest in their metric.

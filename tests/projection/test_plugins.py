@@ -12,15 +12,16 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj import parts, plugins
-from mbproj.elements import Element, Force, Row, State, called
+from mbproj.base import plugins
+from mbproj.base.registry import PROJECTIONS, integrators
+from mbproj.functions.elements import Element, Force, Row, State, called
 from mbproj.functions.program import Program, number
 from mbproj.guide.pages import pages
-from mbproj.integrate import holds_up_to, tableau_of
-from mbproj.integrate.steppers.order_conditions import density, trees
-from mbproj.projection.methods import Method
-from mbproj.registry import PROJECTIONS, integrators
-from mbproj.scene import ELEMENTS
+from mbproj.motion.projection import Method
+from mbproj.motion.steppers.plugin import density, holds_up_to, trees
+from mbproj.motion.steppers.tableau import tableau_of
+from mbproj.scene import parts
+from mbproj.scene.blocks.elements import ELEMENTS
 from tests.crossed import full
 from tests.guide.fences import fences
 from tests.support import ROOT

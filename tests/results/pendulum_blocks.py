@@ -11,8 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from mbproj import Scene
-from mbproj.results import DATASETS, ResultsWriter
-from mbproj.scene import Body, Joint, Marker, Pair, ProjectionSettings, Settings
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.results.layout import DATASETS
+from mbproj.results.writer import ResultsWriter
+from mbproj.scene.records import Body, Joint, Marker, Pair
 
 Block = dict[str, npt.NDArray[Any]]
 AMPLITUDE, RATE, LENGTH, MASS, GRAVITY = 0.2, 3.0, 9.8 / 9.0, 2.0, 9.8

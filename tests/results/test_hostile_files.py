@@ -12,13 +12,12 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj import sandbox
-from mbproj.errors import InputError, MbprojWarning
-from mbproj.results import check_results, open_results
-from mbproj.results.file.checksums import OF_ATTRIBUTES, OF_DATA, stamp_attributes
+from mbproj.base import sandbox
+from mbproj.base.errors import InputError, MbprojWarning
+from mbproj.results.check import check_results
+from mbproj.results.file.checksums import OF_ATTRIBUTES, OF_DATA, create_text, stamp_attributes
 from mbproj.results.file.opening import ClosedView
-from mbproj.results.file.whole import create_text
-from mbproj.results.reader import BESIDE_SAMPLES
+from mbproj.results.reader import BESIDE_SAMPLES, open_results
 from tests.crossed import some
 from tests.results.pendulum_blocks import NAMES, PATHS, block, record, times
 from tests.results.processes import child
@@ -280,7 +279,7 @@ def test_a_checksum_that_is_none(path):
 
 def test_whatever_stands_beside_the_samples_is_tried_in_the_sandbox(path):
     """A property that reads the file is in the list of what a child tries first."""
-    from mbproj.results import Results
+    from mbproj.results.record import Results
 
     lazy = {name for name, value in vars(Results).items() if isinstance(value, property)} - {
         "time",

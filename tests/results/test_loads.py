@@ -18,10 +18,10 @@ from mbproj import (
     settings_to_run,
     simulate,
 )
-from mbproj.analysis import duration_above, loads_of, recorded_in, samples_of, swings
-from mbproj.results import ResultsWriter
-from mbproj.results.loads.between_samples import in_and_out, integrals, peaks, pieces
-from mbproj.results.loads.largest import loads
+from mbproj.results.analysis.loads import duration_above, loads_of, recorded_in, samples_of, swings
+from mbproj.results.between_samples import in_and_out, integrals, peaks, pieces
+from mbproj.results.largest_loads import loads
+from mbproj.results.writer import ResultsWriter
 from tests.results.pendulum_blocks import record
 from tests.support import ROOT
 

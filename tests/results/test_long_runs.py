@@ -12,13 +12,16 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
-from mbproj.analysis.tables import tables
-from mbproj.integrate import Keeping, Mark, Marks
-from mbproj.integrate.reporting import marks as run_marks
-from mbproj.results import Results, ResultsWriter, check_results, open_own_results, writer
-from mbproj.results.datasets import chunk_rows
+from mbproj.motion import marks as run_marks
+from mbproj.motion.marks import Keeping, Mark, Marks
+from mbproj.results import writer
+from mbproj.results.analysis.tables import tables
+from mbproj.results.check import check_results
 from mbproj.results.file import contents
-from mbproj.results.file.dataset import CHUNK_CACHE
+from mbproj.results.file.contents import CHUNK_CACHE
+from mbproj.results.reader import open_own_results
+from mbproj.results.record import Results
+from mbproj.results.writer import ResultsWriter, chunk_rows
 from tests.cli.commands import FIVE_BAR
 
 #: What HDF5 may keep of the chunks of all datasets together, bytes.

@@ -12,12 +12,12 @@ import pytest
 
 import mbproj
 from mbproj import mobility, read_scene, simulate
-from mbproj.errors import InputError
-from mbproj.results import open_own_results, open_results
+from mbproj.base.errors import InputError
 from mbproj.results.file.checksums import NOT_YET, stamp, stamp_attributes
 from mbproj.results.file.opening import lookup3
 from mbproj.results.layout import CONSTANTS
-from mbproj.scene import settings_to_run
+from mbproj.results.reader import open_own_results, open_results
+from mbproj.scene.settings import settings_to_run
 from tests.crossed import some
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, NAMES, PATHS, RATE, block, record, times
 from tests.support import ROOT, assembled
@@ -227,7 +227,7 @@ def test_import_is_light():
     import subprocess
     import sys
 
-    code = "import mbproj.results, mbproj.analysis, sys; print('matplotlib' in sys.modules, 'scipy' in sys.modules)"
+    code = "import mbproj.results, mbproj.results.analysis, sys; print('matplotlib' in sys.modules, 'scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "False False\n"
 

@@ -12,8 +12,8 @@ import pytest
 
 import mbproj
 from mbproj import InputError, SimulationError, open_results, read_scene
-from mbproj.errors import MbprojWarning
-from mbproj.runs import Interrupted, record_run
+from mbproj.base.errors import MbprojWarning
+from mbproj.studies.record import Interrupted, record_run
 from tests.cli.commands import mbproj as command
 from tests.ropes.scenes import LOAD, UP
 from tests.ropes.scenes import scene as roped
@@ -24,17 +24,15 @@ PACKAGE = ROOT / "mbproj"
 #: Who asks for the motion of a mechanism without recording it, each with a recorder of its own.
 UNRECORDED = {
     "linear/states.py",
-    "studies/certify/certified.py",
-    "studies/compare/energy_split.py",
-    "studies/design/slopes/differences.py",
-    "studies/design/slopes/neighbours.py",
+    "studies/certify.py",
+    "studies/compare.py",
+    "studies/design/slopes.py",
+    "studies/design/neighbours.py",
     "studies/measure/solve.py",
     "studies/paper.py",
-    "studies/stability/judge.py",
-    "studies/stability/quantities.py",
+    "studies/stability.py",
     "studies/sweep/run.py",
-    "studies/verify/small_motions.py",
-    "studies/verify/turns.py",
+    "studies/verify/short_runs.py",
 }
 
 
@@ -52,12 +50,12 @@ def callers(name: str) -> set[str]:
 
 
 def test_one_place_compiles_assembles_and_records():
-    assert callers("ResultsWriter") == {"runs/record.py"}
-    assert callers("simulate") == {"runs/record.py"} | UNRECORDED
+    assert callers("ResultsWriter") == {"studies/record.py"}
+    assert callers("simulate") == {"studies/record.py"} | UNRECORDED
     assert callers("record_run") == {
-        "api/run.py",
-        "cli/simulate/execute.py",
-        "cli/watch/follow.py",
+        "commands/python/run.py",
+        "commands/execute.py",
+        "commands/watch.py",
         "studies/batch.py",
         "studies/sweep/run.py",
     }
@@ -126,7 +124,7 @@ def test_what_is_wrong_with_the_output_is_said_before_the_start_is_sought(tmp_pa
     def sought(*_: object) -> None:
         raise AssertionError
 
-    monkeypatch.setattr("mbproj.runs.record.start_of", sought)
+    monkeypatch.setattr("mbproj.studies.record.start_of", sought)
     with pytest.raises(InputError, match="does not exist"):
         record_run(read_scene(FIVE_BAR), tmp_path / "nowhere" / "out.h5")
 

@@ -12,9 +12,13 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj.errors import ExitCode, InputError, SimulationError
-from mbproj.results import OutputError, ResultsWriter, check_output, open_results, reader
-from mbproj.results.file.lock import lock
+from mbproj.base.errors import ExitCode, InputError, SimulationError
+from mbproj.results import reader
+from mbproj.results.crash_safety import check_output
+from mbproj.results.faults import OutputError
+from mbproj.results.file.opening import lock
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.crossed import some
 from tests.results.pendulum_blocks import NAMES, PATHS, block, part_of, record, scene, times
 from tests.results.processes import WRITE_FOR_EVER, child, killed

@@ -18,13 +18,15 @@ from hypothesis import strategies as st
 
 import mbproj
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.analysis import loads_of
-from mbproj.analysis.tables import tables
-from mbproj.results import DATASETS, ResultsWriter, check_results, open_results
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.results.analysis.loads import loads_of
+from mbproj.results.analysis.tables import tables
+from mbproj.results.check import check_results
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import OutputError
-from mbproj.results.layout import ALL_NAMES
-from mbproj.scene import ProjectionSettings, Settings
+from mbproj.results.layout import ALL_NAMES, DATASETS
+from mbproj.results.reader import open_results
+from mbproj.results.writer import ResultsWriter
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
 from tests.support import ROOT, Recorder
 
@@ -285,7 +287,7 @@ def test_every_axis_has_a_scale_of_its_length(path):
 
 
 def test_every_kind_of_names_is_a_scale():
-    from mbproj.results.datasets import NAMES
+    from mbproj.results.writer import NAMES
 
     assert set(NAMES) == {entry.symbol for entry in ALL_NAMES.values()}
 

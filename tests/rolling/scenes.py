@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import mbproj
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 # Bodies that roll, slide on an edge, or turn on a wheel: scenes with closed forms or references.
 

@@ -7,9 +7,10 @@ import pytest
 from scipy.special import ellipeinc
 
 import mbproj
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from mbproj.model.euler_parameters import product
-from mbproj.pages import PoseHistory, look_of
+from mbproj.show.appearance.mechanism import look_of
+from mbproj.show.appearance.motion import PoseHistory
 from tests.crossed import crossed, full
 from tests.rolling import scenes
 from tests.rolling.scenes import ellipsoid, of_rattleback, rattleback, run

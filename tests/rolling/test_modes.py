@@ -9,10 +9,12 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import mbproj
-from mbproj.dynamics import MotionAtTime, pose_of, set_velocity, slip_motion, twist_of, velocities
-from mbproj.dynamics.derivatives.tangent import moved
-from mbproj.errors import InputError
-from mbproj.linear import NoEquilibrium
+from mbproj.base.errors import InputError
+from mbproj.equations.constraints import set_velocity
+from mbproj.equations.derivatives import MotionAtTime, slip_motion
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.tangent_space import moved, velocities
+from mbproj.linear.equilibrium.solve import NoEquilibrium
 from tests.rolling import scenes
 
 # Whipple's bicycle, with the numbers of the benchmark (Meijaard, Papadopoulos, Ruina and Schwab 2007, table 1).
@@ -188,7 +190,7 @@ def test_slip_near_a_motion_is_what_slips_there():
         return MotionAtTime(0.0, moved(q, t * u + 0.5 * t**2 * change), u + t * change, change, np.zeros(0)).carried()
 
     own = slip_motion(system.rows, at(0.0))
-    from mbproj.dynamics import row_motion
+    from mbproj.equations.derivatives import row_motion
 
     A = row_motion(system.rows, at(0.0)).G.dense()[own.rows]
     h = 1e-5

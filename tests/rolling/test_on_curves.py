@@ -10,8 +10,8 @@ from scipy.special import ellipeinc, ellipj, ellipk
 
 import mbproj
 from mbproj import Mechanism
-from mbproj.errors import InputError
-from mbproj.integrate import simulate
+from mbproj.base.errors import InputError
+from mbproj.motion.simulate import simulate
 from tests.crossed import crossed
 from tests.rolling import scenes
 from tests.rolling.scenes import run

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mbproj
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from tests.crossed import crossed
 from tests.rolling import scenes
 from tests.rolling.scenes import of_rattleback, rattleback, run

@@ -11,12 +11,12 @@ from click.testing import CliRunner
 
 import mbproj
 from mbproj import InputError, SimulationError, modes, read_scene_text
-from mbproj.analysis import pushed_by_ropes
-from mbproj.analysis.tables import tables
-from mbproj.cli import mbproj as command
-from mbproj.constraints.rope import Rope
-from mbproj.figures import kinds
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.commands.main import mbproj as command
+from mbproj.joints.primitives.rope import Rope
+from mbproj.results.analysis.contacts import pushed_by_ropes
+from mbproj.results.analysis.tables import tables
+from mbproj.show.figures import kinds
 from tests.kernel.scenes import needs_kernel
 from tests.ropes.scenes import ATWOOD, LOAD, UP, G, R, scene, swinging
 from tests.stops.runs import run

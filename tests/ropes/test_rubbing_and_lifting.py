@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 import mbproj
 from mbproj import InputError, read_scene_text
-from mbproj.analysis import outcomes
+from mbproj.results.analysis.expectations import outcomes
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.ropes.scenes import G, scene

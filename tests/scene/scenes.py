@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 import yaml
 
-from mbproj.errors import InputError
-from mbproj.joints import JOINTS
-from mbproj.scene import Scene, read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.joints.table import JOINTS
+from mbproj.scene.scene import Scene, read_scene_text
 
 # The scene of the design, which reads without a problem, and how a test spoils it.
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.scene.text.rewrite import with_simulation
+from mbproj.base.errors import InputError
+from mbproj.scene.changes import with_simulation
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.support import ROOT
 
 # `--set`: parameters by name and any value by its path, and what is said of paths that lead nowhere.

@@ -10,10 +10,10 @@ import pytest
 import yaml
 from hypothesis import strategies as st
 
-from mbproj.errors import MAX_NAMES, InputError, Place, choose_from, did_you_mean
-from mbproj.scene import Scene, read_scene, read_scene_text
-from mbproj.scene.fields.choices import NameReference
+from mbproj.base.errors import MAX_NAMES, InputError, Place, choose_from, did_you_mean
+from mbproj.scene.fields.fields import NameReference
 from mbproj.scene.fields.reading import Reading
+from mbproj.scene.scene import Scene, read_scene, read_scene_text
 from mbproj.scene.text.document import compose
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, SequenceNode, from_value
 from tests.crossed import campaign

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.joints import JOINTS
-from mbproj.scene import read_scene, read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.joints.table import JOINTS
 from mbproj.scene.blocks.oversights import notes_on
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.cli.commands import mbproj
 from tests.scene.scenes import GOOD, IDS, ROWS, changed, errors, read
 from tests.support import MECHANISMS

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mbproj import InputError, Setting, assemble, compile_system, initial_guess, read_scene, read_scene_text
-from mbproj.plain_number import plain_number
+from mbproj.base.text import plain_number
 from mbproj.scene.fields.reading import Reading
 from mbproj.scene.ranges import RANGE, Listed, Normal, Points, Spaced, Uniform, given_range, named_range
 from mbproj.scene.text.document import compose

@@ -11,14 +11,15 @@ from itertools import pairwise
 
 import pytest
 
-from mbproj.errors import InputError, Place
-from mbproj.mechanisms_folder import mechanism, validation_scenes
-from mbproj.scene import read as read_module
+from mbproj.base.errors import InputError, Place
+from mbproj.base.mechanisms_folder import mechanism, validation_scenes
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.scene import scene as read_module
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.observables import OBSERVABLES
-from mbproj.scene.read import SceneText, read_scene
-from mbproj.scene.records import Body, Expectation, Joint, Marker, Pair, ProjectionSettings, Settings
+from mbproj.scene.records import Body, Expectation, Joint, Marker, Pair
 from mbproj.scene.sampling import nearest_samples, output_times
+from mbproj.scene.scene import SceneText, read_scene
 from mbproj.scene.text.document import compose
 from tests.crossed import where
 from tests.scene.scenes import GOOD, changed, errors, read, read_with
@@ -164,7 +165,7 @@ def test_places_of_values_and_of_blocks() -> None:
 
 def test_importing_the_reader_imports_no_arrays() -> None:
     code = (
-        "import sys, mbproj.scene.read as r; r.read_scene_text; "
+        "import sys, mbproj.scene.scene as r; r.read_scene_text; "
         "print([m for m in ('numpy', 'h5py', 'scipy', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

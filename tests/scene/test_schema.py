@@ -12,13 +12,13 @@ import yaml
 from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
-from mbproj.errors import InputError
-from mbproj.joints import JOINTS
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import read_scene_text
-from mbproj.scene.fields.containers import OneOf
+from mbproj.base.errors import InputError
+from mbproj.base.registry import PROJECTIONS
+from mbproj.joints.table import JOINTS
+from mbproj.scene.blocks.solids import SHAPES
+from mbproj.scene.fields.fields import OneOf
+from mbproj.scene.scene import read_scene_text
 from mbproj.scene.schema import scene_schema
-from mbproj.scene.solids.shapes import SHAPES
 from tests.cli.commands import mbproj
 from tests.crossed import campaign, crossed
 from tests.scene.scenes import BLIND, GOOD, IDS, ROWS, changed, read

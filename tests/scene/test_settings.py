@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from mbproj.errors import InputError, Place
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import settings_to_run
-from mbproj.scene.records import ProjectionSettings
+from mbproj.base.errors import InputError, Place
+from mbproj.base.registry import PROJECTIONS
+from mbproj.base.settings import ProjectionSettings
+from mbproj.scene.settings import settings_to_run
 from tests.scene.scenes import GOOD, changed, errors, read, read_with
 
 BARE_SCENE = "mbproj: 1\ngravity: [0, 0, 0]\nbodies: {b: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}\n"

@@ -9,23 +9,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mbproj.scene import read_scene_text
-from mbproj.scene.appearance import COLOURS, Appearance, PlacedShape
-from mbproj.scene.fields.checks import inertia_of
-from mbproj.scene.fields.inertia import from_elements, from_principal, principal_moments
+from mbproj.scene.blocks.solids import SHAPES
+from mbproj.scene.fields.quantities import inertia_of
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.rotations import (
     SEQUENCES,
     determinant,
     from_axis_angle,
+    from_elements,
     from_euler,
     from_matrix,
+    from_principal,
     multiply,
     orthonormality_error,
+    principal_moments,
     unit,
 )
-from mbproj.scene.records import Body, Matrix, Quaternion
-from mbproj.scene.solids.shapes import SHAPES
+from mbproj.scene.records import COLOURS, Appearance, Body, Matrix, PlacedShape, Quaternion
+from mbproj.scene.scene import read_scene_text
 from tests.scene.scenes import read_with
 
 # Bodies given by shapes: closed formulas, quadrature over the volume, and what must not matter.

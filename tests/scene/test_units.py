@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from mbproj.scene.expressions.dimensions import describe
 from mbproj.scene.expressions.evaluate import Value, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
@@ -30,7 +30,7 @@ from mbproj.scene.expressions.units import (
     Dimension,
     unit_of,
 )
-from mbproj.scene.read import SceneText, read_scene_text
+from mbproj.scene.scene import SceneText, read_scene_text
 from tests.scene.scenes import read_with
 
 SI = {

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.integrate import START
+from mbproj.motion.marks import START
 from tests.support import assembled
 
 DOP853 = "integrator: dop853, tolerance: 1.0e-11, output_step: 0.1"

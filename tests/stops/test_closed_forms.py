@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 from mbproj import SimulationError
-from mbproj.registry import IMPACT_LAWS
-from mbproj.scene import read_scene_text
+from mbproj.base.registry import IMPACT_LAWS
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import crossed, full
 from tests.kernel.scenes import needs_kernel
 from tests.laws import strike

@@ -13,12 +13,14 @@ from scipy.optimize import brentq
 
 import mbproj
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.analysis.observed import series
-from mbproj.errors import SimulationError
-from mbproj.linear import NoEquilibrium, observed, reference_at, start_state
+from mbproj.base.errors import SimulationError
 from mbproj.linear.equilibrium.find import equilibrium
+from mbproj.linear.equilibrium.solve import NoEquilibrium
+from mbproj.linear.equilibrium.start import observed, start_state
 from mbproj.linear.modes import modes
-from mbproj.model import resistance
+from mbproj.linear.reference import reference_at
+from mbproj.model.compile.contacts import resistance
+from mbproj.results.analysis.expectations import series
 from tests.stops.runs import DOP853, FIXED, Recorded, run
 
 # Compliant stops: the restitution that is obtained, energies, rest, and the way to rigid ones.

@@ -6,21 +6,18 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene_text, settings_to_run
-from mbproj.dynamics import (
-    Freedom,
-    MotionAtTime,
-    coordinate_values,
-    drive_at,
-    set_bias,
-    set_jacobian,
-    tangent_force,
-    tangent_gamma,
-    tangent_velocities,
-)
-from mbproj.integrate import Reduced, choose
+from mbproj.base.settings import Settings
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.constraints import set_bias, set_jacobian
+from mbproj.equations.contacts import Freedom
+from mbproj.equations.derivatives import MotionAtTime, tangent_force
+from mbproj.equations.motions import drive_at
+from mbproj.equations.rank.row_space import tangent_gamma
+from mbproj.equations.tangent_space import tangent_velocities
 from mbproj.kernel import core
-from mbproj.model import Contacts, in_contact
-from mbproj.scene import Settings
+from mbproj.model.contacts import Contacts, in_contact
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.formulations.reduced import Reduced
 from tests.crossed import FULL, cover, crossed, some
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import DOP853, FIXED, goes_on, run, same

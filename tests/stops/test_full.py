@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, SimulationError
-from mbproj.integrate import FullFormulation
-from mbproj.integrate.formulations import choice as formulation_choice
-from mbproj.integrate.formulations import full_in_loop
+from mbproj.motion.formulations import choice as formulation_choice
+from mbproj.motion.formulations import full_in_loop
+from mbproj.motion.formulations.full import FullFormulation
 from tests.crossed import some
 from tests.friction.slider_crank import linkage
 from tests.kernel.scenes import needs_kernel

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from mbproj.cli import mbproj
-from mbproj.errors import InputError, SimulationError
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.registry import IMPACT_LAWS
+from mbproj.commands.main import mbproj
+from mbproj.equations.assembly.compiled import compile_system
 from mbproj.kernel import core
-from mbproj.model import compile_system
-from mbproj.registry import IMPACT_LAWS
-from mbproj.scene import read_scene_text
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.laws import one_sided, strike

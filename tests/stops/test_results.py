@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from mbproj import compile_system, read_scene_text
-from mbproj.figures import draw
-from mbproj.results import open_results
-from mbproj.scene import stop_units
+from mbproj.results.reader import open_results
+from mbproj.scene.blocks.stops import stop_units
+from mbproj.show.figures.kinds import draw
 from tests.cli.commands import mbproj, succeeds
 from tests.scene.scenes import errors
 from tests.stops.scenes import SCENE as MANY

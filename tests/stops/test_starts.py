@@ -7,11 +7,13 @@ import pytest
 
 import mbproj
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
-from mbproj.dynamics import attached, pose_of, refuse_driven_beyond, slots_of
-from mbproj.integrate import gaps_at_start, refuse_penetration
-from mbproj.scene import oversights, to_matrix
-from mbproj.scene.fields.rotations import unit
-from mbproj.studies import RigidMotion, renumbered, rescaled, with_stiffness
+from mbproj.equations.contacts import refuse_driven_beyond
+from mbproj.equations.kinematics import attached, pose_of, slots_of
+from mbproj.motion.contacts import gaps_at_start, refuse_penetration
+from mbproj.scene.blocks.oversights import oversights
+from mbproj.scene.fields.rotations import to_matrix, unit
+from mbproj.studies.variants import RigidMotion, rescaled, with_stiffness
+from mbproj.studies.verify.invariance import renumbered
 from tests.stops.scenes import SCENE
 from tests.support import assembled
 

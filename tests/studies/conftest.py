@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from mbproj.scene import read_scene
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.scene.scene import read_scene
+from mbproj.studies.measure.solve import Mechanism
 from tests.support import ROOT
 
 

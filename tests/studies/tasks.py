@@ -33,8 +33,8 @@ def module_file(name: str, item: int) -> str | None:
 
 def keep(study: str, item: int) -> None:
     """Puts numbers into the store, as a worker of a study does."""
-    from mbproj.studies.store import database  # here, because the other tasks are to start at once
-    from mbproj.studies.store.value_cache import encoded
+    from mbproj.studies import store as database
+    from mbproj.studies.store import encoded
 
     for part in range(20):
         database.write(study, f"{item}-{part}", encoded([item, part]))

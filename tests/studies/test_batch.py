@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.errors import ExitCode, InputError
-from mbproj.mechanisms_folder import mechanisms, validation_scenes
-from mbproj.results import open_results
+from mbproj.base.errors import ExitCode, InputError
+from mbproj.base.mechanisms_folder import mechanisms, validation_scenes
+from mbproj.results.reader import open_results
 from mbproj.studies.batch import SceneResult, Task, exit_code, run_batch, run_task, scene_paths, tasks
 from mbproj.studies.parallel import workers
 from tests.kernel.scenes import needs_kernel

@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 
 from mbproj import SimulationError, read_scene, read_scene_text, settings_to_run
-from mbproj.analysis import Growth
-from mbproj.cli.report.trust import lines_on
-from mbproj.mechanisms_folder import mechanism
-from mbproj.studies.certify.certified import simulate_certified
-from mbproj.studies.certify.horizon import certify, ladder, trust_of
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.nearby import perturbed
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.commands.report.summary import lines_on
+from mbproj.results.analysis.trust import Growth
+from mbproj.studies.certify import certify, ladder, simulate_certified, trust_of
+from mbproj.studies.measure.reference import perturbed
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import sample_times, solve
+from mbproj.studies.measure.solve import Mechanism, sample_times, solve
 from tests.crossed import once
 from tests.integrate.event_scenes import TROLLEY
 from tests.support import ROOT, Recorder

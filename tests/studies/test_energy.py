@@ -8,18 +8,16 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene
-from mbproj.cli.studies.tradeoff import WARNED, _cells
-from mbproj.errors import InputError
-from mbproj.studies.compare.comparison import compare
-from mbproj.studies.compare.energy_split import energy_split
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.base.errors import InputError
+from mbproj.commands.tradeoff import WARNED, _cells
+from mbproj.studies.compare import compare, energy_split
+from mbproj.studies.measure.reference import sampled
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import sample_times, solve
-from mbproj.studies.measure.spans import sampled
-from mbproj.studies.recommend.recommendation import recommend
-from mbproj.studies.stability.judge import Limits, Subject, judged
-from mbproj.studies.tradeoff.ladders import tradeoff
-from mbproj.studies.verify import verify
+from mbproj.studies.measure.solve import Mechanism, sample_times, solve
+from mbproj.studies.recommend import recommend
+from mbproj.studies.stability import Limits, Subject, judged
+from mbproj.studies.tradeoff import tradeoff
+from mbproj.studies.verify.checks import verify
 from tests.crossed import once, where
 from tests.support import ROOT
 

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, compile_system, loads, run
-from mbproj.scene import read_scene_text
-from mbproj.studies.inverse.given_motion import GivenMotion
-from mbproj.studies.inverse.spline import smoothed
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.inverse.given_motion import GivenMotion, smoothed
 from tests.cli.commands import mbproj
 
 # An excavator: boom, arm and bucket in a vertical plane, each moved by a cylinder, and its forces by hand.

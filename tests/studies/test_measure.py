@@ -12,26 +12,30 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.special import ellipj, ellipk
 
-from mbproj.errors import InputError
-from mbproj.integrate import simulate
-from mbproj.integrate.formulations.choice import Choice
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.studies.compare.comparison import compare
+from mbproj.base.errors import InputError
+from mbproj.motion.formulations.choice import Choice
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.compare import compare
 from mbproj.studies.measure import reference as references
-from mbproj.studies.measure.accuracy import attempt
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import _checked, _Fine, error, reference
+from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, attempt, time_settings
+from mbproj.studies.measure.reference import (
+    _checked,
+    _Fine,
+    common_times,
+    divisors,
+    error,
+    reference,
+    sampled,
+    stride_for,
+)
 from mbproj.studies.measure.setting import Setting, shortest
-from mbproj.studies.measure.solve import sample_times, solve
-from mbproj.studies.measure.spans import common_times, divisors, sampled, stride_for
-from mbproj.studies.measure.timing import time_settings
-from mbproj.studies.recommend.recommendation import recommend
-from mbproj.studies.recommend.search import families
+from mbproj.studies.measure.solve import Mechanism, sample_times, solve
+from mbproj.studies.recommend import families, recommend
 from mbproj.studies.stability import stability
 from mbproj.studies.store import ValueCache
-from mbproj.studies.tradeoff.ladders import MOST, Ladder, step_numbers
-from mbproj.studies.variants.livelier import with_damping
+from mbproj.studies.tradeoff import MOST, Ladder, step_numbers
+from mbproj.studies.variants import with_damping
 from mbproj.studies.verify.checks import verify
 from tests.cli.commands import FIVE_BAR
 from tests.integrate.stiff_scenes import CREEP
@@ -80,7 +84,7 @@ def test_solutions_that_agree_are_uncertain_by_what_the_last_halving_moved(pendu
 def test_a_reference_is_computed_once(pendulum, monkeypatch):
     times = sample_times(1.0, 10)
     first = reference(pendulum, times)
-    monkeypatch.setattr("mbproj.studies.measure.reference.solve", None)
+    monkeypatch.setattr("mbproj.studies.measure.solve.solve", None)
     again = reference(pendulum, times)
     assert np.array_equal(first.position, again.position)
     assert (first.method, first.check) == (again.method, again.check)

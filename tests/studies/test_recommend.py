@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene
-from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import read_scene_text
-from mbproj.studies.measure.certain import not_smooth, uneven, why_not
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.scene.scene import read_scene_text
 from mbproj.studies.measure.measurement import Measurement
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.measure.reference import Reference
+from mbproj.studies.measure.reference import Reference, not_smooth, sampled, uneven, why_not
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import solve
-from mbproj.studies.measure.spans import sampled
-from mbproj.studies.recommend.recommendation import Unreachable, recommend
-from mbproj.studies.recommend.search import Bench, Family, cheapest, families, with_closed_joints
+from mbproj.studies.measure.solve import Mechanism, solve
+from mbproj.studies.recommend import Bench, Family, Unreachable, cheapest, families, recommend, with_closed_joints
 from tests.crossed import full, some
 
 # Recommendations hold against references that the recommender did not see, and nothing is much cheaper.

@@ -10,17 +10,27 @@ import pytest
 from scipy.linalg import expm
 
 from mbproj import InputError, compile_system, read_scene, read_scene_text
-from mbproj.integrate import load_tableau, real_axis_limit
-from mbproj.linear import reference_at, round_of, start_state
-from mbproj.registry import explicit_integrators
+from mbproj.base.registry import explicit_integrators
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.linear.instants import round_of
+from mbproj.linear.reference import reference_at
+from mbproj.motion.steppers.runge_kutta import real_axis_limit
+from mbproj.motion.steppers.tableau import load_tableau
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.stability import stability
-from mbproj.studies.stability.bisection import StateChange, values
-from mbproj.studies.stability.judge import Limits, Subject, judged, judged_in_blocks
-from mbproj.studies.stability.quantities import QUANTITIES, ValueSpan, growth, quantity_named
-from mbproj.studies.variants.livelier import with_speed
-from mbproj.studies.variants.ratios import joints_from_ground, with_inertia_ratio, with_mass_ratio
-from mbproj.studies.variants.rescaled import rescaled
+from mbproj.studies.stability import (
+    QUANTITIES,
+    Limits,
+    StateChange,
+    Subject,
+    ValueSpan,
+    growth,
+    judged,
+    judged_in_blocks,
+    quantity_named,
+    stability,
+    values,
+)
+from mbproj.studies.variants import joints_from_ground, rescaled, with_inertia_ratio, with_mass_ratio, with_speed
 from tests.mechanisms.running import run_scene
 from tests.studies.scenes import OSCILLATOR, PENDULUM
 from tests.support import REDUNDANT, ROOT
@@ -184,7 +194,7 @@ def test_values_are_even_and_have_the_scenes_own():
 
 
 def test_a_study_resumes(monkeypatch):
-    from mbproj.studies.stability import bisection
+    from mbproj.studies import stability as bisection
 
     options = {"projections": ["gopm", "gpopm"], "points": 3, "processes": 1}
     scene = read_scene_text(PENDULUM)

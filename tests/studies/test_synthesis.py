@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.errors import InputError
-from mbproj.studies.design.design_folder import best_scene
+from mbproj.base.errors import InputError
+from mbproj.studies.design.folder import best_scene
 from mbproj.studies.synthesis.candidates import brought_down, candidates, names_for
-from mbproj.studies.synthesis.linkage import meeting_point
-from mbproj.studies.synthesis.page_data import FRAMES, page_data
-from mbproj.studies.synthesis.spatial import SpatialFourBar
+from mbproj.studies.synthesis.linkage import FUNCTION, PATH, POSITIONS, TOPOLOGIES, SpatialFourBar, meeting_point
 from mbproj.studies.synthesis.spec import read_wanted
-from mbproj.studies.synthesis.synthesise import Synthesis, Synthesised, doubt, in_order, synthesise
-from mbproj.studies.synthesis.topologies import FUNCTION, PATH, POSITIONS, TOPOLOGIES
+from mbproj.studies.synthesis.synthesise import FRAMES, Synthesis, Synthesised, doubt, in_order, page_data, synthesise
 from tests.cli.commands import mbproj as command
 
 TRUE = {

@@ -11,27 +11,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mbproj.cli.studies.threshold import _verdict
-from mbproj.errors import InputError
-from mbproj.scene import read_scene, read_scene_text
-from mbproj.studies.compare.comparison import compare
-from mbproj.studies.measure.certain import certain_reference
-from mbproj.studies.measure.measurement import Measurement
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.base.errors import InputError
+from mbproj.commands.threshold import _verdict
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.compare import compare
+from mbproj.studies.measure.measurement import Measurement, Timing
+from mbproj.studies.measure.reference import certain_reference
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.timing import Timing
+from mbproj.studies.measure.solve import Mechanism
 from mbproj.studies.threshold import ThresholdStudy, _recommended, threshold_study
-from mbproj.studies.tradeoff.fronts import (
+from mbproj.studies.tradeoff import (
+    Ladder,
     by_integrator,
     by_projection,
     cheapest,
     excess,
     front,
     projections_at_one_size,
+    promising,
     studied,
+    tradeoff,
+    write_hdf5,
 )
-from mbproj.studies.tradeoff.ladders import Ladder, promising, tradeoff
-from mbproj.studies.tradeoff.result import write_hdf5
 from tests.support import ROOT
 
 # A trade-off on the pendulum, whose errors are known to fall with the order: its grid, its fronts, its resumption.
@@ -121,7 +122,7 @@ def test_a_motion_that_cannot_be_predicted_is_cut_short(scene, monkeypatch):
     mechanism, own = Mechanism.of(scene), Setting.of(scene.settings)
     whole, notes = certain_reference(mechanism, 5.0, own, ("rk4",))
     assert (whole.times[-1], len(notes)) == (5.0, 1)
-    monkeypatch.setattr("mbproj.studies.measure.certain.CERTAIN", whole.uncertainty[500, 0] / mechanism.system.length)
+    monkeypatch.setattr("mbproj.studies.measure.reference.CERTAIN", whole.uncertainty[500, 0] / mechanism.system.length)
     cut, notes = certain_reference(mechanism, 5.0, own, ("rk4",))
     assert cut.times[-1] == whole.certain_until(whole.uncertainty[500, 0]) < 5.0
     assert "the study ends at" in notes[1]
@@ -243,7 +244,7 @@ def test_names_that_are_not_there(pendulum):
 def test_runs_of_a_comparison_are_not_run_again(pendulum, monkeypatch):
     options = {"projections": ("gpopm",), "until": 0.1, "repetitions": 1, "processes": 1}
     first = compare(pendulum.scene, **options)
-    monkeypatch.setattr("mbproj.studies.compare.comparison.solve", None)
+    monkeypatch.setattr("mbproj.studies.measure.solve.solve", None)
     again = compare(pendulum.scene, **options)
     np.testing.assert_array_equal(again.entries[0].error, first.entries[0].error)
     with pytest.raises(TypeError):

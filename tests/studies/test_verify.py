@@ -9,24 +9,25 @@ import pytest
 import scipy.linalg
 
 from mbproj import read_scene, read_scene_text
-from mbproj.cli.report.verification import lines
-from mbproj.dynamics import tangent_jacobian
-from mbproj.dynamics.equations import equations_of_motion as equations
-from mbproj.dynamics.equations import teeth
-from mbproj.errors import SimulationError
-from mbproj.integrate import load_tableau
-from mbproj.projection.methods import Gpopm, Mmopm, Popm
-from mbproj.scene import BodyForce
-from mbproj.studies.measure.mechanism import Mechanism
-from mbproj.studies.variants.moved import RigidMotion
-from mbproj.studies.variants.rescaled import rescaled
-from mbproj.studies.verify import accelerations, balance, invariance, runs, verify
+from mbproj.base.errors import SimulationError
+from mbproj.commands.verify import lines
+from mbproj.equations import of_motion as equations
+from mbproj.equations import turning
+from mbproj.equations.constraints import tangent_jacobian
+from mbproj.motion.projection import Gpopm, Mmopm, Popm
+from mbproj.motion.steppers.tableau import load_tableau
+from mbproj.scene.records import BodyForce
+from mbproj.studies.measure.solve import Mechanism
+from mbproj.studies.variants import RigidMotion, rescaled
+from mbproj.studies.verify import case as runs
 from mbproj.studies.verify import equations as terms
-from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.checks import CHECKS
-from mbproj.studies.verify.finding import Finding
+from mbproj.studies.verify import invariance
+from mbproj.studies.verify import motion as accelerations
+from mbproj.studies.verify import motion as balance
+from mbproj.studies.verify.case import Case, Finding
+from mbproj.studies.verify.checks import CHECKS, verify
+from mbproj.studies.verify.equations import Rounded, solve
 from mbproj.studies.verify.invariance import renumbered
-from mbproj.studies.verify.rounded import Rounded, solve
 from tests.crossed import some
 from tests.kernel.scenes import needs_kernel
 from tests.support import MECHANISMS, ROOT, random_chain
@@ -151,7 +152,7 @@ def test_a_unit_that_is_not_changed_everywhere_is_noticed(monkeypatch):
 @pytest.mark.parametrize("name", ["order", "energy"])
 def test_a_wrong_coefficient_of_the_tableau_is_noticed(monkeypatch, name):
     """One sixth more in a single coefficient leaves the classical method of order 1."""
-    from mbproj.integrate.formulations import compiled
+    from mbproj.motion.formulations import compiled
 
     right = load_tableau("rk4")
     wrong = replace(right, b=right.b + np.array([1.0, -1.0, 0.0, 0.0]) / 36.0)
@@ -210,7 +211,7 @@ def test_chains_of_every_joint_verify():
 
 @pytest.mark.full
 def test_without_the_kernel_what_needs_it_does_not_apply(monkeypatch):
-    from mbproj.integrate.formulations import choice as formulation
+    from mbproj.motion.formulations import choice as formulation
     from mbproj.studies.verify import case as cases
 
     for module in (formulation, cases):
@@ -360,7 +361,7 @@ def test_slipped_teeth_are_seen(monkeypatch):
     its turns notices, and the step is refused."""
     gears = Case(Mechanism.of(read_scene_text(GEARS)))
     assert outcome("turns", gears).measured <= 1e-9
-    monkeypatch.setattr(teeth, "to_the_tooth", lambda system, pose, teeth, rows: rows)
+    monkeypatch.setattr(turning, "to_the_tooth", lambda system, pose, turning, rows: rows)
     with pytest.raises(SimulationError, match="the step is too long to tell its turns"):
         outcome("turns", gears)
 

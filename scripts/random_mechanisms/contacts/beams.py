@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import cos, sin
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 from .independent import Solution, solve
 from .scene import GRAVITY, Case, Draw, Watched, scene_text

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 from .independent import Solution, solve
 from .scene import GRAVITY, Case, Draw, Load, scene_text

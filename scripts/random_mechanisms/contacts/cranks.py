@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 from .independent import Law, Solution, solve
 from .scene import GRAVITY, Case, Draw, Load, Watched, scene_text

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import odeint
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 #: The speeds ε below which friction is smooth, m/s.
 WIDTHS = (1e-8, 1e-9)

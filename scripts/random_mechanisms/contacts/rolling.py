@@ -9,7 +9,7 @@ from __future__ import annotations
 from math import pi, sin
 from typing import Any
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 from .independent import Solution, solve
 from .scene import GRAVITY, Case, Draw, Load, scene_text

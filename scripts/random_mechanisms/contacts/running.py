@@ -18,7 +18,7 @@ from tempfile import TemporaryDirectory
 import h5py
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 from .scene import Watched
 
@@ -28,11 +28,11 @@ DOUBTS = ("decided_by_shares", "stiffness", "passed_over", "halved")
 MOTION = ("the motion may be wrong", "fixed steps do not resolve")
 #: What a run imports.
 PACKAGES = (
-    "mbproj.cli.report",
-    "mbproj.cli.simulate",
-    "mbproj.dynamics",
-    "mbproj.elements",
-    "mbproj.integrate",
+    "mbproj.commands.report",
+    "mbproj.commands",
+    "mbproj.equations",
+    "mbproj.functions",
+    "mbproj.motion",
     "mbproj.model",
     "mbproj.results",
     "mbproj.scene",
@@ -99,7 +99,7 @@ def run(text: str, seconds: float) -> Outcome:
 
 def _run(scene: Path, seconds: float) -> None:
     """In the process of the run, which has no end but this; the processor's time is bounded, not that of a clock."""
-    from mbproj.cli import main
+    from mbproj.commands.main import main
 
     resource.setrlimit(resource.RLIMIT_CPU, (ceil(seconds), ceil(seconds) + 1))
     said = os.open(scene.with_suffix(".txt"), os.O_WRONLY | os.O_CREAT)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 from mbproj.model.euler_parameters import rotation_matrix
 
 from ..drawing import flow, short

@@ -6,7 +6,7 @@ from math import cos, pi, sin
 
 import numpy as np
 
-from mbproj.arrays import Array
+from mbproj.base.arrays import Array
 
 from .independent import Solution, solve
 from .scene import GRAVITY, Case, Draw, Load, scene_text

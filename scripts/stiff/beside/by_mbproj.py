@@ -7,11 +7,11 @@ from functools import partial
 
 import numpy as np
 
-from mbproj.dynamics.observe.recorded import Block
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.scene.records import Settings
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.base.errors import SimulationError
+from mbproj.base.settings import Settings
+from mbproj.equations.recorded import Block
+from mbproj.motion.simulate import simulate
+from mbproj.studies.measure.solve import Mechanism
 from stiff.beside.four_bar import FourBar
 from stiff.beside.governor import LINK, START
 from stiff.beside.program import END, SAMPLES, Array, NotDone, Problem, Program, Setting, tolerances

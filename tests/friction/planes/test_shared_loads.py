@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from mbproj import Mechanism, read_scene_text, settings_to_run, simulate_certified
-from mbproj.cli.report.trust import lines_on
-from mbproj.integrate import START
+from mbproj.commands.report.summary import lines_on
+from mbproj.motion.marks import START
 from tests.cli.commands import mbproj
 from tests.crossed import full
 from tests.friction.closed_forms import Belt

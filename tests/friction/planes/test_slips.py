@@ -9,8 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
-from mbproj.errors import SimulationError
-from mbproj.thresholds import Thresholds
+from mbproj.base.errors import SimulationError
+from mbproj.base.thresholds import Thresholds
 from tests.crossed import full
 from tests.friction.mechanisms import block
 from tests.friction.planes.scenes import CORNERS, IN_PLANE, box, puck

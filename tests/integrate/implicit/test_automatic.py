@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.errors import InputError
-from mbproj.integrate import simulate
-from mbproj.integrate.automatic import march
-from mbproj.integrate.automatic.plan import Plan
-from mbproj.scene import read_scene, read_scene_text, settings_to_run
+from mbproj.base.errors import InputError
+from mbproj.motion import automatic as march
+from mbproj.motion.automatic import Plan
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.scene.settings import settings_to_run
 from tests.cli.commands import mbproj, succeeds
 from tests.crossed import crossed, full
 from tests.integrate.stiff_scenes import CLAMP, CREEP, rod

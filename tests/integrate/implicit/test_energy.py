@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from mbproj import Scene, settings_to_run, simulate
-from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
-from mbproj.integrate.steppers.stability_region import amplification
-from mbproj.scene import read_scene_text
+from mbproj.motion.steppers.runge_kutta import amplification
+from mbproj.motion.steppers.tableau import load_implicit_tableau
+from mbproj.scene.scene import read_scene_text
 from tests.integrate.stiff_scenes import CREEP
 from tests.kernel.scenes import run
 from tests.support import assembled

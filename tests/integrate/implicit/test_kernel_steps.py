@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.errors import SimulationError
-from mbproj.integrate.formulations.reduced import Reduced
-from mbproj.integrate.steppers.implicit_tableau import load_implicit_tableau
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import implicit_integrators, integrators
+from mbproj.base.settings import Settings
 from mbproj.kernel import core
-from mbproj.registry import implicit_integrators, integrators
-from mbproj.scene import Body, Settings, read_scene, read_scene_text
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.motion.steppers.tableau import load_implicit_tableau
+from mbproj.scene.records import Body
+from mbproj.scene.scene import read_scene, read_scene_text
 from tests.integrate.event_scenes import rotor
 from tests.kernel.scenes import PATHS, bits, mechanism, needs_kernel, run
 from tests.support import assembled, scene_of

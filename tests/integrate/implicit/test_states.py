@@ -8,15 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mbproj.api.check.fast_forces import facts, lines
-from mbproj.cli.simulate.step_limits import remark
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.integrate.formulations.choice import choose
-from mbproj.integrate.stiff.fast_forces import fastest_at, stable_steps, steps_for_stability
-from mbproj.integrate.stiff.step_limits import step_limit
-from mbproj.registry import implicit_integrators, integrators
-from mbproj.scene import Settings, read_scene
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import implicit_integrators, integrators
+from mbproj.base.settings import Settings
+from mbproj.commands.python.check import facts, lines
+from mbproj.commands.report.step_limits import remark
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.simulate import simulate
+from mbproj.motion.stiffness import fastest_at, stable_steps, step_limit, steps_for_stability
+from mbproj.scene.scene import read_scene
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.model.element_scenes import FORMULATIONS, PENDULUM, RATES, case, driven, run

@@ -10,12 +10,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mbproj import Mechanism
-from mbproj.errors import SimulationError
-from mbproj.integrate import simulate
-from mbproj.integrate.formulations.choice import choose
-from mbproj.registry import implicit_integrators, integrators
-from mbproj.runs import notes_on
-from mbproj.scene import ProjectionSettings, Settings, read_scene, read_scene_text
+from mbproj.base.errors import SimulationError
+from mbproj.base.registry import implicit_integrators, integrators
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.record import notes_on
 from scripts.stiff.beside.four_bar import CRANK, HALF, FourBar
 from scripts.stiff.beside.governor import Governor
 from scripts.stiff.cases import CASES, belt, chain, four_bar, governor, ringing

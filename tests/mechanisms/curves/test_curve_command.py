@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from mbproj import read_scene, read_scene_text
-from mbproj.figures import draw_profile
-from mbproj.functions import Track, ellipse
-from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import notes_on, sheet
-from mbproj.scene.blocks.oversights import grain
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.functions.plane_curve import ellipse
+from mbproj.functions.space_curve import Track
+from mbproj.scene.blocks.curve_sheet import sheet
+from mbproj.scene.blocks.oversights import grain, notes_on
+from mbproj.show.figures.designs import draw_profile
 from tests.cli.commands import mbproj
 from tests.mechanisms.curves.scenes import CAM, scene
 

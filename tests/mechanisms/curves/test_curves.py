@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene_text
-from mbproj.functions import LAWS
+from mbproj.functions.plane_curve import LAWS
 from tests.kernel.scenes import needs_kernel
 from tests.linear.closed_forms import modes_of
 from tests.mechanisms.curves.scenes import CAM, SLOT, scene

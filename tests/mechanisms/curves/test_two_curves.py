@@ -7,10 +7,11 @@ import pytest
 
 import mbproj
 from mbproj import InputError, SimulationError, compile_system, initial_guess, read_scene_text
-from mbproj.analysis.observed import datasets
-from mbproj.dynamics import overlapping, pose_of
-from mbproj.figures import kinds
-from mbproj.mechanisms_folder import mechanism
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.equations.curve_checks import overlapping
+from mbproj.equations.kinematics import pose_of
+from mbproj.results.analysis.expectations import datasets
+from mbproj.show.figures import kinds
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.curves.scenes import DISC, DISCS, FLAT, ROLLER, SLOT, TOUCH, WIRE, scene

@@ -7,14 +7,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from mbproj import Mechanism, compile_system, initial_guess
-from mbproj.dynamics import Instant, applied, law_state, pose_of, speeds_of_free_bodies, twist_of, velocities
-from mbproj.dynamics.derivatives.tangent import moved
-from mbproj.dynamics.fast_modes import fast_modes, responses, slopes
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate import choose
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.settings import Settings
+from mbproj.equations.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
+from mbproj.equations.forces import applied, law_state
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.tangent_space import moved, velocities
 from mbproj.linear.equilibrium.find import equilibrium
-from mbproj.scene import Settings, read_scene, read_scene_text
-from mbproj.studies import CHECKS, Case, Finding, with_stiffness
+from mbproj.motion.formulations.choice import choose
+from mbproj.scene.scene import read_scene, read_scene_text
+from mbproj.studies.variants import with_stiffness
+from mbproj.studies.verify.case import Case, Finding
+from mbproj.studies.verify.checks import CHECKS
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, K_R, K_X, PAIR
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import angular_momentum, run_scene

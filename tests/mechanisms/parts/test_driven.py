@@ -7,9 +7,12 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from mbproj import compile_system
-from mbproj.dynamics import Instant, applied, pose_of, set_jacobian, twist_of
-from mbproj.registry import PROJECTIONS
-from mbproj.scene import read_scene_text
+from mbproj.base.registry import PROJECTIONS
+from mbproj.equations.constraints import set_jacobian
+from mbproj.equations.forces import applied
+from mbproj.equations.instant import Instant
+from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import once
 from tests.mechanisms.running import Run, assert_close, run_scene
 

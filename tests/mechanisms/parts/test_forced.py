@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj.registry import implicit_integrators, integrators
-from mbproj.scene import read_scene_text
+from mbproj.base.registry import implicit_integrators, integrators
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import Run, assert_close, run_scene

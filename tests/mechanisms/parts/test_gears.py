@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError
-from mbproj.errors import SimulationError
+from mbproj.base.errors import SimulationError
 from tests.crossed import once, where
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_text

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene_text, settings_to_run, simulate
-from mbproj.dynamics import coordinate_values, pose_of
-from mbproj.errors import InputError
-from mbproj.studies import RigidMotion
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.assemble import coordinate_values
+from mbproj.equations.kinematics import pose_of
+from mbproj.studies.variants import RigidMotion
 from tests.crossed import crossed
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.closed_forms import swinging

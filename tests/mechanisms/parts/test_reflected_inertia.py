@@ -7,11 +7,16 @@ import re
 import numpy as np
 import pytest
 
-from mbproj.dynamics import State, body_rates, kinetic_energy, mass_matrix, pose_of, tangent_mass_matrix, twist_of
-from mbproj.errors import InputError
-from mbproj.integrate import FullFormulation, space_acceleration
-from mbproj.scene import Settings, read_scene_text
-from mbproj.studies.verify import verify
+from mbproj.base.errors import InputError
+from mbproj.base.settings import Settings
+from mbproj.equations.assembly.assemble import State
+from mbproj.equations.energy import kinetic_energy
+from mbproj.equations.kinematics import body_rates, pose_of, twist_of
+from mbproj.equations.of_motion import mass_matrix, tangent_mass_matrix
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.motion.formulations.reduced import space_acceleration
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.verify.checks import verify
 from tests.crossed import where
 from tests.kernel.scenes import needs_kernel, opened, tree
 from tests.mechanisms.closed_forms import swinging

@@ -9,9 +9,9 @@ import pytest
 
 import mbproj
 from mbproj import InputError, assemble, compile_system, initial_guess, read_scene, simulate, unique_components
-from mbproj.dynamics import redundancy
-from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import read_scene_text
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.equations.rank.redundancy import redundancy
+from mbproj.scene.scene import read_scene_text
 from scripts.turned_mechanisms import disagreements, turned
 from tests.crossed import crossed, once, some
 from tests.mechanisms.closed_forms import Linkage, bennett_poses, bennett_ratio, bricard_poses

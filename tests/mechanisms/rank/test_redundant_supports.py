@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.special import binom, ellipj, ellipkinc
 
-from mbproj.errors import InputError
-from mbproj.registry import PROJECTIONS, integrators
-from mbproj.scene import read_scene_text
+from mbproj.base.errors import InputError
+from mbproj.base.registry import PROJECTIONS, integrators
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import some, where
 from tests.mechanisms.closed_forms import piston, swinging, time_to_reach
 from tests.mechanisms.running import BRIEF, TIGHT, Run, assert_close, run, run_scene, run_text

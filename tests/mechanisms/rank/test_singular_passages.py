@@ -9,12 +9,14 @@ import pytest
 from scipy.integrate import quad
 
 from mbproj import Scene, read_scene, settings_to_run, simulate
-from mbproj.errors import InputError, SimulationError
-from mbproj.integrate import Reduced, settle_rows
+from mbproj.base.errors import InputError, SimulationError
+from mbproj.base.registry import integrators
+from mbproj.base.settings import Settings
 from mbproj.kernel import core
-from mbproj.model import rotation_matrix
-from mbproj.registry import integrators
-from mbproj.scene import Settings, read_scene_text
+from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
+from mbproj.scene.scene import read_scene_text
 from tests.crossed import once, some
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.closed_forms import PARALLELOGRAM

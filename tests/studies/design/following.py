@@ -6,15 +6,15 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from mbproj.arrays import Array
-from mbproj.dataclass import dataclass
-from mbproj.dynamics.assembly.assemble import State
-from mbproj.errors import InputError
-from mbproj.integrate import Compiled, numbers_of
-from mbproj.integrate.events.leg import Leg
-from mbproj.integrate.kernel_run import Trace
-from mbproj.integrate.tangents import Directions, slopes_along
-from mbproj.scene import Settings
+from mbproj.base.arrays import Array
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import InputError
+from mbproj.base.settings import Settings
+from mbproj.equations.assembly.assemble import State
+from mbproj.motion.formulations.compiled import Compiled
+from mbproj.motion.kernel_run import Trace
+from mbproj.motion.tangents import Directions, numbers_of, slopes_along
+from mbproj.motion.time_events import Leg
 
 #: Neighbours of a model on either side, and their weights: the central difference of fourth order.
 NEIGHBOURS = ((-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0))

@@ -11,10 +11,11 @@ from scipy.special import ellipj, ellipk
 
 import mbproj
 from mbproj import read_scene
-from mbproj.errors import InputError
-from mbproj.integrate import choose, numbers_of
-from mbproj.mechanisms_folder import mechanism
-from mbproj.studies.design.slopes.differences import DifferenceWork, differences
+from mbproj.base.errors import InputError
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.motion.formulations.choice import choose
+from mbproj.motion.tangents import numbers_of
+from mbproj.studies.design.slopes import DifferenceWork, differences
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.studies.design.following import NEIGHBOURS, directions_of, follow

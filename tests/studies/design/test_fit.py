@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.mechanisms_folder import mechanism
-from mbproj.scene import read_scene
-from mbproj.studies.design.design_folder import DesignFolder, best_scene
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.scene.scene import read_scene
+from mbproj.studies.design.folder import DesignFolder, best_scene
 from mbproj.studies.design.run import engine_of
 from mbproj.studies.design.spec import read_spec
 from tests.crossed import where

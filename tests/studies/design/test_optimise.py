@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.studies.design import searches
+from mbproj.studies.design import run as searches
 from mbproj.studies.design.run import find_design, undominated
 from mbproj.studies.design.spec import read_spec
 from tests.studies.design.scenes import BALL, FOUR_BAR, found, table, written

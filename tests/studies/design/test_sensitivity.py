@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import mbproj
-from mbproj.figures import draw_sensitivities
 from mbproj.kernel import core
-from mbproj.studies.design.slopes.derivative import Counted
-from mbproj.studies.design.slopes.differences import DifferenceWork, differences
-from mbproj.studies.design.slopes.neighbours import Followed
+from mbproj.show.figures.designs import draw_sensitivities
+from mbproj.studies.design.neighbours import Followed
+from mbproj.studies.design.slopes import Counted, DifferenceWork, differences
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.trial import Wish
 from tests.cli.commands import mbproj as command

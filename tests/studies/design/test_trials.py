@@ -7,15 +7,15 @@ import pytest
 
 import mbproj
 from mbproj import settings_to_run
-from mbproj.errors import SimulationError
-from mbproj.integrate import FollowedSteps, simulate
+from mbproj.base.errors import SimulationError
 from mbproj.kernel import core
-from mbproj.scene import SceneText
-from mbproj.studies.cases import groups
+from mbproj.motion.kernel_run import FollowedSteps
+from mbproj.motion.simulate import simulate
+from mbproj.scene.scene import SceneText
+from mbproj.studies import case_blocks
 from mbproj.studies.design.spec import read_spec
 from mbproj.studies.design.trial import Wish, tried, tried_by_arrays
-from mbproj.studies.measure.measured_samples import MeasuredSamples
-from mbproj.studies.measure.mechanism import Mechanism
+from mbproj.studies.measure.solve import MeasuredSamples, Mechanism
 from tests.studies.design.scenes import FOUR_BAR, SPRING, written
 
 # What a search shares between its runs leaves no trace in them: a trial has the bits of a run of its scene alone.
@@ -71,11 +71,11 @@ def test_designs_that_are_tried_by_arrays_have_the_bits_that_they_have_alone(cas
     grouped = []
 
     def counted(*given, **further):
-        rows = groups.by_arrays(*given, **further)
+        rows = case_blocks.by_arrays(*given, **further)
         grouped.extend(rows)
         return rows
 
-    monkeypatch.setattr("mbproj.studies.design.trial.by_arrays", counted)
+    monkeypatch.setattr("mbproj.studies.case_blocks.by_arrays", counted)
     together, alone = tried_by_arrays(wish, designs), [tried(wish, u) for u in designs]
     for one, other in zip(together, alone, strict=True):
         for name in ("residuals", "goals", "limits", "open"):

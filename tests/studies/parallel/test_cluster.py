@@ -17,12 +17,11 @@ from pathlib import Path
 
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.studies.parallel import client as dask_client
+from mbproj.base.errors import InputError
+from mbproj.studies.parallel import cluster as dask_client
 from mbproj.studies.parallel import cluster as on_dask
-from mbproj.studies.parallel.bundles import in_bundles
-from mbproj.studies.parallel.client import Cluster, ClusterLost, connected
-from mbproj.studies.parallel.hand_out import in_parallel
+from mbproj.studies.parallel.cluster import Cluster, ClusterLost, connected
+from mbproj.studies.parallel.hand_out import in_bundles, in_parallel
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
 from tests.cli.commands import mbproj
@@ -92,7 +91,7 @@ def wait_until(holds, seconds: float = 60.0) -> None:
 
 # Work on a real Dask cluster of separate processes: what is lost is done again, nobody innocent is blamed.
 
-PROGRAM = [sys.executable, "-c", "from mbproj.cli import main; main()"]
+PROGRAM = [sys.executable, "-c", "from mbproj.commands.main import main; main()"]
 
 
 @pytest.fixture(scope="module")

@@ -18,10 +18,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import mbproj
-from mbproj.errors import MbprojWarning, warn_once
+from mbproj.base.errors import MbprojWarning, warn_once
+from mbproj.studies import store as database
+from mbproj.studies import store as value_cache
 from mbproj.studies.parallel.hand_out import in_parallel
-from mbproj.studies.store import ValueCache, cached, database, value_cache
-from mbproj.studies.store.value_cache import decoded, encoded
+from mbproj.studies.store import ValueCache, cached, decoded, encoded
 from tests.studies.tasks import keep
 from tests.support import ROOT
 

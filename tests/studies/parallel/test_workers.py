@@ -10,10 +10,9 @@ from itertools import count, islice
 
 import pytest
 
-from mbproj.errors import MbprojWarning
+from mbproj.base.errors import MbprojWarning
 from mbproj.studies.parallel import hand_out, workers
-from mbproj.studies.parallel.bundles import LARGEST, in_bundles
-from mbproj.studies.parallel.hand_out import in_parallel
+from mbproj.studies.parallel.hand_out import LARGEST, in_bundles, in_parallel
 from tests.studies.tasks import die, environment, fragile, module_file, place
 from tests.support import ROOT
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mbproj.errors import InputError
+from mbproj.base.errors import InputError
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec

@@ -8,17 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from mbproj.arrays import cross, numbers
-from mbproj.cases import per_case
-from mbproj.mechanisms_folder import mechanism
-from mbproj.model import matrix_L, rotation_matrix
-from mbproj.model.euler_parameters import product
-from mbproj.studies.cases.array import CaseArray, CaseObjects, CasesDiffer, KernelOfCases, OneCaseOnly, case_of, stacked
-from mbproj.studies.cases.block import CaseBlock, as_one, values_of
-from mbproj.studies.cases.groups import FEWEST, common_values
-from mbproj.studies.sweep.row import Status
+from mbproj.base.arrays import cross, numbers
+from mbproj.base.cases import per_case
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.model.euler_parameters import matrix_L, product, rotation_matrix
+from mbproj.studies.case_arrays import CaseArray, CaseObjects, CasesDiffer, KernelOfCases, OneCaseOnly, case_of, stacked
+from mbproj.studies.case_blocks import FEWEST, CaseBlock, as_one, common_values, values_of
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case, run_cases
 from mbproj.studies.sweep.spec import read_spec
+from mbproj.studies.sweep.store import Status
 from tests.studies.sweep.specs import SCENE, swept, write
 
 pytestmark = pytest.mark.usefixtures("sweeps_here")

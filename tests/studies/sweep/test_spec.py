@@ -6,8 +6,8 @@ import h5py
 import numpy as np
 import pytest
 
-from mbproj.errors import InputError
-from mbproj.results import read_table
+from mbproj.base.errors import InputError
+from mbproj.results.sweep_table import read_table
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.run import run_sweep
 from mbproj.studies.sweep.spec import read_spec

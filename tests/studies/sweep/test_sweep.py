@@ -10,14 +10,13 @@ from contextlib import closing
 import numpy as np
 import pytest
 
-from mbproj.analysis import measured
-from mbproj.errors import InputError, MbprojWarning
-from mbproj.results import open_results
-from mbproj.studies.sweep.database import open_whole
+from mbproj.base.errors import InputError, MbprojWarning
+from mbproj.results.analysis.expectations import measured
+from mbproj.results.reader import open_results
 from mbproj.studies.sweep.folder import Store
-from mbproj.studies.sweep.row import CaseRow, Status
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
+from mbproj.studies.sweep.store import CaseRow, Status, open_whole
 from tests.cli.commands import succeeds
 from tests.crossed import once, some
 from tests.studies.sweep.specs import MEASURE, swept, write
