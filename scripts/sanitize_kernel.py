@@ -21,7 +21,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-KERNEL_TESTS = ["tests/kernel", "tests/integrate/implicit"]
+KERNEL_TESTS = ["tests/kernel", "tests/integrate/test_row_policy.py", "tests/integrate/implicit"]
 #: How soon an interruption ends a run does not hold at a tenth of the speed.
 NOT_BY_THE_CLOCK = "not within_a_fifth_of_a_second"
 COPIED = ("mbproj", "mechanisms", "scripts", "tests", "pyproject.toml", "README.md")

@@ -57,7 +57,7 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Pictures are composed, and a blank one is saved in place of each: to lay it out takes longer than most commands.
-    `tests/figures` and `tests/calls` draw each kind."""
+    `tests/figures` draws each kind."""
     from matplotlib.figure import Figure
 
     save = Figure.savefig

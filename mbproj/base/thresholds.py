@@ -110,14 +110,14 @@ class Contact:
         "kernel",
         "above this damping, relative to B, Newton's method for shared loads finds no better short step, and "
         "takes a long one",
-        "no case: tests/friction/planes/test_margins.py holds with 1e-10 too",
+        "no case: tests/friction/planes/test_contact_problem.py holds with 1e-10 too",
     )
     slow_motion: float = threshold(
         1e-3,
         "length or rad / interval",
         "numpy",
         "round-off of speeds is relative to at least this speed",
-        "no case: tests/stops/test_at_rest.py holds with 1000 too",
+        "no case: tests/stops/test_compliant.py holds with 1000 too",
     )
     middle_unlike: float = threshold(
         1e-3,
@@ -348,14 +348,14 @@ class Passages:
         "kernel",
         "a stage of a kinematic run is on its branch where Newton's method corrects less than this part of "
         "displacement and velocity",
-        "a fold is met at 1/2; tests/integrate/kinematic",
+        "a fold is met at 1/2; tests/integrate/test_kinematic.py",
     )
     told_way: float = threshold(
         1e-3,
         "length",
         "kernel",
         "away from singular poses, a stage of a kinematic run is also on its branch where its correction is shorter",
-        "no case: tests/integrate/kinematic/test_motions.py begins at rest with 1e-9 too",
+        "no case: tests/integrate/test_kinematic.py begins at rest with 1e-9 too",
     )
     crossed_way: float = threshold(
         1e-4,
@@ -426,7 +426,7 @@ class Looks:
         "intervals",
         "numpy",
         "fewer quiet intervals do not separate two features",
-        "tests/integrate/test_time_events.py: with 1, a pulse ends at its top",
+        "tests/integrate/test_events.py: with 1, a pulse ends at its top",
     )
     edge_decades: int = threshold(
         3,
@@ -538,7 +538,7 @@ class Closing:
         "both",
         "a violation below so many ε of a row's coordinates, or an energy below so many ε of its terms, may "
         "be round-off; events nearer in ε of time are one",
-        "tests/projection/test_schedule.py: with 1, projections do not end at round-off",
+        "tests/projection/test_methods.py: with 1, projections do not end at round-off",
     )
     slow: float = threshold(
         0.1, "1", "kernel", "a pass that leaves a larger part of the violation needs a new factor", "simplified Newton"
@@ -555,21 +555,21 @@ class Closing:
         "1",
         "both",
         "from one trial correction to the next the limit of turns is multiplied by this",
-        "tests/projection/test_damping.py: uneven chains do not close in 12 passes with 0.5 and `stiffer` 10",
+        "tests/projection/test_hard_to_close.py: uneven chains do not close in 12 passes with 0.5 and `stiffer` 10",
     )
     stiffer: float = threshold(
         100.0,
         "1",
         "both",
         "the moment of inertia of a body that turns too far is multiplied by this, times turn / limit",
-        "tests/projection/test_damping.py: uneven chains do not close in 12 passes with 10 and `tighter` 0.5",
+        "tests/projection/test_hard_to_close.py: uneven chains do not close in 12 passes with 10 and `tighter` 0.5",
     )
     open_limit: float = threshold(
         1e-6,
         "length, rad",
         "both",
         "a run ends where a failed projection leaves a larger violation",
-        "no case: tests/projection/test_fallback.py holds with 1e-12 too",
+        "no case: tests/projection/test_hard_to_close.py holds with 1e-12 too",
     )
     lost_limit: float = threshold(
         1.0, "length, rad", "both", "a run ends at a larger violation", "the mechanism itself"
@@ -775,14 +775,14 @@ class Steps:
         "steps",
         "kernel",
         "the argument of a law is evaluated so far on either side of an event, for its direction and its rate",
-        "no case: tests/integrate/test_state_events.py holds with 0.1 too",
+        "no case: tests/integrate/test_events.py holds with 0.1 too",
     )
     chatter: float = threshold(
         1e-4,
         "samples",
         "kernel",
         "a law chatters where it passes its edge again within this part of the time between samples",
-        "tests/integrate/test_state_events.py: with 1e-10, a run whose law chatters does not stop in a minute",
+        "tests/integrate/test_events.py: with 1e-10, a run whose law chatters does not stop in a minute",
     )
     most_chatter: int = threshold(
         100, "1", "kernel", "a law that chatters so often in a row never settles", "no run gets to its end at this rate"
@@ -897,7 +897,7 @@ class Steps:
         "-",
         "kernel",
         "after so many passes no law becomes less stiff, so that Newton's method ends",
-        "tests/integrate/implicit/test_halving.py: with 1000, Radau IIA solves no part of a step of a belt",
+        "tests/integrate/implicit/test_steps.py: with 1000, Radau IIA solves no part of a step of a belt",
     )
     most_steps: float = threshold(
         1e8,
@@ -912,7 +912,7 @@ class Steps:
         "both",
         "the most halvings of a fixed step that is not solved or does not resolve a short move, and of a "
         "correction that does not help",
-        "tests/integrate/implicit/test_halving.py: 1 is too few for a mass that comes to stick",
+        "tests/integrate/implicit/test_steps.py: 1 is too few for a mass that comes to stick",
     )
     branch_halvings: int = threshold(
         4, "-", "kernel", "a fixed step that passes a singular pose is halved so many times", "errors fall by 16³"
@@ -929,7 +929,7 @@ class Steps:
         "1",
         "numpy",
         "a mode that decays or grows by less than this part of its frequency is a vibration",
-        "no case: tests/integrate/implicit/test_notes.py holds with 1e-9 too",
+        "no case: tests/integrate/implicit/test_energy.py holds with 1e-9 too",
     )
     marks_apart: float = threshold(
         9.0, "times it takes", "numpy", "the time from one mark of a run to the next", "a tenth of a run's time"

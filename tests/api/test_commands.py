@@ -1,17 +1,22 @@
-"""Every command that computes is a function of its name, with the words and the findings of the command."""
+"""Every command is a function of Python, with the words and the findings of the command."""
 
 from __future__ import annotations
 
+import csv
+import gc
 import inspect
 import json
+import sys
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import mbproj
+from mbproj.base.settings import SETTINGS
 from mbproj.commands.main import MODULES
 from mbproj.commands.main import mbproj as group
+from tests.studies.sweep.specs import write
 from tests.support import ROOT
 
 FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
@@ -241,3 +246,140 @@ def test_traces_and_other_equilibria():
         PENDULUM, found[0].table["coordinate"][0], found[0].table["coordinate"][0], at="equilibrium"
     )
     assert np.array_equal(np.array([row[1:] for row in model.table.rows], dtype=float)[:2, :2], model.A)
+
+
+# `mbproj.run`, `.modes`, `.equilibrium`, `.linearize`: what they give is what the commands give, from any scene.
+
+ROD = {
+    "mbproj": 1,
+    "parameters": {"length": 0.5},
+    "bodies": {"rod": {"mass": 2, "inertia": [0.1, 0.1, 0.1], "position": ["length", 0, 0]}},
+    "joints": {
+        "A": {"type": "revolute", "bodies": ["ground", "rod"], "location": [0, 0, 0], "axis": [0, 0, 1]},
+    },
+    "gravity": [0, -9.81, 0],
+    "simulation": {"duration": 0.1, "step": 0.01},
+}
+
+
+def test_run_records_what_the_parts_give():
+    scene = mbproj.read_scene(FIVE_BAR, {}, {"duration": 0.05})
+    system = mbproj.compile_system(scene)
+    start = mbproj.assemble(system, mbproj.initial_guess(scene, system))
+    report = mbproj.simulate(system, start, mbproj.settings_to_run(scene))
+    with mbproj.run(FIVE_BAR, duration=0.05) as results:
+        assert results.time[-1] == pytest.approx(0.05)
+        assert results.attributes["position_violation_max"] == report.position_violation.value
+
+
+@pytest.mark.parametrize("form", ["path", "text", "mapping", "scene"])
+def test_every_form_of_a_scene_gives_the_same_motion(form, tmp_path):
+    scene = mbproj.read_scene_text(ROD)
+    path = tmp_path / "pendulum.yaml"
+    path.write_text(scene.text, encoding="utf-8")
+    given = {"path": path, "text": scene.text, "mapping": ROD, "scene": scene}[form]
+    with mbproj.run(given, step=np.float64(0.005), parameters={"length": np.float64(0.4)}) as results:
+        assert results.settings.step == 0.005
+        assert results["bodies/position"][0, 0] == pytest.approx([0.4, 0.0, 0.0])
+        energy = results["diagnostics/total_energy"]
+    assert energy == pytest.approx(energy[0], abs=1e-6)
+
+
+def test_run_takes_the_words_of_the_command_line():
+    assert set(SETTINGS) <= set(inspect.signature(mbproj.run).parameters)
+
+
+def test_certified_run_says_how_long_it_holds():
+    with mbproj.run(ROD, certify=True, limits=[1e-3]) as results:
+        assert results.trust.limits == (1e-3,)
+
+
+def test_problems_name_arguments():
+    with pytest.raises(mbproj.InputError, match=r"^step: error: 'step' must be greater than 0, found -1"):
+        mbproj.run(ROD, step=-1)
+    with pytest.raises(mbproj.InputError, match=r"^parameters\['lenght'\]: error: unknown parameter 'lenght'; did you"):
+        mbproj.run(ROD, parameters={"lenght": 1})
+    with pytest.raises(mbproj.InputError, match=r"^limits: error: it needs"):
+        mbproj.run(ROD, limits=[1e-3])
+    with pytest.raises(TypeError, match="found int"):
+        mbproj.run(3)
+
+
+def test_a_temporary_file_goes_with_its_results(tmp_path):
+    results = mbproj.run(ROD)
+    folder = results.path.parent
+    assert folder.exists()
+    results.close()
+    del results
+    gc.collect()
+    assert not folder.exists()
+    mbproj.run(ROD, output=tmp_path / "kept.h5").close()
+    assert mbproj.open_results(tmp_path / "kept.h5").status == "complete"
+
+
+def test_results_say_what_they_are(tmp_path):
+    scene = mbproj.read_scene_text({**ROD, "title": "<b>bob</b>"})
+    results = mbproj.run(scene)
+    assert repr(results).splitlines()[0] == "Results: <b>bob</b>"
+    assert "11 from 0 to 0.1 s" in repr(results)
+    assert "&lt;b&gt;bob" in results._repr_html_()
+    assert "<b>" not in results._repr_html_()
+    results.close()
+    assert repr(results).endswith("closed")
+
+
+def test_linear_functions_know_the_pendulum():
+    """About its lowest point: ω² = m g l / (J + m l²)."""
+    scene = mbproj.read_scene_text(ROD)
+    rest = mbproj.equilibrium(scene)
+    assert rest.stable
+    found = mbproj.modes(scene, at="equilibrium")
+    expected = np.sqrt(2 * 9.81 * 0.5 / (0.1 + 2 * 0.5**2)) / (2 * np.pi)
+    assert found.frequencies[0] == pytest.approx(expected, rel=1e-9)
+    model = mbproj.linearize(scene, ["A.angle"], "A.angle", at="equilibrium")
+    A, _, _, _ = model.matrices
+    assert np.abs(np.linalg.eigvals(A).imag).max() == pytest.approx(2 * np.pi * expected, rel=1e-9)
+    with pytest.raises(mbproj.InputError, match="at: error: unknown place 'top'"):
+        mbproj.modes(scene, at="top")
+
+
+# `mbproj.sweep`: its table is that of the command, and nothing is computed twice.
+
+MEASURES = "  drop: {marker: end, quantity: position, component: z, at: end}\n"
+
+
+@pytest.mark.usefixtures("sweeps_here")
+def test_the_table_is_that_of_the_file(tmp_path):
+    spec = write(tmp_path, "  length: 0.8:1.2:3\n", MEASURES)
+    told = []
+    table = mbproj.sweep(spec, jobs=1, progress=told.append)
+    with (table.folder / "summary.csv").open(encoding="utf-8", newline="") as file:
+        heading, *rows = list(csv.reader(file))
+    assert list(table.headings) == heading
+    np.testing.assert_allclose(table["length"], [0.8, 1.0, 1.2], rtol=1e-12)
+    np.testing.assert_array_equal(table["drop"], [float(row[heading.index("drop (m)")]) for row in rows])
+    assert (table["drop"] < 0).all()
+    assert list(table["status"]) == ["done"] * 3
+    assert told[-1] == table.progress
+    again = mbproj.sweep(spec)
+    assert (again.progress.computed, again.progress.reused, again.rows) == (0, 3, table.rows)
+
+
+@pytest.mark.usefixtures("sweeps_here")
+def test_what_is_wrong_is_said(tmp_path, monkeypatch):
+    table = mbproj.sweep(write(tmp_path, "  length: 0.8:1.2:2\n", MEASURES), output=tmp_path / "there")
+    with pytest.raises(KeyError, match="no column 'dorp'; did you mean 'drop'"):
+        table["dorp"]
+    assert table._repr_html_().count("<tr>") == 3
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match="pip install"):
+        table.to_pandas()
+    with pytest.raises(mbproj.InputError, match="no-sweep"):
+        mbproj.sweep(tmp_path / "no-sweep.yaml")
+
+
+@pytest.mark.usefixtures("sweeps_here")
+def test_pandas(tmp_path):
+    pytest.importorskip("pandas")
+    table = mbproj.sweep(write(tmp_path, "  length: 0.8:1.2:2\n", MEASURES))
+    assert list(table.to_pandas()["drop (m)"]) == list(table["drop"])

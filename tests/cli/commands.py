@@ -11,17 +11,20 @@ import sqlite3
 import subprocess
 import sys
 import tempfile
+import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
 from threading import Lock
 
+import click
 import pytest
+from click.testing import CliRunner
 
 from tests.cli.fork_server import in_this_process
-from tests.report_schema.reports import refuse_what_no_table_says
+from tests.cli.reports import refuse_what_no_table_says
 from tests.support import ROOT
 
 FIVE_BAR = str(ROOT / "mechanisms" / "five_bar.yaml")
@@ -48,6 +51,30 @@ def mbproj(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]
     if "--json" in words and done.stdout.startswith(("{", "[")):
         refuse_what_no_table_says(words, json.loads(done.stdout))
     return done
+
+
+def begun(*arguments: object, folder: Path, when: Callable[[], object]) -> subprocess.Popen[str]:
+    """`mbproj ARGUMENTS` in a process of its own, which has come to where `when()` holds; for at most two minutes."""
+    program = [sys.executable, "-c", "from mbproj.commands.main import main; main()", *map(str, arguments)]
+    variables, pipe = environment() | {"MBPROJ_CACHE": str(folder / "cache")}, subprocess.PIPE
+    process = subprocess.Popen(program, cwd=folder, env=variables, stdout=pipe, stderr=pipe, text=True)
+    deadline = time.monotonic() + 120.0
+    while not when() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return process
+
+
+def succeeds(*arguments: object, folder: Path) -> subprocess.CompletedProcess[str]:
+    """`mbproj ARGUMENTS` in `folder`, which ends with 0."""
+    done = mbproj(*arguments, folder=folder)
+    assert done.returncode == 0, done.stderr
+    return done
+
+
+def invoked(command: click.Command, *arguments: object) -> tuple[int, str, str]:
+    """The exit code, stdout and stderr of a command that is called as a function; its InputError passes through."""
+    result = CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
+    return result.exit_code, result.stdout, result.stderr
 
 
 @contextmanager

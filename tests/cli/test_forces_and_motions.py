@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mbproj.results.reader import open_results
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, succeeds
 
 SCENE = """\
 mbproj: 1
@@ -56,8 +56,7 @@ def test_run_and_what_the_results_say(tmp_path, undrawn):
         assert next(csv.reader(file)) == ["time (s)", "value (rad)", "rate (rad/s)", "force (N m)"]
     plotted = mbproj("plot", "results.h5", "--kind", "forces", "--kind", "motions", folder=tmp_path)
     assert plotted.stdout.split() == ["results-forces.png", "results-motions.png"]
-    again = mbproj("rerun", "results.h5", "-o", "again.h5", "--quiet", folder=tmp_path)
-    assert again.returncode == 0, again.stderr
+    succeeds("rerun", "results.h5", "-o", "again.h5", "--quiet", folder=tmp_path)
     with open_results(tmp_path / "results.h5") as one, open_results(tmp_path / "again.h5") as other:
         for path in ("motions/force", "forces/force", "diagnostics/work", "bodies/position"):
             np.testing.assert_array_equal(one[path], other[path])
@@ -134,7 +133,6 @@ def test_a_reflected_inertia_is_checked_recorded_and_repeated(tmp_path):
         before = results["bodies/position"].tobytes()
     exported = mbproj("export", "results.h5", "--table", "force-A.displacement.inertia", folder=tmp_path)
     assert exported.stdout.split() == ["results-force-A.displacement.inertia.csv"]
-    again = mbproj("rerun", "results.h5", "-o", "again.h5", "--quiet", folder=tmp_path)
-    assert again.returncode == 0, again.stderr
+    succeeds("rerun", "results.h5", "-o", "again.h5", "--quiet", folder=tmp_path)
     with open_results(tmp_path / "again.h5") as results:
         assert results["bodies/position"].tobytes() == before

@@ -1,4 +1,5 @@
-"""Commands replace what mbproj wrote, and nothing else unless they are told to."""
+"""Commands replace what mbproj wrote, and nothing else unless told to; a path that cannot be written is refused before
+the work."""
 
 from __future__ import annotations
 
@@ -12,7 +13,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj
+from tests.cli.commands import FIVE_BAR, SLIDER_CRANK, mbproj, succeeds
 from tests.crossed import some
 from tests.support import ROOT
 
@@ -20,8 +21,7 @@ from tests.support import ROOT
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("outputs")
-    done = mbproj("run", SLIDER_CRANK, "--duration", "0.05", "-q", "-o", "a.h5", folder=folder)
-    assert done.returncode == 0, done.stderr
+    succeeds("run", SLIDER_CRANK, "--duration", "0.05", "-q", "-o", "a.h5", folder=folder)
     return folder / "a.h5"
 
 
@@ -93,8 +93,7 @@ def test_storing_a_verification_touches_no_other_file(tmp_path, run):
     (tmp_path / "precious").write_text("mine")
     (tmp_path / "a.h5.verify").symlink_to("precious")
     scene = [SLIDER_CRANK, "--duration", "0.05"]
-    done = mbproj("verify", *scene, "--store", "a.h5", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("verify", *scene, "--store", "a.h5", folder=tmp_path)
     assert (tmp_path / "precious").read_text() == "mine"
     assert (tmp_path / "a.h5.verify").is_symlink()
     assert "\nverification\n" in mbproj("info", "a.h5", folder=tmp_path).stdout
@@ -146,3 +145,37 @@ def test_a_name_that_is_no_text_and_a_screen_that_matplotlib_does_not_know(tmp_p
     assert (done.returncode, done.stderr) == (0, b"")
     assert mbproj("run", scene, "-q", "--duration", "0.02", "-o", results, folder=tmp_path).returncode == 0
     assert all((tmp_path / name).is_file() for name in (picture, results))
+
+
+# A path that cannot be written is refused before the work, by every command that writes one.
+
+BEFORE = {
+    "verify-plot": ("verify", FIVE_BAR, "--plot", "nowhere/v.png"),
+    "run": ("run", FIVE_BAR, "-o", "nowhere/a.h5"),
+    "accuracy": ("run", FIVE_BAR, "--accuracy", "1e-3", "-o", "nowhere/a.h5"),
+    "branches": ("branches", FIVE_BAR, "--picture", "nowhere/a.png"),
+    "check": ("check", FIVE_BAR, "--picture", "nowhere/a.html"),
+    "curve": ("curve", FIVE_BAR, "-o", "nowhere/a.csv"),
+    "compare": ("compare", FIVE_BAR, "--write-table", "nowhere/a.csv"),
+    "modes": ("modes", FIVE_BAR, "-o", "nowhere/m.h5"),
+    "linearize": ("linearize", FIVE_BAR, "--inputs", "a", "--outputs", "b", "-o", "nowhere/m.h5"),
+    "equilibrium": ("equilibrium", FIVE_BAR, "-o", "nowhere/e.h5"),
+    "import": ("import", "none.xml", "-o", "nowhere/a.yaml"),
+    "export": ("export", FIVE_BAR, "--mjcf", "nowhere/a.xml"),
+    "loads": ("loads", FIVE_BAR, "-o", "nowhere/a.csv"),
+    "animate": ("animate", FIVE_BAR, "-o", "nowhere/a.html"),
+    "batch": ("batch", FIVE_BAR, "--junit", "nowhere/x.xml"),
+    "recommend": ("recommend", FIVE_BAR, "--error", "1e-3", "--plot", "nowhere/x.png"),
+    "tradeoff": ("tradeoff", FIVE_BAR, "--write-table", "nowhere/x.tex"),
+    "info": ("info", "none.h5", "--loads", "--write-table", "nowhere/x.csv"),
+}
+
+
+@pytest.mark.parametrize("words", BEFORE.values(), ids=BEFORE)
+def test_a_path_in_a_folder_that_is_not_there_is_refused_before_the_work(words, tmp_path):
+    """What is asked for is wrong, too, or would take long: only the path is looked at."""
+    done = mbproj(*words, folder=tmp_path)
+    assert done.returncode == 2 and not done.stdout
+    assert "the directory 'nowhere' of" in done.stderr
+    assert "does not exist" in done.stderr and "traceback" not in done.stderr.lower()
+    assert list(tmp_path.iterdir()) == []

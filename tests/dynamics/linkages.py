@@ -8,19 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from mbproj import Scene
-from mbproj.equations.assembly.assemble import State, assemble
-from mbproj.equations.assembly.compiled import compile_system
-from mbproj.model.compile.mechanism import initial_guess
-from mbproj.model.system import System
 from mbproj.scene.records import Body, Joint, Pair
 from tests.support import scene_of
 
 GROUND = "ground"
-
-
-def assembled(scene: Scene) -> tuple[System, State]:
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system))
 
 
 def body(name: str, position: Sequence[float], mass: float = 1.0, inertia: Sequence[float] = (0.01,) * 3) -> Body:

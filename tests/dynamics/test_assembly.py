@@ -19,15 +19,10 @@ from mbproj.joints.table import JOINTS
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.scene.records import Body, Joint, Pair
 from mbproj.scene.scene import read_scene, read_scene_text
-from tests.support import ROOT, random_chain, scene_of
+from tests.support import ROOT, assembled, random_chain, scene_of
 
 ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
 Y_AXIS = Pair((0.0, 1.0, 0.0), (0.0, 1.0, 0.0), local=True)
-
-
-def assembled(scene):
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system))
 
 
 def link(name: str, x: float, z: float = 0.0, turn: float = 0.0) -> Body:

@@ -10,15 +10,12 @@ import pytest
 from mbproj import read_scene, settings_to_run
 from mbproj.base.mechanisms_folder import mechanism
 from mbproj.base.settings import ProjectionSettings, Settings
-from mbproj.equations.assembly.assemble import assemble
-from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.recorded import Observer
 from mbproj.equations.samples import Samples, join
-from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.motion.simulate import simulate
 from tests.crossed import full
-from tests.support import Recorder, random_chain
+from tests.support import Recorder, assembled, random_chain
 
 KINDS = ["revolute", "universal", "prismatic", "spherical"]
 STEP = 1e-3
@@ -28,8 +25,7 @@ STEP = 1e-3
 def run():
     """A short motion of a chain with every kind of joint, at every step."""
     scene = random_chain(12, KINDS)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     recorder = Recorder()
     simulate(system, state, Settings(duration=0.05, step=STEP, projection=ProjectionSettings()), recorder)
     return scene, system, recorder
@@ -124,8 +120,7 @@ def test_energies(run):
 def test_a_sample_is_the_same_in_blocks_of_any_length(name):
     """To the bit: a run that goes on from a mark has other blocks than one that did not stop."""
     scene = read_scene(mechanism(name), simulation={"duration": 0.05})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     recorder = Recorder()
     simulate(system, state, settings_to_run(scene), recorder)
     samples, observer = join([block.samples for block in recorder.blocks]), Observer(system, state)

@@ -9,9 +9,8 @@ from scipy.linalg import expm
 
 from mbproj import compile_system, equilibrium, linearize, modes, read_scene, read_scene_text
 from mbproj.base.errors import InputError
-from tests.cli.commands import mbproj
-from tests.elements.pid import ran
-from tests.elements.wheel_and_slide import FORMULATIONS
+from tests.cli.commands import succeeds
+from tests.elements.scenes import FORMULATIONS, ran
 
 #: A cart that nothing pushes, and a signal.
 SCENE = """
@@ -151,8 +150,7 @@ def test_a_model_in_a_file_is_a_block(tmp_path):
     spring = "forces:\n  spring: {type: linear_spring_damper, joint: rail, stiffness: 8, damping: 1}"
     path.write_text(LQR.replace("LOOP", spring).replace("START", ", angle: 0"))
     arguments = ["--inputs", "rail.displacement", "--outputs", "rail.displacement,pin.angle"]
-    done = mbproj("linearize", "scene.yaml", *arguments, "-o", "model.h5", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("linearize", "scene.yaml", *arguments, "-o", "model.h5", folder=tmp_path)
     other = tmp_path / "other.yaml"
     other.write_text(SCENE.replace("BLOCK", "{state_space: {of: 1, file: model.h5, outputs: [x, angle]}}"))
     model = linearize(read_scene(path), ["rail.displacement"], ["rail.displacement", "pin.angle"])

@@ -1,4 +1,4 @@
-"""A controller, a rack and a cam as elements: beside closed forms and equations of their own, in every formulation."""
+"""A controller, a rack and a cam as elements: beside closed forms, in the energy account, and in the studies."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mbproj import Mechanism
+from mbproj import Mechanism, solve
 from mbproj.base.errors import InputError
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
@@ -21,12 +21,29 @@ from mbproj.functions.table import CubicTable, periodic
 from mbproj.joints.primitives.coupling import Coupling
 from mbproj.model.compile.elements import with_elements
 from mbproj.model.compile.mechanism import initial_guess
+from mbproj.scene.scene import read_scene_text
+from mbproj.studies.recommend import recommend
+from mbproj.studies.stability import stability
 from mbproj.studies.verify.case import Case
-from mbproj.studies.verify.checks import CHECKS, _check
+from mbproj.studies.verify.checks import CHECKS, _check, verify
 from tests.crossed import full
-from tests.elements.kinds import cam, pi_controller, rack
-from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL, at, brief, run, scene_of
+from tests.elements.scenes import (
+    FORMULATIONS,
+    SELDOM_FULL,
+    TWO_SLIDES,
+    at,
+    brief,
+    cam,
+    motor,
+    pi_controller,
+    rack,
+    run,
+    scene_of,
+    spring,
+)
 from tests.kernel.scenes import needs_kernel
+
+# A controller, a rack and a cam as elements: beside closed forms and equations of their own, in every formulation.
 
 
 def push(along, value):
@@ -336,3 +353,109 @@ def test_periodic_splines_repeat_and_are_smooth():
         np.testing.assert_allclose(each[0], each[1], atol=1e-12)
     for knot in inside:
         np.testing.assert_allclose(*np.array(f(np.array([knot - 1e-12, knot]))).T, atol=1e-9)
+
+
+# What elements keep and lose, in the energy account of a run.
+
+
+@pytest.mark.full_where(formulation="full")
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_spring_that_is_an_element_does_no_work(formulation):
+    """A slide of 3 kg that swings with 2 m/s at the start: T + V is 6 J all the time."""
+    system, found, report = run([spring("coil", "rail.displacement", 48.0)], slide=2.0, **brief(formulation))
+    t, s = found["time"], at(found, "rail.displacement", system.names.coordinates)
+    np.testing.assert_allclose(s, 0.5 * np.sin(4.0 * t), atol=1e-9)
+    weight = 3 * 9.81 * 0.3
+    np.testing.assert_allclose(found["diagnostics/potential_energy"], weight + 24.0 * s**2, atol=1e-9)
+    np.testing.assert_allclose(found["diagnostics/total_energy"], weight + 6.0, atol=1e-8)
+    np.testing.assert_allclose(found["diagnostics/work"], 0.0, atol=1e-8)
+    assert abs(report.energy.work) < 1e-8
+    assert np.abs(found["diagnostics/energy_balance"]).max() < 1e-8
+
+
+@pytest.mark.full_where(formulation="full")
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_the_account_of_a_motor_is_electric(formulation):
+    """J ω = k ∫i, so that W = ∫U i = U J ω/k; of it the winding keeps ½ L i² and loses ∫R i²."""
+    U, R, L, k, J = 12.0, 0.8, 0.05, 0.3, 0.1
+    system, found, report = run([motor("motor", "pin.angle", U, (R, L), k)], **brief(formulation))
+    rate = found["joints/speed"][:, system.names.coordinates.index("pin.angle")]
+    current, heat = found["states/value"].T
+    exact = np.array([[0.0, k / J], [-k / L, -R / L]])
+    values, vectors = np.linalg.eig(exact)
+    steady = np.array([U / k, 0.0])
+    moved = np.real(np.exp(np.outer(found["time"], values)) * np.linalg.solve(vectors, -steady) @ vectors.T)
+    np.testing.assert_allclose(np.column_stack([rate, current]), steady + moved, atol=1e-7)
+    np.testing.assert_allclose(found["diagnostics/work"], U * J * rate / k, atol=1e-7)
+    np.testing.assert_allclose(found["diagnostics/dissipation"], heat, atol=1e-12)
+    kept = 3 * 9.81 * 0.3 + 0.5 * J * rate**2 + 0.5 * L * current**2
+    np.testing.assert_allclose(found["diagnostics/total_energy"], kept, atol=1e-10)
+    assert heat[-1] > 1.0
+    assert report.energy.dissipation == pytest.approx(heat[-1], abs=1e-12)
+    assert np.abs(found["diagnostics/energy_balance"]).max() < 1e-7
+
+
+# Scenes with elements in the studies: checks, searches, maps; and what is kept tells them apart.
+
+LIFT = Row("lift", {"pin.angle": 0.0, "rail.displacement": 1.0}, "0.04*(1 - cos(s))")
+CAM_SCENE = Element("cam", rows=(LIFT,))
+LENGTHS = {"left": ((0.0, 0.0, 0.0), "one"), "right": ("two", (1.0, 0.0, 0.0))}
+ROPE = Element("rope", lengths=LENGTHS, rows=(Row("length", {"rope.left": 1.0, "rope.right": 1.0}, constant=2.5),))
+
+
+def cam_scene():
+    return replace(scene_of("z", "speed: 14", duration=0.2, tolerance=1e-8, output_step=0.02), elements=(CAM_SCENE,))
+
+
+def rope_scene():
+    text = TWO_SLIDES.replace("GRAVITY", "-9.81").replace("FORCES", "")
+    return replace(read_scene_text(text), elements=(ROPE,))
+
+
+@needs_kernel
+@pytest.mark.parametrize(
+    ("scene", "left_out"),
+    [(cam_scene, {"units"}), full(rope_scene, {"units", "rotation", "translation"})],
+    ids=["cam", "rope"],
+)
+def test_verify_looks_at_elements_from_all_sides(scene, left_out):
+    found = {check.name: check for check in verify(scene()).checks}
+    assert [name for name, check in found.items() if check.verdict == "failed"] == []
+    of_elements = {name for name, check in found.items() if "element" in check.remark}
+    assert of_elements == left_out
+    moved = {"renumbering", "energy", "closed", "power", "reduced", "turns"} | ({"rotation", "translation"} - left_out)
+    assert {found[name].verdict for name in moved} == {"passed"}
+
+
+@needs_kernel
+def test_a_study_runs_what_the_elements_do():
+    """The slide is where the cam lifts it, with every setting that is found."""
+    scene = cam_scene()
+    found = recommend(scene, 1e-7, timed=False)
+    assert found.reached
+    run = solve(scene, found.setting, np.linspace(0.0, 0.2, 11))
+    assert run.failure is None
+    slide = run.body_position[:, 1, 2] - 0.3
+    angle = 2.0 * np.arctan2(run.body_orientation[:, 0, 2], run.body_orientation[:, 0, 0])
+    np.testing.assert_allclose(slide, 0.04 * (1.0 - np.cos(angle)), atol=1e-13)
+    assert slide.max() > 0.07
+
+
+@needs_kernel
+def test_what_is_kept_of_a_study_tells_elements_apart():
+    scene = scene_of("z")
+    higher = replace(CAM_SCENE, rows=(replace(LIFT, function="0.05*(1 - cos(s))"),))
+    scenes = [scene, *(replace(scene, elements=(element,)) for element in (CAM_SCENE, higher))]
+    assert len({repr(Mechanism.of(each).identity) for each in scenes}) == 3
+
+
+@needs_kernel
+def test_the_unit_of_length_cannot_be_varied():
+    with pytest.raises(InputError, match="'cam' is data without units"):
+        stability(cam_scene(), "length-scale", projections=("gpopm",), points=3, processes=1)
+
+
+@needs_kernel
+def test_wrong_elements_of_a_scene_are_named():
+    with pytest.raises(InputError, match=r"element 'x' reads 'pin\.angel', which does not exist"):
+        compile_system(replace(scene_of(), elements=(Element("x", reads=("pin.angel",)),)))

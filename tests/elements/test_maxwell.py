@@ -12,7 +12,7 @@ from mbproj.linear.equilibrium import balance
 from mbproj.linear.equilibrium.solve import NoEquilibrium
 from mbproj.studies.variants import RigidMotion, rescaled, with_damping, with_stiffness
 from tests.crossed import crossed
-from tests.elements.wheel_and_slide import FORMULATIONS
+from tests.elements.scenes import FORMULATIONS
 from tests.support import Recorder
 
 SCENE = """

@@ -21,7 +21,7 @@ from mbproj.scene.scene import read_scene_text
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.verify.case import Case
 from mbproj.studies.verify.checks import CHECKS, _check
-from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL, TWO_SLIDES
+from tests.elements.scenes import FORMULATIONS, SELDOM_FULL, TWO_SLIDES
 from tests.support import Recorder
 
 POST = (0.2, 0.0, 0.9)

@@ -8,8 +8,7 @@ from scipy.integrate import solve_ivp
 
 from mbproj import Scene, assemble, compile_system, equilibrium, initial_guess, linearize, read_scene_text
 from mbproj.equations.instant import of_signals
-from tests.elements.pid import PID, columns, ran, reference
-from tests.elements.wheel_and_slide import FORMULATIONS, SELDOM_FULL
+from tests.elements.scenes import FORMULATIONS, PID, SELDOM_FULL, columns, ran, reference
 
 SATURATED = PID.replace(
     "U: 20*error + 30*integral - 2*filtered", "U: clip(20*error + 30*integral - 2*filtered, -12 V, 12 V)"

@@ -7,7 +7,6 @@ import json
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from matplotlib.figure import Figure
 
 from mbproj.base.errors import InputError, SimulationError
@@ -15,13 +14,8 @@ from mbproj.commands import info, plot
 from mbproj.results.layout import DATASETS
 from mbproj.results.writer import ResultsWriter
 from mbproj.show.figures.kinds import KINDS
+from tests.cli.commands import invoked
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, block, record, scene, times
-
-
-def run(command, *arguments):
-    """The command's exit code, stdout and stderr; its InputError passes through."""
-    result = CliRunner().invoke(command, [str(argument) for argument in arguments], catch_exceptions=False)
-    return result.exit_code, result.stdout, result.stderr
 
 
 @pytest.fixture
@@ -30,9 +24,9 @@ def path(tmp_path):
 
 
 def test_plot_writes_all_kinds_and_prints_their_paths(tmp_path, path, monkeypatch):
-    """Each file once; that each kind makes a picture is in test_every_kind.py."""
+    """Each file once; that each kind makes a picture is in test_kinds.py."""
     monkeypatch.setattr(Figure, "savefig", lambda figure, file, **_: file.write_bytes(b"picture"))
-    code, out, err = run(plot.command, path, "-o", tmp_path / "new" / "pictures")
+    code, out, err = invoked(plot.command, path, "-o", tmp_path / "new" / "pictures")
     expected = [
         tmp_path / "new" / "pictures" / f"run-{kind}.png"
         for kind in KINDS
@@ -57,7 +51,7 @@ def test_a_figure_of_many_samples_is_freed_before_the_next_is_drawn(tmp_path, pa
     gc.disable()
     try:
         kinds = [f"--kind={kind}" for kind in ("energy", "steps", "violation", "coordinates")]
-        code, _, _ = run(plot.command, path, *kinds, "-o", tmp_path)
+        code, _, _ = invoked(plot.command, path, *kinds, "-o", tmp_path)
     finally:
         gc.enable()
     assert code == 0
@@ -66,7 +60,7 @@ def test_a_figure_of_many_samples_is_freed_before_the_next_is_drawn(tmp_path, pa
 
 
 def test_plot_the_kinds_asked_for(tmp_path, path, undrawn):
-    code, out, _ = run(plot.command, path, "--kind", "energy", "--kind", "steps", "-o", tmp_path, "--format", "svg")
+    code, out, _ = invoked(plot.command, path, "--kind", "energy", "--kind", "steps", "-o", tmp_path, "--format", "svg")
     assert (code, out.split()) == (0, [str(tmp_path / f"run-{kind}.svg") for kind in ("energy", "steps")])
 
 
@@ -81,7 +75,7 @@ def drawn(monkeypatch, *arguments) -> tuple:
         return Figure()
 
     monkeypatch.setattr("mbproj.show.figures.kinds.draw", draw)
-    assert run(plot.command, *arguments)[0] == 0
+    assert invoked(plot.command, *arguments)[0] == 0
     return seen[0]
 
 
@@ -119,7 +113,7 @@ def test_plot_without_labels_takes_what_differs(tmp_path, path, monkeypatch):
 
 def test_plot_leaves_out_what_does_not_apply(tmp_path, undrawn):
     path = record(tmp_path / "run.h5", block(times(), NO_NAMES), names=NO_NAMES)
-    _, out, err = run(plot.command, path, "-o", tmp_path)
+    _, out, err = invoked(plot.command, path, "-o", tmp_path)
     assert out.split() == [str(tmp_path / f"run-{kind}.png") for kind in ("violation", "energy", "steps")]
     assert err.splitlines() == [
         "note: no picture 'markers': the results have no markers",
@@ -129,7 +123,7 @@ def test_plot_leaves_out_what_does_not_apply(tmp_path, undrawn):
         "note: no picture 'reactions': the results have no joints",
     ]
     with pytest.raises(InputError) as caught:
-        run(plot.command, path, "--kind", "markers")
+        invoked(plot.command, path, "--kind", "markers")
     assert str(caught.value) == (
         "error: --kind markers: the results have no markers; kinds that apply: violation, energy, steps"
     )
@@ -158,7 +152,7 @@ def test_plot_leaves_out_what_does_not_apply(tmp_path, undrawn):
 )
 def test_plot_refuses(path, arguments, message):
     with pytest.raises(InputError) as caught:
-        run(plot.command, path, *(str(path) if argument == "RUN" else argument for argument in arguments))
+        invoked(plot.command, path, *(str(path) if argument == "RUN" else argument for argument in arguments))
     said = str(caught.value).replace(str(path), "RUN").replace(str(path.parent), "FOLDER")
     assert said == f"error: {message}"
 
@@ -168,7 +162,7 @@ def test_plot_without_samples(tmp_path):
     with pytest.raises(KeyboardInterrupt), ResultsWriter(path, scene(), NAMES):
         raise KeyboardInterrupt
     with pytest.raises(InputError) as caught:
-        run(plot.command, path)
+        invoked(plot.command, path)
     assert str(caught.value) == f"error: '{path}' holds no samples; its status: interrupted"
 
 
@@ -177,21 +171,21 @@ def test_a_failed_run_is_drawn_with_a_note(tmp_path, undrawn):
     with pytest.raises(SimulationError), ResultsWriter(path, scene(), NAMES) as recorder:
         recorder.write(block(times()))
         raise SimulationError(2.0, "diverged")
-    _, out, err = run(plot.command, path, "--kind", "energy", "-o", tmp_path)
+    _, out, err = invoked(plot.command, path, "--kind", "energy", "-o", tmp_path)
     assert out == f"{tmp_path}/run-energy.png\n"
     assert err == f"note: '{path}': failed: stopped at t = 2 s: diverged\n"
 
 
 def test_the_part_of_a_run_is_drawn_with_a_note(tmp_path, path, undrawn):
     part = path.rename(tmp_path / "run.h5.part")
-    _, out, err = run(plot.command, path, "--kind", "energy", "-o", tmp_path)
+    _, out, err = invoked(plot.command, path, "--kind", "energy", "-o", tmp_path)
     assert out == f"{tmp_path}/run-energy.png\n"
     assert err == f"note: '{part}' is incomplete: its run was killed, or still goes on\n"
-    assert "(partial: the run was killed or still goes on)" in run(info.command, path)[1]
+    assert "(partial: the run was killed or still goes on)" in invoked(info.command, path)[1]
 
 
 def test_info_as_text(path):
-    code, out, _ = run(info.command, path)
+    code, out, _ = invoked(info.command, path)
     assert code == 0
     shown = [line.split() for line in out.splitlines()]
     for expected in (
@@ -213,7 +207,7 @@ def test_info_as_text(path):
 
 
 def test_info_as_json(path):
-    code, out, _ = run(info.command, path, "--json")
+    code, out, _ = invoked(info.command, path, "--json")
     found = json.loads(out)
     assert code == 0
     assert found["settings"]["projection"]["method"] == "gpopm"
@@ -229,7 +223,7 @@ def test_info_of_a_run_that_diverged_is_json_all_the_same(tmp_path):
     wild = block(times())
     wild["diagnostics/energy_balance"][-1] = np.inf
     wild["diagnostics/position_violation"][-1] = np.nan
-    _, out, _ = run(info.command, record(tmp_path / "run.h5", wild), "--json")
+    _, out, _ = invoked(info.command, record(tmp_path / "run.h5", wild), "--json")
     found = json.loads(out, parse_constant=lambda name: pytest.fail(name))
     assert found["energy_drift"] is None
     assert (found["position_violation_max"], found["position_violation_time"]) == (None, 2.0)
@@ -238,11 +232,11 @@ def test_info_of_a_run_that_diverged_is_json_all_the_same(tmp_path):
 def test_info_without_samples(tmp_path):
     with ResultsWriter(tmp_path / "run.h5", scene(path=None), NAMES):
         pass
-    out = run(info.command, tmp_path / "run.h5")[1]
+    out = invoked(info.command, tmp_path / "run.h5")[1]
     assert "samples  none" in out
     assert "scene    (not from a file)" in out
 
 
 def test_info_of_no_results(tmp_path):
     with pytest.raises(InputError, match="there is no results file"):
-        run(info.command, tmp_path / "no.h5")
+        invoked(info.command, tmp_path / "no.h5")

@@ -1,25 +1,32 @@
-"""Bad input: models changed at random, names that a shell or YAML misreads, files that are outside, huge or none.
-
-Whatever stands in a file, a reader ends with a scene that can be read back, or with InputError at a line of the file.
-"""
+"""Models that are wrong or hostile: a reader ends with a scene, or with a message at the line of the file."""
 
 from __future__ import annotations
 
 import copy
 import random
 import shutil
+import subprocess
+import sys
 from itertools import pairwise
 from xml.etree import ElementTree
 
 import pytest
 
+import mbproj
 from mbproj import import_model
 from mbproj.base.errors import InputError, MbprojWarning
+from mbproj.formats.mechanism import ImportOptions
 from mbproj.formats.read import read_model
+from mbproj.formats.signals import read_signals
 from mbproj.scene.scene import read_scene_text
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj as command
+from tests.cli.commands import succeeds
 from tests.crossed import some
 from tests.support import ROOT
+
+# Bad input: models changed at random, names that a shell or YAML misreads, files that are outside, huge or none.
+#
+# Whatever stands in a file, a reader ends with a scene that can be read back, or with InputError at a line of the file.
 
 pytest.importorskip("mujoco")
 DATA = ROOT / "tests" / "data" / "formats"
@@ -86,8 +93,7 @@ def test_names_mean_nothing_to_a_shell_or_to_yaml(name, tmp_path):
         '<geom size="0.1" pos="0 0 1"/></body></worldbody></mujoco>'
     )
     (tmp_path / name).write_text(text, encoding="utf-8")
-    done = mbproj("import", "--quiet", "--output", "scene.yaml", "--", name, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    succeeds("import", "--quiet", "--output", "scene.yaml", "--", name, folder=tmp_path)
     scene = read_scene_text((tmp_path / "scene.yaml").read_text(encoding="utf-8"))
     assert (scene.title, len(scene.bodies), len(scene.joints)) == (name, 2, 2)
     assert scene.bodies[1].name == "null"
@@ -135,7 +141,7 @@ def test_what_is_outside_is_said_at_its_line(what, tmp_path):
     (tmp_path / "other.xml").write_text(f"<mujoco><worldbody>{BODY}</worldbody></mujoco>", encoding="utf-8")
     text, said = OUTSIDE[what]
     (folder / "model.xml").write_text(text, encoding="utf-8")
-    done = mbproj("import", "model.xml", folder=folder)
+    done = command("import", "model.xml", folder=folder)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(said)
 
@@ -160,7 +166,7 @@ FILES = {
 def test_files_that_are_no_models_end_with_2(what, tmp_path):
     data, said = FILES[what]
     (tmp_path / "m.urdf").write_bytes(data)
-    done = mbproj("import", "m.urdf", folder=tmp_path)
+    done = command("import", "m.urdf", folder=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr.startswith(said.format("m.urdf"))
 
@@ -170,6 +176,119 @@ def test_aliases_in_a_file_of_loops_are_bounded(tmp_path):
     rows = ["a: &a [x, x, x, x, x, x, x, x, x]"]
     rows += [f"{name}: &{name} [{', '.join([f'*{before}'] * 9)}]" for before, name in pairwise("abcdefghi")]
     (tmp_path / "bomb.yaml").write_text("\n".join([*rows, "closed_loop: *i"]), encoding="utf-8")
-    done = mbproj("import", "m.urdf", "--loops", "bomb.yaml", folder=tmp_path)
+    done = command("import", "m.urdf", "--loops", "bomb.yaml", folder=tmp_path)
     assert done.returncode == 2
     assert "error: more than 500000 values, with aliases counted" in done.stderr
+
+
+# Tendons, muscles, controllers and signals that are wrong: a message at the file's line; names mean nothing.
+
+mujoco = pytest.importorskip("mujoco")
+
+MODEL = """<mujoco><worldbody><site name="w" pos="0 0 1"/><geom name="box" type="box" size=".1 .1 .1" pos="3 0 0"/>
+<body name="a"><joint name="j" axis="0 1 0"/><geom size=".1" pos=".3 0 0" contype="0"/><site name="s" pos=".3 0 .2"/>
+</body></worldbody>
+{}
+</mujoco>"""
+LINE = '<site site="w"/><site site="s"/>'
+
+
+def tendon(own, path=LINE):
+    return f'<tendon><spatial name="t" {own}>{path}</spatial></tendon>'
+
+
+WRONG = {
+    tendon("", '<site site="w"/><site site="nix"/>'): "site 'nix' not found",
+    tendon("", f'{LINE}<pulley divisor="-2"/>{LINE}'): "pulley divisor must be positive",
+    tendon("", '<site site="w"/><geom geom="box"/><site site="s"/>'): "is not sphere or cylinder",
+    tendon('stiffness="nan"'): "'stiffness' of <spatial> is not finite",
+    tendon('stiffness="-5"'): "'stiffness' of <spatial> is negative; give 0 or more",
+    tendon('frictionloss="-5"'): "'frictionloss' of <spatial> is negative; give 0 or more",
+    tendon('damping="-5 0 0"'): "'damping' of <spatial> is negative; give 0 or more",
+    '<default><joint damping="-1"/></default>': "'damping' of <joint> is negative; give 0 or more",
+    '<actuator><muscle name="m" joint="j" range="1 1" lengthrange="0 1"/></actuator>': "range",
+    '<actuator><muscle name="m" joint="j" lengthrange="2 1"/></actuator>': "Lengthrange computation did not converge",
+    '<extension><plugin plugin="mujoco.nix"/></extension>': "plugin mujoco.nix not found",
+}
+
+
+@pytest.mark.parametrize("part", WRONG)
+def test_a_part_that_is_wrong_is_said_at_its_line(part, tmp_path):
+    (tmp_path / "model.xml").write_text(MODEL.format(part), encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read_model(tmp_path / "model.xml", ImportOptions())
+    message = str(raised.value)
+    assert "model.xml:4: error: " in message
+    assert WRONG[part] in message
+
+
+@pytest.mark.parametrize("name", ["yes", "1e3", "$(touch run)`id`: # \u202e"])
+def test_names_of_tendons_mean_nothing(name, tmp_path):
+    """Of one that is a rope, a spring, a limit and dry friction."""
+    own = 'stiffness="3" springlength="0 9" range="0 9" frictionloss="1"'
+    part = tendon(own, f'{LINE}<site site="w"/>').replace('"t"', f'"{name}"')
+    (tmp_path / "model.xml").write_text(MODEL.format(part), encoding="utf-8")
+    found = mbproj.import_model(tmp_path / "model.xml")
+    assert found.scene.joints
+    assert not [row for row in found.mechanism.said if row.same.value == "no"]
+    assert not (tmp_path / "run").exists()
+
+
+SIGNALS = {
+    "m: &a [1, 1]\nn: *a\n": "the expression ends too early",
+    "m: " + "(" * 600 + "t" + ")" * 600: "at most 1000 are allowed",
+    "m: 9**9**9**9": "the result is too large",
+    "m: [1,": "not valid YAML",
+    "m: 1\nm: 2": "duplicate key 'm'",
+    "m: .nan": "m",
+    'm: __import__("os")': "unexpected",
+    "- 1": "signals are a mapping of names and expressions of t",
+}
+
+
+@pytest.mark.parametrize("text", SIGNALS)
+def test_signals_that_are_wrong_are_said_at_their_line(text, tmp_path):
+    (tmp_path / "u.yaml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        read_signals(tmp_path / "u.yaml")
+    assert "u.yaml:" in str(raised.value)
+    assert SIGNALS[text] in str(raised.value)
+
+
+FIXED = '<site site="w"/><site site="v"/>'
+ON_IT = ('frictionloss="1"', 'armature="0.2"', 'range="0 1" limited="true"', 'stiffness="3"', 'damping="2"', "")
+
+
+@pytest.mark.parametrize("own", ON_IT)
+@pytest.mark.parametrize("path", [FIXED, '<site site="s"/><site site="u"/>'], ids=["of the ground", "of one body"])
+def test_a_tendon_that_nothing_changes_is_left_out(own, path, tmp_path):
+    """It has no force, whatever acts along it; nor does an equality of two of them, or an actuator."""
+    text = MODEL.format(
+        f'<tendon><spatial name="t" {own}>{path}</spatial><spatial name="r">{path}</spatial></tendon>'
+        '<equality><tendon tendon1="t" tendon2="r"/></equality>'
+        '<actuator><motor name="m" tendon="t"/></actuator>'
+    )
+    text = text.replace('<site name="w"', '<site name="v" pos="1 0 1"/><site name="w"')
+    text = text.replace('<site name="s"', '<site name="u" pos=".1 0 .1"/><site name="s"')
+    (tmp_path / "model.xml").write_text(text, encoding="utf-8")
+    found = mbproj.import_model(tmp_path / "model.xml")
+    said = {row.element: (row.what, row.same.value) for row in found.mechanism.said}
+    assert said["tendon 't'"] == ("left out: nothing changes its length", "yes")
+    assert said["equality '0' (tendon)"] == ("left out: nothing changes the length of its tendons", "yes")
+    assert [*found.mechanism.joints] == ["j"]
+    assert not found.mechanism.forces
+    assert found.agreement.acceleration_relative < 1e-12
+
+
+@pytest.mark.parametrize("what", ["", "raise ImportError('libmujoco.so: no such file')"])
+def test_a_mujoco_that_cannot_be_loaded_is_no_fault_of_mbproj(what, tmp_path):
+    """A folder of its name without its core, or one whose library is missing."""
+    (tmp_path / "mujoco").mkdir()
+    (tmp_path / "mujoco" / "__init__.py").write_text(what, encoding="utf-8")
+    (tmp_path / "model.xml").write_text(MODEL.format(""), encoding="utf-8")
+    program = f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom mbproj.commands.main import main; main()"
+    command = [sys.executable, "-c", program, "import", "model.xml"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 2, done.stderr
+    assert done.stderr.startswith("model.xml: error: MuJoCo compiles MJCF, and cannot be loaded: ")
+    assert "Traceback" not in done.stderr

@@ -1,20 +1,75 @@
-"""`mbproj export --mjcf, --urdf`: read again, a scene accelerates as before; what a format lacks is said."""
+"""`mbproj export --mjcf, --urdf`: read again, a scene accelerates as before, with its ropes; what a format lacks is
+said."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from mbproj import run
+from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.kinematics import pose_of
+from mbproj.equations.rank.mobility import mobility
+from mbproj.formats.as_scene import scene_text
+from mbproj.formats.export.exported import Written
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
+from mbproj.formats.mechanism import ImportOptions
 from mbproj.formats.read import read_model
-from mbproj.scene.scene import read_scene, read_scene_text
-from tests.cli.commands import mbproj
-from tests.formats.round_trip import accelerations, again, difference
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.euler_parameters import matrix_L
+from mbproj.motion.formulations.full import FullFormulation
+from mbproj.scene.scene import Scene, read_scene, read_scene_text
+from tests.cli.commands import mbproj, succeeds
+from tests.formats.agreement import _y
 from tests.support import ROOT
+
+# A scene that is exported and imported again: how its bodies accelerate at the start, before and after.
+
+
+def again(written: Written, folder: Path, ending: str) -> Scene:
+    """The scene that is read from what was written."""
+    path = folder / f"model.{ending}"
+    path.write_text(written.text, encoding="utf-8")
+    if written.loops:
+        (folder / "model.yaml").write_text(written.loops, encoding="utf-8")
+    key = "start" if "<keyframe>" in written.text else None
+    return read_scene_text(scene_text(read_model(path, ImportOptions(key=key)), "test"))
+
+
+def accelerations(scene: Scene) -> dict[str, np.ndarray]:
+    """Of each body that moves: that of its centre of mass and its angular one, global, at the assembled start."""
+    system = compile_system(scene)
+    state = start_state(scene, system)
+    pose = pose_of(state.q)
+    redundant = sum(mobility(system, pose).redundant.values())
+    form = FullFormulation.of(system, state, scene.settings, redundant)
+    a = form.accelerations(0.0, _y(form, state)).acceleration.reshape(-1, 7)
+    v, L = state.v.reshape(-1, 7), matrix_L(state.q.reshape(-1, 7)[:, 3:])
+    omega, alpha = (2.0 * np.einsum("nij,nj->ni", L, rows[:, 3:]) for rows in (v, a))
+    found = {}
+    for at, body in enumerate(scene.bodies):
+        carrier = int(system.body_carrier[at])
+        if carrier == system.bodies:
+            continue
+        R = pose.rotation[carrier]
+        arm, w, turned = R @ system.body_offset[at], R @ omega[carrier], R @ alpha[carrier]
+        moved = a[carrier, :3] + np.cross(turned, arm) + np.cross(w, np.cross(w, arm))
+        found[body.name] = np.concatenate([moved, turned])
+    return found
+
+
+def difference(before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> float:
+    """The largest over the bodies, relative to the largest acceleration, or to that of gravity."""
+    scale = max(9.81, max(np.abs(each).max() for each in before.values()))
+    return max(float(np.abs(before[name] - after[name]).max()) for name in before) / scale
+
+
+# `mbproj export --mjcf, --urdf`: read again, a scene accelerates as before; what a format lacks is said.
 
 MECHANISMS = ROOT / "mechanisms"
 #: Loops of each kind, springs between points, springs of joints, universal and cylindrical joints, couplings, speeds.
@@ -163,8 +218,7 @@ def test_what_a_format_lacks_is_said(tmp_path):
 def test_the_command_writes_both_and_replaces_only_its_own(tmp_path):
     (tmp_path / "planar_four_bar.yaml").write_bytes((MECHANISMS / "planar_four_bar.yaml").read_bytes())
     asked = ("export", "planar_four_bar.yaml", "--mjcf", "m.xml", "--urdf", "u.urdf")
-    done = mbproj(*asked, folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds(*asked, folder=tmp_path)
     assert done.stdout.splitlines()[-3:] == ["m.xml", "u.urdf", "u.yaml"]
     strict = mbproj(*asked, "--json", "--strict", folder=tmp_path)
     assert strict.returncode == 4  # it begins in motion, and a URDF at rest
@@ -246,3 +300,111 @@ forces:
     assert difference(accelerations(scene), accelerations(again(written, tmp_path, "xml"))) < 1e-12
     lost = {row.element for row in as_urdf(scene, "1").said if row.same.value == "no"}
     assert lost == {"what acts on 'lift.length'", "velocities at the start"}
+
+
+# Ropes and telescopes in `mbproj export --mjcf` are tendons; read again, a scene accelerates as before.
+
+pytest.importorskip("mujoco")
+#: Two links that turn in the plane of a rope, which runs over a sheave of the ground and one of the first link.
+SCENE = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 0.1 s, tolerance: 1.0e-9, output_step: 10 ms, integrator: dopri5}
+bodies:
+  a: {mass: 1, inertia: [1, 2, 2.5], position: [0, 0, -0.3], orientation: {axis: [0, 1, 0], angle: 0.2}}
+  b: {mass: 2, inertia: [1, 1, 1], position: [0.3, 0, -0.7]}
+joints:
+  A: {type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: [0, 1, 0], speed: 0.5}
+  B: {type: revolute, bodies: [a, b], location: [0, 0, -0.6], axis: [0, 1, 0]}
+  rope:
+    type: rope
+    normal: [0, -1, 0]
+    path:
+      - {point: ground, at: [-1, 0.2, 0.1]}
+      - {sheave: ground, at: [0, 0.2, 0.3], radius: 0.1, bends: right}
+      - {point: a, at: [0.6, 0.2, 0]}
+      - {sheave: a, at: [0.3, 0.2, -0.4], radius: 0.08, bends: left}
+      - {point: b, at: [0.2, 0.2, -0.8]}
+"""
+TELESCOPE = "  rope: {type: telescope, bodies: [ground, b], locations: [[-1, 0, 0.3], [0.4, 0.1, -0.7]], KEYS}\n"
+
+
+def over_points(text):
+    return "\n".join(line for line in text.splitlines() if "sheave" not in line) + "\n"
+
+
+FORCE = "forces:\n  f: {type: linear_spring_damper, joint: rope, coordinate: length, "
+ALIKE = {
+    "taut": ("", ""),
+    "given its length": ("    length: LENGTH m\n", ""),
+    "with a spring": ("    free: true\n", FORCE + "stiffness: 30, free_displacement: 1.5, damping: 2}\n"),
+}
+
+
+@pytest.mark.parametrize("name", ALIKE)
+@pytest.mark.parametrize("change", [str, over_points], ids=["sheaves", "points"])
+def test_a_rope_accelerates_bodies_as_before(name, change, tmp_path):
+    own, more = ALIKE[name]
+    text = change(SCENE) + own.replace("LENGTH", "2.6") + more
+    scene = read_scene_text(text)
+    written = as_mjcf(scene, "1")
+    assert not [row for row in written.said if row.same.value == "no"]
+    assert ("<geom" in written.text) is (change is str)
+    back = again(written, tmp_path, "xml")
+    assert difference(accelerations(scene), accelerations(back)) < 1e-12
+    without = read_scene_text(text.partition("  rope:")[0])
+    assert difference(accelerations(scene), accelerations(without)) > 1e-3
+
+
+@pytest.mark.parametrize(
+    "own", ["slack: true", "stiffness: 1 kN/m", "limits: {length: {range: [2 m, LENGTH], rigid: true}}"]
+)
+def test_a_rope_that_may_be_slack_moves_as_before(own, tmp_path):
+    """It is a little longer than its path at the start, and taut before the end."""
+    taut = read_scene_text(SCENE)
+    start = run(taut, duration=0.01).coordinate("rope.length").value[0] + 1e-4
+    own = f"    {own}\n".replace("LENGTH", f"{start} m") + (f"    length: {start} m\n" if "limits" not in own else "")
+    scene = read_scene_text(SCENE + own)
+    written = as_mjcf(scene, "1")
+    assert not [row for row in written.said if row.same.value == "no"]
+    one, other = (run(each, duration=0.1) for each in (scene, again(written, tmp_path, "xml")))
+    for body in ("a", "b"):
+        np.testing.assert_allclose(other.body(body).position[-1], one.body(body).position[-1], atol=1e-7)
+    assert one.coordinate("rope.length").value.max() > start - 1e-9
+
+
+def test_what_acts_along_a_telescope_acts_along_a_tendon(tmp_path):
+    keys = "reflected_inertia: 0.4"
+    text = SCENE.partition("  rope:")[0] + TELESCOPE.replace("KEYS", keys)
+    scene = read_scene_text(text + FORCE + "stiffness: 30, free_displacement: 1.5, damping: 2}\n")
+    written = as_mjcf(scene, "1")
+    assert not [row for row in written.said if row.same.value == "no"]
+    assert difference(accelerations(scene), accelerations(again(written, tmp_path, "xml"))) < 1e-12
+
+
+OTHERWISE = {
+    "no tendon turns the wheel that it runs over": ("sheave: a", "wheel: a"),
+    "no tendon rubs on what it runs over": ("at: [0, 0.2, 0.3]", "at: [0, 0.2, 0.3], friction: 0.2"),
+    "no tendon has whole turns around a shape": ("radius: 0.08, bends: left", "radius: 0.08, bends: left, turns: 1"),
+    "a tendon has a point between two shapes": (
+        "{point: a, at: [0.6, 0.2, 0]}",
+        "{sheave: a, at: [0.6, 0.2, 0], radius: 0.05, bends: right}",
+    ),
+    "it leans at its place 2, and a tendon runs along a helix there": ("at: [-1, 0.2, 0.1]", "at: [-1, 0.21, 0.1]"),
+    "what it touches at its place 4 moves out of its plane": (
+        "B: {type: revolute, bodies: [a, b]",
+        "B: {type: spherical, bodies: [a, b]",
+    ),
+}
+
+
+@pytest.mark.parametrize("why", OTHERWISE)
+def test_what_no_tendon_says_is_said(why):
+    old, new = OTHERWISE[why]
+    text = SCENE.replace(old, new)
+    if "wheel" in new:
+        text = text.replace(", speed: 0.5", "")
+    if "spherical" in new:
+        text = text.replace("location: [0, 0, -0.6], axis: [0, 1, 0]", "location: [0, 0, -0.6]")
+    (row,) = [each for each in as_mjcf(read_scene_text(text), "1").said if each.same.value == "no"]
+    assert (row.element, row.what) == ("joint 'rope'", f"left out: {why}")

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mbproj import InputError, assemble, compile_system, initial_guess, read_scene_text
+from mbproj import InputError, read_scene_text
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.start import observed
 from mbproj.linear.modes import modes, notes_on
 from mbproj.linear.reference import held_at, reference_at
 from mbproj.results.reader import open_results
 from mbproj.studies.record import record_equilibrium
-from tests.friction.belt import SCENE as BELT
-from tests.support import ROOT
+from tests.friction.scenes import BELT
+from tests.support import ROOT, assembled
 
 #: A double pendulum in a plane, its arms straight out, with brakes.
 ARMS = """\
@@ -36,9 +36,7 @@ BEARING = "bearing: {type: friction, joint: A, coulomb: {coefficient: 0.5, stati
 
 def started(text=ARMS, bearing="", **parameters):
     given = {name: str(value) for name, value in parameters.items()}
-    scene = read_scene_text(text.replace("BEARING", bearing), parameters=given)
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system))
+    return assembled(read_scene_text(text.replace("BEARING", bearing), parameters=given))
 
 
 def test_a_brake_holds_while_the_rest_falls_into_place():
@@ -72,8 +70,7 @@ forces:
 
 def test_a_friction_in_a_plane_has_a_force_in_each_direction_though_nothing_touches(tmp_path):
     scene = read_scene_text(ABOVE)
-    system = compile_system(scene)
-    found = equilibrium(system, assemble(system, initial_guess(scene, system)))
+    found = equilibrium(*assembled(scene))
     record_equilibrium(scene, tmp_path / "equilibrium.h5", found, {})
     with open_results(tmp_path / "equilibrium.h5") as results:
         assert results["friction/force"].tolist() == [[0.0, 0.0]]

@@ -162,7 +162,7 @@ def test_each_thing_stands_where_the_page_says():
     rows = [line.split("|")[1:4] for line in pages()["contributing"].text.splitlines() if line.startswith("| Where")]
     assert [question.strip() for question, *_ in rows] == list(STANDS)
     for question, first, then in rows:
-        (named, *_) = [name for name in re.findall(r"`(mbproj/\S+)`", f"{first} {then}")]
+        named, *_ = re.findall(r"`(mbproj/\S+)`", f"{first} {then}")
         place = ROOT / named
         texts = [place] if place.is_file() else list(place.glob("*.py"))
         assert any(STANDS[question.strip()] in text.read_text(encoding="utf-8") for text in texts), question

@@ -1,21 +1,30 @@
-"""The guide: what its pages show is what mbproj does, its links lead somewhere, and it names all that there is."""
+"""The guide, its notebooks and the README: what they show is what mbproj does, and their links lead somewhere."""
 
 from __future__ import annotations
 
+import importlib
+import inspect
+import json
 import re
 from fnmatch import fnmatch
 from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
-from mbproj.commands.main import COMMANDS, mbproj
-from mbproj.guide.pages import KINDS, ROOT, WIDTH, page_of, pages, rendered, search
+from mbproj.commands.main import COMMANDS
+from mbproj.commands.main import mbproj as command_line
+from mbproj.guide.pages import KINDS, WIDTH, page_of, pages, rendered, search
+from mbproj.guide.pages import ROOT as GUIDE
 from mbproj.scene.blocks.solids import SHAPES
 from scripts.draw_guide import FIGURES, MEASURED
+from scripts.reference import program_tables, scene_tables
+from tests.cli.commands import mbproj, python, succeeds
 from tests.crossed import where
 from tests.guide.fences import fences, run_page
-from tests.support import ROOT as CHECKOUT
+from tests.support import ROOT
 
 shown = cache(rendered)
 every_page = pytest.mark.parametrize("page", list(pages().values()), ids=list(pages()))
@@ -80,17 +89,17 @@ def test_code_fits_a_terminal_without_being_broken(page):
 
 
 def test_every_figure_is_drawn_by_the_script_named_by_a_page_and_small():
-    drawn = {path.name for path in (ROOT / "figures").glob("*.*")}
+    drawn = {path.name for path in (GUIDE / "figures").glob("*.*")}
     named = {name for page in pages().values() for name in re.findall(r"\(\.\./figures/(\S+)\)", page.text)}
     assert named == drawn == {f"{name}.png" for name in (*FIGURES, *MEASURED)}
-    assert max((ROOT / "figures" / name).stat().st_size for name in drawn) < 100_000
+    assert max((GUIDE / "figures" / name).stat().st_size for name in drawn) < 100_000
 
 
 def test_figures_are_installed():
     """The build takes every file of the package that neither git ignores nor `wheel.exclude` names."""
-    project = (CHECKOUT / "pyproject.toml").read_text(encoding="utf-8")
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     excluded = re.findall(r'"([^"]+)"', re.findall(r"^wheel.exclude = (.*)$", project, re.MULTILINE)[0])
-    ignored = (CHECKOUT / ".gitignore").read_text(encoding="utf-8").split()
+    ignored = (ROOT / ".gitignore").read_text(encoding="utf-8").split()
     for figure in FIGURES:
         path = f"mbproj/guide/figures/{figure}.png"
         assert not any(path.startswith(pattern) or fnmatch(path, pattern) for pattern in excluded)
@@ -111,7 +120,7 @@ def test_every_shape_has_its_line():
 
 
 def test_topics_are_unique_and_every_kind_has_pages():
-    assert len(pages()) == sum(1 for kind in KINDS for _ in (ROOT / kind).glob("*.md"))
+    assert len(pages()) == sum(1 for kind in KINDS for _ in (GUIDE / kind).glob("*.md"))
     assert {page.kind for page in pages().values()} == set(KINDS)
 
 
@@ -126,25 +135,25 @@ def test_every_command_has_its_place_in_the_guide(name):
 
 
 def test_help_lists_every_topic_and_shows_each():
-    contents = CliRunner().invoke(mbproj, ["help"])
+    contents = CliRunner().invoke(command_line, ["help"])
     assert contents.exit_code == 0
     for page in pages().values():
         assert f"  {page.topic} " in contents.output
     topic = next(iter(pages()))
-    shown = CliRunner().invoke(mbproj, ["help", topic])
+    shown = CliRunner().invoke(command_line, ["help", topic])
     assert pages()[topic].title.split()[0] in shown.output
 
 
 def test_a_search_names_the_pages_and_one_without_a_hit_says_so():
-    found = CliRunner().invoke(mbproj, ["help", "singular", "position"])
+    found = CliRunner().invoke(command_line, ["help", "singular", "position"])
     assert found.exit_code == 0
     assert found.output.startswith("run_stops_at_a_singular_position: ")
-    nothing = CliRunner().invoke(mbproj, ["help", "zeppelin", "airship"])
+    nothing = CliRunner().invoke(command_line, ["help", "zeppelin", "airship"])
     assert "no page of the guide has 'zeppelin' or 'airship'" in str(nothing.exception)
 
 
 def test_a_search_that_no_section_answers_wholly_shows_the_nearest():
-    found = CliRunner().invoke(mbproj, ["help", "zeppelin", "baumgarte"])
+    found = CliRunner().invoke(command_line, ["help", "zeppelin", "baumgarte"])
     assert found.output.startswith("No section has all of these words; these have most of them:\n")
     assert "projection_methods: " in found.output
 
@@ -215,10 +224,149 @@ def test_a_question_finds_its_page_among_the_first_three(words, topic):
 @every_page
 def test_a_page_names_files_that_are_there(page):
     for path in re.findall(r"`((?:mbproj|scripts|tests)/[\w./-]*)`", page.text):
-        assert (CHECKOUT / path).exists(), path
+        assert (ROOT / path).exists(), path
 
 
 @pytest.mark.parametrize("words", ["joints", "reference/joints", "joints/reference", "joints.md"])
 def test_a_page_is_found_by_its_topic_and_kind(words):
     assert page_of([words]).topic == "joints"
     assert page_of(["joints/tutorial"]) is None
+
+
+# The notebooks of the guide run from top to bottom, and what they say holds.
+
+NOTEBOOKS = sorted((GUIDE / "notebooks").glob("*.ipynb"))
+NEEDED = ("nbclient", "ipykernel", "pandas", "scipy")
+MISSING = ", ".join(name for name in NEEDED if find_spec(name) is None)
+#: What a cell of each prints, and how many of its cells show a table, a picture or a page.
+SAID = {
+    "teacher": (("degrees of freedom 1", "rank 20"), {"text/html": 3, "image/png": 2}),
+    "researcher": (
+        ("of order 0, not 4: a condition of order 1 is missed by 0.018", "right to 1e-06 m", "right to 0.001 m"),
+        {"text/html": 2, "image/png": 1},
+    ),
+    "designer": (("the rate is 1344 N/m", "fastest"), {"text/html": 3, "image/png": 2}),
+}
+each = pytest.mark.parametrize("path", NOTEBOOKS, ids=[path.stem for path in NOTEBOOKS])
+
+
+def test_there_is_one_for_each_reader():
+    assert {path.stem for path in NOTEBOOKS} == set(SAID)
+
+
+@each
+def test_a_notebook_holds_no_results(path):
+    """They are made where it runs."""
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    assert cells[0]["cell_type"] == "markdown"
+    for cell in cells:
+        assert not cell.get("outputs") and cell.get("execution_count") is None
+        assert all(len(line.rstrip()) <= 140 for line in cell["source"])
+
+
+@pytest.mark.full
+@pytest.mark.long
+@pytest.mark.skipif(bool(MISSING), reason=f"needs {MISSING}")
+@each
+def test_a_notebook_runs(path, tmp_path):
+    """In some seconds, in an empty folder."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    notebook = nbformat.read(path, as_version=4)
+    NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
+    said, shown = SAID[path.stem]
+    printed = "".join(output.get("text", "") for output in outputs)
+    assert all(part in printed for part in said)
+    for kind, count in shown.items():
+        assert sum(kind in output.get("data", {}) for output in outputs) >= count
+
+
+def test_notebooks_are_copied_on_demand(tmp_path):
+    done = CliRunner().invoke(
+        command_line, ["examples", "--notebooks", str(tmp_path / "course")], catch_exceptions=False
+    )
+    assert done.exit_code == 0
+    assert [Path(line).name for line in done.stdout.splitlines()] == [path.name for path in NOTEBOOKS]
+    assert all((tmp_path / "course" / path.name).read_bytes() == path.read_bytes() for path in NOTEBOOKS)
+    again = CliRunner().invoke(command_line, ["examples", "--notebooks", str(tmp_path / "course")])
+    assert "has already designer.ipynb, researcher.ipynb, teacher.ipynb" in str(again.exception)
+
+
+# The tables of the reference are those of the code: `python scripts/write_reference.py` writes them again.
+
+
+def test_the_tables_are_as_the_code_is(monkeypatch, capsys):
+    monkeypatch.syspath_prepend(ROOT / "scripts")
+    write_reference = importlib.import_module("write_reference")
+    monkeypatch.setattr("sys.argv", ["write_reference.py", "--check"])
+    assert (write_reference.main(), capsys.readouterr().out) == (0, "")
+
+
+def test_the_reference_holds_a_table_of_everything_that_can_be_chosen():
+    text = "".join(page.text for page in pages().values() if page.kind == "reference")
+    marked = re.findall(r"<!-- table: (\w+) -->", text)
+    assert sorted(marked) == sorted(name for module in (scene_tables, program_tables) for name in tables_of(module))
+
+
+def tables_of(module):
+    """The functions of a module that make a table: they take nothing."""
+    own = [value for value in vars(module).values() if getattr(value, "__module__", "") == module.__name__]
+    return [each.__name__ for each in own if callable(each) and not inspect.signature(each).parameters]
+
+
+# What the README says: it is short, its mechanism and its Python example run as written, its links lead somewhere.
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def blocks(language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+def test_it_is_short():
+    assert len(README) <= 7000
+    assert len(README.splitlines()) <= 150
+
+
+def test_the_set_up_commands_are_what_ci_runs():
+    ci = (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    for command in blocks("sh")[:2]:
+        assert command in ci
+
+
+def test_links_and_pictures_of_every_readme_are_there():
+    for path in (ROOT / "README.md", *(ROOT / "mechanisms").rglob("README.md"), ROOT / "scripts" / "README.md"):
+        for target in re.findall(r"\]\(([^)\s#]+)", path.read_text(encoding="utf-8")):
+            assert target.startswith("http") or (path.parent / target).exists(), f"{path}: {target}"
+
+
+def test_every_command_is_named():
+    for command in COMMANDS:
+        assert f"`{command}`" in README
+
+
+def test_every_script_that_is_run_is_named():
+    named = (ROOT / "scripts" / "README.md").read_text(encoding="utf-8")
+    assert len(named.splitlines()) <= 150
+    for path in (ROOT / "scripts").glob("*.py"):
+        assert ("__main__" in path.read_text(encoding="utf-8")) == (f"`{path.name}" in named), path.name
+
+
+def test_the_first_mechanism_runs_as_written(tmp_path, undrawn):
+    (tmp_path / "swing.yaml").write_text(blocks("yaml")[0])
+    succeeds("check", "swing.yaml", folder=tmp_path)
+    run = mbproj("run", "swing.yaml", "-o", "swing.h5", "--certify", folder=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "14 coordinates, 10 constraints, 4 degrees of freedom" in run.stdout
+    assert "2000 steps to t = 4 s" in run.stdout
+    succeeds("plot", "swing.h5", folder=tmp_path)
+    assert (tmp_path / "swing-violation.png").exists()
+
+
+def test_the_python_example_runs_as_written(tmp_path):
+    code = blocks("python")[0].replace("mechanisms/", f"{ROOT}/mechanisms/")
+    done = python(code, tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "Worst(value=" in done.stdout

@@ -1,17 +1,15 @@
-"""A run that goes on from a mark of a shorter one has the bits of one long run: in all formulations, with fixed steps
-and with error control, with rows that follow from others, near singular poses, across events."""
+"""A run that goes on from a mark or a results file has the bits of one long run, with stops and dry friction too."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from mbproj.base.errors import InputError
-from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
-from mbproj.model.compile.mechanism import initial_guess
 from mbproj.motion.formulations.full import FullFormulation
 from mbproj.motion.marks import Marks
 from mbproj.motion.numpy_loop import march
@@ -20,11 +18,16 @@ from mbproj.motion.simulate import simulate
 from mbproj.motion.time_events import time_events
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.scene.settings import settings_to_run
-from tests.crossed import crossed
-from tests.integrate.state_scenes import bounce
-from tests.integrate.time_scenes import TROLLEY, rotor
-from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
-from tests.support import REDUNDANT, ROOT, Recorder
+from tests.crossed import crossed, full
+from tests.friction.scenes import AGAIN, BELT, SLIPS, STICKS
+from tests.integrate.event_scenes import TROLLEY, bounce, rotor
+from tests.mechanisms.closed_forms import PARALLELOGRAM
+from tests.stops.runs import DOP853, goes_on, simulated
+from tests.stops.runs import FIXED as FIXED_STEPS
+from tests.support import REDUNDANT, ROOT, Recorder, assembled
+
+# A run that goes on from a mark of a shorter one has the bits of one long run: in all formulations, with fixed steps
+# and with error control, with rows that follow from others, near singular poses, across events.
 
 FORMULATIONS = ("full", "reduced", "planar")
 FIXED = {"integrator": "rk4", "step": "0.01", "output_step": "0.02"}
@@ -53,8 +56,7 @@ def scene_of(what, options):
 def run(what, until, options, resumed=None):
     """(recorder, marks) of a run; what a run goes on from comes with it, and the recorder has its report."""
     scene = scene_of(what, options)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     recorder, kept = Recorder(), Kept()
     settings = replace(settings_to_run(scene), duration=until)
     recorder.report = simulate(system, state, settings, recorder, keep=kept, resumed=resumed or {})
@@ -148,9 +150,104 @@ def test_a_state_that_is_not_of_this_scene_is_refused(formulation, options):
 
 def test_what_nobody_keeps_is_not_made():
     scene = scene_of(TURNING, BY_ERROR | {"formulation": "full"})
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     settings = replace(settings_to_run(scene), duration=0.2)
     marks = Marks()
     for _ in march(FullFormulation.of(system, state, settings), state, Tally(), marks):
         assert marks.newest() == {}
+
+
+# Runs with stops go on from a results file: with the bits of one run, whatever touches when it ends.
+
+TEXT = """
+mbproj: 1
+gravity: [0, -10, 0]
+simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}
+bodies:
+  bob: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [0, -1, 0]}}
+joints:
+  pivot:
+    type: revolute
+    bodies: [ground, bob]
+    location: [0, 0, 0]
+    axis: [0, 0, 1]
+    speed: 2
+    limits: {{angle: {{range: [-0.3, 0.2], {law}}}}}
+forces:
+  push: {{type: torque, body: bob, torque: [0, 0, "6 * sin(1.5 * t)"]}}
+"""
+
+
+@pytest.mark.full_where(formulation="full")
+@pytest.mark.parametrize("law", ["rigid: true, restitution: 0.5", "stiffness: 1.0e4, restitution: 0.5"])
+@pytest.mark.parametrize(
+    ("formulation", "steps"), [("planar", DOP853), ("planar", FIXED_STEPS), ("full", "integrator: rk4, step: 0.02")]
+)
+def test_a_run_with_stops_goes_on_with_the_bits_of_a_longer_one(formulation, steps, law):
+    """After impacts: the first is at 0.1 s."""
+    until = 0.4 if formulation == "full" else 2.0
+    long = TEXT.format(duration=2.0 * until, steps=steps, formulation=formulation, law=law)
+    _, _, time = goes_on(long, 2.0 * until, until, ("stops/force", "diagnostics/dissipation"))
+    assert time > 0.1
+
+
+SOFT = TEXT.format(duration=2, steps=FIXED_STEPS, formulation="planar", law="stiffness: 1.0e2, restitution: 0.5")
+
+
+@pytest.mark.parametrize(
+    ("part", "missing", "why"),
+    [
+        ({"counters": {"steps": 0}, "law": 1}, "", "with another law of stops that give way"),
+        ({"counters": {"steps": 8}, "law": 2}, "", "which met stops in another way"),
+        ({"counters": {"steps": 0}, "law": 2}, "contacts", "which met stops in another way"),
+    ],
+)
+def test_what_an_older_mbproj_has_marked_within_a_run_is_refused(part, missing, why):
+    _, kept = simulated(SOFT.replace("duration: 2", "duration: 0.35"))
+    mark = next(mark for mark in kept[::-1] if mark["contacts"]["pushing"])
+    older = {name: value for name, value in mark.items() if name != missing}
+    older["stops"] = {"tally": {"counters": part["counters"]}, "law": part["law"]}
+    with pytest.raises(InputError, match=f"an older mbproj made it, {why}"):
+        simulated(SOFT, older)
+
+
+def test_what_an_older_mbproj_has_marked_of_a_whole_run_goes_on():
+    whole, _ = simulated(SOFT)
+    _, kept = simulated(SOFT.replace("duration: 2", "duration: 0.35"))
+    older = {**kept[-1], "stops": {"tally": {"counters": {"steps": 0}}, "law": 2}}
+    rest, _ = simulated(SOFT, older)
+    assert np.array_equal(rest["bodies/position"], whole["bodies/position"][whole["time"] > older["t"]])
+
+
+# Runs with dry friction go on from a results file: with the bits of one run, whatever sticks when it ends.
+
+ENDS = (0.5 * (STICKS + SLIPS), SLIPS + 0.1, AGAIN - 0.1, AGAIN + 0.2)
+DOPRI5 = "integrator: dopri5, tolerance: 1.0e-9, output_step: 0.02 s"
+FIXED_STICKING = "integrator: rk4, step: 0.02 s"
+COARSE = "integrator: rk4, step: 0.1 s"
+
+
+def text(duration, steps, formulation):
+    own = f"simulation: {{duration: {duration}, {steps}, formulation: {formulation}}}"
+    return re.sub("simulation: .*", own, BELT.partition("expect:")[0])
+
+
+@pytest.mark.parametrize(
+    ("steps", "formulation"), [(DOPRI5, "planar"), (FIXED_STICKING, "planar"), full(COARSE, "full")]
+)
+def test_a_run_with_friction_goes_on_with_the_bits_of_a_longer_one(steps, formulation):
+    whole, _ = simulated(text(3.5, steps, formulation))
+    assert [event.kind for event in whole.happened] == ["stick", "slip", "stick"]
+    begun = []
+    for end in ENDS if formulation == "planar" else ENDS[2:4]:
+        end = 0.1 * round(end / 0.1)
+        part, kept = simulated(text(f"{end:.1f}", steps, formulation))
+        rest, _ = simulated(text(3.5, steps, formulation), kept[-1])
+        begun.append(kept[-1]["t"])
+        before, after = whole["time"] <= begun[-1], whole["time"] > begun[-1]
+        paths = ("time", "bodies/velocity", *(f"friction/{name}" for name in ("rate", "force", "state", "dissipation")))
+        for path in paths:
+            assert np.array_equal(part[path][: before.sum()], whole[path][before]), (end, path)
+            assert np.array_equal(rest[path], whole[path][after]), (end, path)
+        assert rest.happened == whole.happened
+    assert begun[-1] > STICKS

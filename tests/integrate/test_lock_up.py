@@ -9,13 +9,10 @@ import numpy as np
 import pytest
 
 from mbproj.base.errors import SimulationError
-from mbproj.equations.assembly.assemble import assemble
-from mbproj.equations.assembly.compiled import compile_system
-from mbproj.model.compile.mechanism import initial_guess
 from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene_text
 from tests.crossed import crossed, full
-from tests.support import Recorder
+from tests.support import Recorder, assembled
 
 #: A crank of 0.2 m at 30 degrees turns up at 2 rad/s, and the rod of 0.15 m reaches the slider's line no more.
 SHORT_ROD = """\
@@ -85,9 +82,8 @@ RUNS = [
 
 def stopped(text: str, **simulation: str | None) -> SimulationError:
     scene = read_scene_text(text, "locked.yaml", {}, {key: value for key, value in simulation.items() if value})
-    system = compile_system(scene)
     with pytest.raises(SimulationError) as caught:
-        simulate(system, assemble(system, initial_guess(scene, system)), scene.settings, Recorder())
+        simulate(*assembled(scene), scene.settings, Recorder())
     return caught.value
 
 

@@ -1,36 +1,27 @@
-"""simulate(): output times, recording, schedules, counters, turns, and failures that name the time and the joint."""
+"""simulate(): output times, samples inside steps, schedules, counters, turns, and failures with time and joint."""
 
 from __future__ import annotations
 
 import os
 import signal
+import sys
 import threading
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis.strategies import floats
 
+from mbproj import read_scene, read_scene_text, settings_to_run, simulate
 from mbproj.base.errors import InputError, SimulationError
 from mbproj.base.registry import PROJECTIONS
 from mbproj.base.settings import ProjectionSettings, Settings
-from mbproj.equations.assembly.assemble import assemble
-from mbproj.equations.assembly.compiled import compile_system
-from mbproj.model.compile.mechanism import initial_guess
-from mbproj.motion.simulate import simulate
 from mbproj.scene.records import Body, Joint, Pair
 from mbproj.scene.sampling import output_times, whole_steps
-from mbproj.scene.scene import read_scene
-from tests.integrate.wheel import ROUND, spinner
-from tests.support import ROOT, Recorder, random_chain, scene_of
-
-
-def run(scene, **keys):
-    """(recorder, report) of a scene with these settings; projection keys go by `projection={...}`."""
-    projection = ProjectionSettings(**keys.pop("projection", {}))
-    system = compile_system(scene)
-    recorder = Recorder()
-    settings = Settings(projection=projection, **keys)
-    return recorder, simulate(system, assemble(system, initial_guess(scene, system)), settings, recorder)
+from tests.kernel.scenes import ROUND, needs_kernel, run, spinner
+from tests.support import ROOT, Recorder, assembled, random_chain, scene_of
 
 
 @pytest.fixture
@@ -83,8 +74,8 @@ def test_the_largest_violation_is_that_of_the_samples_too(formulation):
     """Samples inside steps are closed as far as the projection asks for, which is less than steps reach."""
     settings = {"duration": "0.3", "integrator": "dopri5", "tolerance": "1e-8", "formulation": formulation}
     scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, settings)
-    system, recorder = compile_system(scene), Recorder()
-    report = simulate(system, assemble(system, initial_guess(scene, system)), scene.settings, recorder)
+    recorder = Recorder()
+    report = simulate(*assembled(scene), scene.settings, recorder)
     recorded = recorder["diagnostics/position_violation"].max()
     assert recorded > 1e-14
     assert report.position_violation.value == pytest.approx(recorded, abs=2e-15)
@@ -175,8 +166,7 @@ def test_a_singular_start_is_refused_with_the_joint():
 def test_an_interrupted_run_hands_over_what_it_computed(chain, signum):
     before = signal.getsignal(signum)
     recorder = Recorder()
-    system = compile_system(chain)
-    state = assemble(system, initial_guess(chain, system))
+    system, state = assembled(chain)
     timer = threading.Timer(0.3, os.kill, (os.getpid(), signum))
     timer.start()
     with pytest.raises(KeyboardInterrupt):
@@ -190,8 +180,7 @@ def test_an_interrupted_run_hands_over_what_it_computed(chain, signum):
 
 def test_a_failed_run_hands_over_what_it_computed(chain):
     recorder = Recorder()
-    system = compile_system(chain)
-    state = assemble(system, initial_guess(chain, system))
+    system, state = assembled(chain)
     with pytest.raises(SimulationError):
         simulate(
             system,
@@ -205,11 +194,103 @@ def test_a_failed_run_hands_over_what_it_computed(chain):
 
 def test_a_run_can_start_from_where_another_ended(chain):
     """Two halves are the whole, to the bits of fixed steps."""
-    system = compile_system(chain)
-    start = assemble(system, initial_guess(chain, system))
+    system, start = assembled(chain)
     settings = Settings(duration=0.4, step=0.01)
     whole = simulate(system, start, settings).state
     half = simulate(system, start, replace(settings, duration=0.2)).state
     again = simulate(system, half, replace(settings, duration=0.2)).state
     assert (half.t, whole.t, again.t) == pytest.approx((0.2, 0.4, 0.4))
     np.testing.assert_allclose(again.y, whole.y, atol=1e-12)
+
+
+# Samples inside a step: recorded on the constraints, or the run says why not.
+
+QUICK_RETURN = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 2, integrator: dop853, tolerance: 0.021, output_step: 0.001, kinematic: false}
+bodies:
+  crank: {mass: 1, shape: {rod: {length: 0.1, axis: x}}, position: [0.05, 0, 0.2]}
+  rocker:
+    mass: 2
+    shape: {rod: {length: 0.5, axis: x}}
+    position: [0.1118, 0, 0.2236]
+    orientation: {axis: [0, -1, 0], angle: 63.43 deg}
+  link: {mass: 0.5, shape: {rod: {length: 0.2, axis: x}}, position: [0.32, 0, 0.4736]}
+  ram: {mass: 3, inertia: [0.01, 0.01, 0.01], position: [0.4165, 0, 0.5]}
+joints:
+  O: {type: revolute, bodies: [ground, rocker], location: [0, 0, 0], axis: [0, 1, 0]}
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0.2], axis: [0, 1, 0]}
+  B: {type: point_on_line, bodies: [rocker, crank], location: [0.1, 0, 0.2], axis: [1, 0, 2]}
+  C: {type: revolute, bodies: [rocker, link], location: [0.2236, 0, 0.4472], axis: [0, 1, 0]}
+  D: {type: revolute, bodies: [link, ram], location: [0.4165, 0, 0.5], axis: [0, 1, 0]}
+  guide: {type: prismatic, bodies: [ground, ram], location: [0.4165, 0, 0.5], axis: [1, 0, 0]}
+motions:
+  drive: {joint: A, angle: {constant_speed: 60 rpm}}
+"""
+
+
+@needs_kernel
+@pytest.mark.parametrize("formulation", ["planar", "reduced"])
+@pytest.mark.parametrize("tolerance", [0.01, 0.021, 0.03, 0.1])
+def test_no_sample_is_recorded_with_an_open_joint(tolerance, formulation):
+    """Some ten steps pass the fast return of the ram twice: what is interpolated leaves the joints far open."""
+    scene = read_scene_text(QUICK_RETURN, "f", {}, {"tolerance": tolerance, "formulation": formulation})
+    recorder = Recorder()
+    report = simulate(*assembled(scene), settings_to_run(scene), recorder)
+    assert report.counters["steps"] < 15
+    assert len(recorder["time"]) == 2001
+    assert recorder["diagnostics/position_violation"].max() <= 1e-13
+
+
+@needs_kernel
+@pytest.mark.parametrize("formulation", ["planar", "reduced"])
+def test_samples_inside_steps_are_as_closed_as_their_ends(formulation):
+    """Several in each step of a pendulum of five bars, whose interpolation alone leaves the joints open by 1e-7 m."""
+    options = {"tolerance": 1e-6, "integrator": "dopri5", "output_step": 0.005, "formulation": formulation}
+    scene = read_scene(ROOT / "mechanisms" / "five_bar.yaml", {}, {**options, "duration": 1.0})
+    recorder = Recorder()
+    report = simulate(*assembled(scene), settings_to_run(scene), recorder)
+    assert report.counters["steps"] < 100
+    assert recorder["diagnostics/position_violation"].max() <= 1e-13
+    assert recorder["diagnostics/velocity_violation"].max() <= 1e-12
+
+
+@given(start=floats(-10.0, 10.0), interval=floats(1e-3, 0.3), duration=floats(1.0, 9.0))
+def test_samples_are_at_multiples_of_the_output_step_and_at_the_end(start, interval, duration) -> None:
+    """To the last bit."""
+    listed = list(output_times(Settings(duration=duration, tolerance=1e-6, output_step=interval), start))
+    assert listed[0] == start
+    assert listed[-1] == start + duration
+    assert all(time == start + k * interval for k, time in enumerate(listed[:-1]))
+    assert all(before < after for before, after in pairwise(listed))
+
+
+def test_times_of_a_million_samples_take_no_memory() -> None:
+    times = output_times(Settings(duration=1e3, tolerance=1e-6, output_step=1e-3), 0.0)
+    assert len(times) == 10**6 + 1
+    assert (times[-1], times[-2], times[10:12]) == (1e3, 999999 * 1e-3, [10 * 1e-3, 11 * 1e-3])
+    assert sys.getsizeof(times) + sum(map(sys.getsizeof, vars(times).values())) < 1000
+
+
+TURNS = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 1.5, integrator: rk4, step: 0.01, output_step: OUTPUT, kinematic: false}
+bodies: {b: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [1, 0.3, 0.1]}}
+joints: {A: {type: revolute, bodies: [ground, b], location: [0, 0, 0], axis: AXIS}}
+motions: {drive: {joint: A, angle: "2*pi*t"}}
+"""
+
+
+@needs_kernel
+@pytest.mark.parametrize("output_step", ["0.05", "0.0625"])
+def test_at_half_a_turn_an_angle_has_the_turns_of_the_pose_that_is_recorded(output_step):
+    """There round-off tells on which side of ±π the kernel has it, and on which side the pose that is recorded."""
+    rng = np.random.default_rng(0)
+    for axis in rng.normal(size=(20, 3)).tolist():
+        text = TURNS.replace("AXIS", str(axis)).replace("OUTPUT", output_step)
+        scene = read_scene_text(text, "f", {}, {"formulation": "reduced", "step": float(output_step) / 5.0})
+        recorder = Recorder()
+        simulate(*assembled(scene), settings_to_run(scene), recorder)
+        np.testing.assert_allclose(recorder["joints/coordinate"][:, 0], 2.0 * np.pi * recorder["time"], atol=1e-12)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from mbproj.base.errors import SimulationError
-from mbproj.base.settings import ProjectionSettings, Settings
 from mbproj.motion.simulate import simulate
 from mbproj.motion.steppers.runge_kutta import reach
 from mbproj.motion.steppers.tableau import load_tableau
@@ -16,8 +15,8 @@ from mbproj.scene.scene import read_scene
 from mbproj.scene.settings import settings_to_run
 from tests.crossed import crossed, full
 from tests.integrate.stiff_scenes import WHEEL, held_by, rod
-from tests.kernel.scenes import assembled, needs_kernel
-from tests.support import DATA, MECHANISMS, ROOT, Recorder
+from tests.kernel.scenes import needs_kernel, run
+from tests.support import DATA, MECHANISMS, ROOT, assembled
 
 EACH = ["full", pytest.param("reduced", marks=needs_kernel), pytest.param("planar", marks=needs_kernel)]
 COIL = """
@@ -27,13 +26,6 @@ bodies: {slider: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.3, 0, 0]}}
 joints: {guide: {type: prismatic, bodies: [ground, slider], location: [0, 0, 0], axis: [1, 0, 0]}}
 """
 SPRING = "{type: spring_damper, points: {ground: [0, 0, 0], slider: [0.3, 0, 0]}, stiffness: 1.0e7, free_length: 0.31}"
-
-
-def run(scene, projection=None, **keys):
-    """(recorder, report)."""
-    recorder = Recorder()
-    settings = Settings(projection=ProjectionSettings(**(projection or {})), **keys)
-    return recorder, simulate(*assembled(scene), settings, recorder)
 
 
 def stopped(scene, **keys):

@@ -1,27 +1,34 @@
-"""Mechanisms of every shape from the joint table, closed at the scene's pose, and states of them with open joints."""
+"""Mechanisms of every shape from the joint table, closed at the scene's pose, states of them with open joints, and
+runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from mbproj import Scene
-from mbproj.equations.assembly.assemble import State, assemble
+from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.joints.table import JOINTS
 from mbproj.kernel import build_info, core
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.system import System
 from mbproj.motion.formulations.reduced import Reduced
-from mbproj.scene.records import Body, Joint, Pair
+from mbproj.motion.report import Report
+from mbproj.motion.simulate import simulate
+from mbproj.scene.records import Body, Joint, Marker, Pair
 from mbproj.scene.scene import read_scene
 from tests.support import (
     MASSLESS,
     MECHANISMS,
     REDUNDANT,
+    Recorder,
+    assembled,
     random_body,
     random_chain,
     random_coupling,
@@ -29,6 +36,8 @@ from tests.support import (
     scene_of,
     with_flywheels,
 )
+
+# Mechanisms of every shape from the joint table, closed at the scene's pose, and states of them with open joints.
 
 needs_kernel = pytest.mark.skipif(core() is None, reason=f"needs the compiled kernel: {build_info()}")
 
@@ -206,11 +215,6 @@ class Case(NamedTuple):
         return self.reduced.state(self.q, self.v)
 
 
-def assembled(scene: Scene) -> tuple[System, State]:
-    system = compile_system(scene)
-    return system, assemble(system, initial_guess(scene, system))
-
-
 def opened(scene: Scene, seed: int = 1, size: float = 0.03) -> Case:
     """Every body moved by `size` of the mechanism's length and by so many radians, and thrown about."""
     system = compile_system(scene)
@@ -238,3 +242,50 @@ def shared_four_bars(loops: int) -> str:
         for k, (one, other, x, z) in enumerate(pairs)
     ]
     return "\n  ".join(["mbproj: 1\ngravity: [3, 2, -9.8]\nbodies:", *bodies]) + "\njoints:\n  " + "\n  ".join(joints)
+
+
+# Runs of the shipped mechanisms in memory, and their bits.
+
+PATHS = {path.stem: path for path in MECHANISMS}
+
+
+def run(scene: Scene, **keys) -> tuple[Recorder, Report]:
+    projection = ProjectionSettings(**keys.pop("projection", {}))
+    recorder = Recorder()
+    return recorder, simulate(*assembled(scene), Settings(projection=projection, **keys), recorder)
+
+
+def mechanism(name: str) -> Scene:
+    return read_scene(PATHS[name])
+
+
+def bits(blocks: list[Mapping[str, np.ndarray]]) -> str:
+    digest = hashlib.sha256()
+    for path in sorted(blocks[0]):
+        digest.update(np.concatenate([block[path] for block in blocks]).tobytes())
+    return digest.hexdigest()
+
+
+def print_bits() -> None:
+    """For a process of its own."""
+    print(*(bits(run(mechanism(name), duration=0.3, **keys)[0].blocks) for name, keys in REPEATED))
+
+
+REPEATED = [
+    ("five_bar", {"step": 0.01}),
+    ("five_bar", {"step": 0.01, "formulation": "reduced"}),
+    ("stewart_platform", {"tolerance": 1e-8, "integrator": "dopri5", "output_step": 0.01}),
+]
+
+
+# A wheel about a fixed axle, which turns evenly.
+
+ROUND = ((0.01, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, 0.01))
+
+
+def spinner(speed: float):
+    """A wheel about z without gravity."""
+    wheel = Body("wheel", 1.0, ROUND, (0.0, 0.0, 0.0))
+    axis = Pair((0.0, 0.0, 1.0), (0.0, 0.0, 1.0))
+    joint = Joint("axle", "revolute", ("ground", "wheel"), Pair((0.0,) * 3, (0.0,) * 3), axis, speed={"angle": speed})
+    return scene_of([wheel], [joint], [Marker("rim", "wheel", (1.0, 0.0, 0.0))], gravity=(0.0, 0.0, 0.0))

@@ -17,9 +17,9 @@ from mbproj.motion.formulations import choice as module
 from mbproj.motion.formulations.choice import Choice, choose
 from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene
-from tests.kernel.scenes import assembled, needs_kernel, parallelogram
+from tests.kernel.scenes import needs_kernel, parallelogram
 from tests.model.planar_scenes import REFUSED, SCENES, Drawing
-from tests.support import MECHANISMS, REDUNDANT, ROOT, random_body, random_chain, scene_of
+from tests.support import MECHANISMS, REDUNDANT, ROOT, assembled, random_body, random_chain, scene_of
 
 pytestmark = needs_kernel
 IN_Y = "the joints keep every body in the plane normal to [0, 1, 0]"

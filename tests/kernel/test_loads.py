@@ -1,4 +1,4 @@
-"""Forces and motions in the kernel are those of the full formulation: functions, accelerations, powers, failures."""
+"""Forces and motions in the kernel are those of the full formulation; its functions, and its own sine and cosine."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mbproj import assemble, compile_system, initial_guess
+from mbproj import compile_system
 from mbproj.base.errors import SimulationError
-from mbproj.functions.program import Program
+from mbproj.functions.program import TIME, Op, Program, apply, variable
 from mbproj.functions.program_set import flatten
 from mbproj.functions.series import constant_series, run, time_series
 from mbproj.kernel import core
@@ -24,8 +24,12 @@ from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES, refer
 from tests.functions.texts import SMOOTH, T, expression
 from tests.kernel.scenes import needs_kernel
 from tests.mechanisms.running import run_scene
+from tests.support import assembled
 
 pytestmark = needs_kernel
+
+
+# Forces and motions in the kernel are those of the full formulation: functions, accelerations, powers, failures.
 
 
 def test_every_function_has_the_values_and_derivatives_of_numpy():
@@ -52,8 +56,7 @@ def test_tables_between_and_beyond_their_rows():
 def moving(text: str, seed: int = 3):
     """A system and a closed state of it that moves at random."""
     scene = read_scene_text(text)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     rng = np.random.default_rng(seed)
     formulation = FullFormulation.of(system, state, settings_to_run(scene))
     v = state.v + 0.5 * rng.normal(size=state.v.shape)
@@ -169,7 +172,44 @@ def test_a_function_that_fails_names_its_force_and_time(formulation):
 )
 def test_what_a_plane_cannot_hold_is_computed_in_space(line, name, why):
     scene = read_scene_text(SLIDER + line)
-    system = compile_system(scene)
-    choice = choose(system, assemble(system, initial_guess(scene, system)), scene.settings)
+    choice = choose(*assembled(scene), scene.settings)
     assert choice.name == name
     assert why in choice.why
+
+
+# The kernel's own sine and cosine, for one double and for four at once.
+
+#: Units in the last place: the polynomials' and the last rounding; beside a multiple of π/2 the reduction's, too.
+MOST_OFF, BESIDE = 0.9, 1.1
+
+
+def values(x: np.ndarray) -> np.ndarray:
+    """Sine and cosine of each number as functions of a scene have them, (2, n)."""
+    own = core().Programs(functions=programs(flatten([Program(apply(op, variable(TIME))) for op in (Op.SIN, Op.COS)])))
+    return np.array([[own.run(number, float(t), 0.0, 0.0)[0] for t in x] for number in (0, 1)])
+
+
+def off(x: np.ndarray) -> float:
+    """The largest error, in units in the last place of what is right."""
+    right = np.array([np.sin(x.astype(np.longdouble)), np.cos(x.astype(np.longdouble))])
+    return float((np.abs(values(x) - right) / np.spacing(np.abs(right).astype(float))).max())
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="needs numbers longer than doubles")
+def test_they_are_right_to_the_last_place_but_for_rounding():
+    rng = np.random.default_rng(0)
+    for size in (1e-9, 0.8, 3.0, 50.0, 1e4, 5e5):
+        assert off(rng.uniform(-size, size, 2000)) < MOST_OFF
+    turns = np.concatenate([np.arange(1, 500), rng.integers(500, 300_000, 500)]) * (0.5 * np.pi)
+    assert off(np.concatenate([turns, np.nextafter(turns, 0.0), np.nextafter(turns, 1e9)])) < BESIDE
+
+
+def test_beyond_its_reduction_they_are_those_of_the_standard_library():
+    x = np.random.default_rng(1).uniform(1e6, 1e15, 500)
+    np.testing.assert_allclose(values(x), [np.sin(x), np.cos(x)], rtol=0, atol=2e-16)
+    assert np.isnan(values(np.array([np.inf, np.nan]))).all()
+
+
+def test_zeros_keep_their_signs():
+    sine, cosine = values(np.array([0.0, -0.0]))
+    assert np.signbit(sine).tolist() == [False, True] and cosine.tolist() == [1.0, 1.0]

@@ -9,9 +9,7 @@ import pytest
 
 from mbproj.motion.steppers.tableau import load_tableau
 from tests.crossed import crossed
-from tests.integrate.wheel import spinner
-from tests.kernel.mechanism_runs import bits, mechanism, run
-from tests.kernel.scenes import needs_kernel
+from tests.kernel.scenes import bits, mechanism, needs_kernel, run, spinner
 from tests.support import random_chain
 
 pytestmark = needs_kernel

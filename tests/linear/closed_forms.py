@@ -17,6 +17,16 @@ g = 9.81
 HEAD = "mbproj: 1\ngravity: [0, 0, -9.81]\nsimulation: {duration: 1 s, step: 1 ms}\n"
 
 
+def under_gravity(text: str) -> str:
+    """The scene with these bodies, joints and forces, which runs for 1 s."""
+    return HEAD + text
+
+
+def weightless(text: str) -> str:
+    """The same, without gravity."""
+    return HEAD.replace("-9.81", "0") + text
+
+
 def modes_of(text, count=None, **parameters):
     """The modes at the start of a scene."""
     scene = read_scene_text(text, parameters={name: repr(value) for name, value in parameters.items()})
@@ -60,26 +70,20 @@ def chain_frequencies(links, length=1.0, mass=1.0):
     return 1.0 / np.sqrt(eigh(M, K, eigvals_only=True)[::-1])
 
 
-TOP = (
-    HEAD
-    + """\
+TOP = under_gravity("""\
 parameters: {spin: 100}
 bodies:
   top: {mass: 0.5, inertia: [0.002, 0.002, 0.0008], position: [0, 0, 0.1], angular_velocity: [0, 0, spin]}
 joints:
   foot: {type: spherical, bodies: [ground, top], location: [0, 0, 0]}
-"""
-)
+""")
 
 #: A rotor whose ends are drawn outwards by springs without free length, so that they pull sideways in proportion.
-LAVAL = (
-    HEAD.replace("-9.81", "0")
-    + """\
+LAVAL = weightless("""\
 parameters: {spin: 200 rad/s}
 bodies:
   rotor: {mass: 3, inertia: [0.02, 0.02, 0.03], position: [0, 0, 0], angular_velocity: [0, 0, spin]}
 forces:
   up: {type: spring_damper, points: {ground: [0, 0, 0.5], rotor: [0, 0, 0.2]}, stiffness: 1000, free_length: 0}
   down: {type: spring_damper, points: {ground: [0, 0, -0.5], rotor: [0, 0, -0.2]}, stiffness: 1000, free_length: 0}
-"""
-)
+""")

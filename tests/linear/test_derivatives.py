@@ -41,9 +41,8 @@ from mbproj.joints.primitives.table import PRIMITIVES
 from mbproj.joints.table import JOINTS, thread
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.scene.scene import read_scene
-from tests.constraints.lines import LINES, WIRES, made
 from tests.dynamics.force_scenes import BUSHINGS, FORCES, HEAD, ON_BODIES
-from tests.support import PARAMETERS, random_chain, with_flywheels
+from tests.support import LINES, PARAMETERS, WIRES, made, random_chain, with_flywheels
 
 DRIVEN = """\
 motions:
@@ -190,7 +189,7 @@ def test_rows_along_a_motion_are_the_derivatives_of_the_constraints(kind):
         rate = set_velocity(system.joints, pose, twist)
         return np.array([value, rate, set_velocity(system.joints, pose, change) + set_bias(system.joints, pose, twist)])
 
-    level = ~system.joints.is_velocity  # slip is that of no function: see tests/rolling/test_linear.py
+    level = ~system.joints.is_velocity  # slip is that of no function: see tests/rolling/test_modes.py
     expected = romberg(constraints, h=0.02)[:, level]
     found = np.array([G @ ξ, G @ ξ_dot + G_dot @ ξ, G @ ξ_ddot + 2.0 * G_dot @ ξ_dot + G_ddot @ ξ])[:, level]
     np.testing.assert_allclose(found, expected, atol=1e-9 * max(1.0, np.abs(expected).max()))

@@ -1,9 +1,10 @@
-"""Linear models against closed forms and against runs of the mechanism itself."""
+"""Linear models against closed forms and against runs of small amplitude; forces without a linear part."""
 
 from __future__ import annotations
 
 import json
 from dataclasses import replace
+from math import sqrt
 
 import h5py
 import numpy as np
@@ -12,7 +13,9 @@ from scipy.io import loadmat
 from scipy.linalg import expm
 from scipy.signal import StateSpace, freqresp
 
+from mbproj import Mechanism
 from mbproj.base.errors import InputError
+from mbproj.base.mechanisms_folder import mechanism
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.start import assembled_start
@@ -21,15 +24,18 @@ from mbproj.linear.reference import reference_at
 from mbproj.linear.state_space import linear_model
 from mbproj.motion.simulate import simulate
 from mbproj.results.linear_files import read_model
-from mbproj.scene.scene import read_scene_text
+from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.scene.settings import settings_to_run
+from mbproj.studies.verify import short_runs
+from mbproj.studies.verify.case import Case, Finding
+from mbproj.studies.verify.checks import CHECKS, _check
 from tests.cli.commands import mbproj
-from tests.linear.closed_forms import HEAD, LAVAL, g
+from tests.crossed import full
+from tests.kernel.scenes import needs_kernel
+from tests.linear.closed_forms import LAVAL, g, modes_of, under_gravity, weightless
 from tests.support import Recorder
 
-MASS = (
-    HEAD
-    + """\
+MASS = under_gravity("""\
 bodies:
   m: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}
 joints:
@@ -39,8 +45,7 @@ forces:
   push: {type: force, body: m, force: [0, 0, 0]}
 markers:
   tip: {body: m, location: [0.5, 0, 0]}
-"""
-)
+""")
 
 
 def model_of(text, inputs, outputs):
@@ -64,9 +69,7 @@ def test_a_mass_on_a_spring():
     assert (model.input_units, model.output_units) == (("N",) * 4, ("m", "m/s", "N"))
 
 
-CART = (
-    HEAD
-    + """\
+CART = under_gravity("""\
 bodies:
   cart: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
   bob: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, -0.5]}
@@ -77,8 +80,7 @@ motions:
   shake: {joint: rail, displacement: 0}
 markers:
   tip: {body: bob, location: [0, 0, -1]}
-"""
-)
+""")
 
 
 def test_the_second_derivative_of_a_motion_is_the_input():
@@ -104,9 +106,7 @@ def test_its_eigenvalues_are_the_modes():
     np.testing.assert_allclose(own[own.imag > 0], modes(reference).eigenvalues, rtol=1e-12)
 
 
-TWO = (
-    HEAD
-    + """\
+TWO = under_gravity("""\
 bodies:
   a: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}
   b: {mass: 2, inertia: [0.2, 0.2, 0.2], position: [1, 0, -0.5]}
@@ -118,8 +118,7 @@ forces:
   push: {type: force, body: b, location: {b: [0, 0, -0.3]}, force: [SIZE, 0.5*SIZE, 0]}
 markers:
   tip: {body: b, location: [1, 0, -1]}
-"""
-)
+""")
 
 
 def test_a_small_step_of_a_force_moves_it_as_the_model_says():
@@ -148,9 +147,7 @@ def test_a_small_step_of_a_force_moves_it_as_the_model_says():
     np.testing.assert_allclose(found, expected, rtol=1e-5, atol=1e-6 * np.abs(expected).max())
 
 
-LIGHT = (
-    HEAD
-    + """\
+LIGHT = under_gravity("""\
 bodies:
   plate: {mass: 0, inertia: [0, 0, 0], position: [0, 0, 0]}
   block: {mass: 2, inertia: [1, 1, 1], position: [1, 0, 0]}
@@ -161,8 +158,7 @@ forces:
   first: {type: linear_spring_damper, joint: p, stiffness: 30DAMPED}
   second: {type: linear_spring_damper, joint: b, stiffness: 60}
   push: {type: force, body: plate, force: [0, 0, 0]}
-"""
-)
+""")
 
 
 def test_what_moves_no_mass_follows_the_others_and_the_inputs_at_once():
@@ -240,3 +236,141 @@ def test_where_it_cannot_be_written_is_said(folder, arguments, said):
     (folder / "note.npz").write_text("mine")
     done = mbproj("linearize", "scene.yaml", "--inputs", "s", "--outputs", "tip.x", *arguments, folder=folder)
     assert (done.returncode, said in done.stderr) == (2, True), done.stderr
+
+
+# Runs of small amplitude follow the modes, on shipped mechanisms; a model that is wrong is found out.
+
+RINGING = (
+    "bennett",
+    "bricard",
+    "delta_robot",
+    "double_pendulum",
+    "five_bar",
+    "locomotive",
+    "massless_coupler",
+    "physical_pendulum",
+    "planar_four_bar",
+    "spatial_four_bar",
+)
+
+
+def checked(name):
+    return short_runs.small_motions(Case(Mechanism.of(read_scene(mechanism(name)))))
+
+
+@pytest.mark.parametrize("name", [name if number % 4 == 0 else full(name) for number, name in enumerate(RINGING)])
+def test_a_run_beside_the_equilibrium_follows_the_mode_that_it_begins_in(name):
+    found = checked(name)
+    assert isinstance(found, Finding), found
+    assert found.measured < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("hooke_shaft", "no mode oscillates"),
+        ("free_body", "there are no joint coordinates to compare"),
+        full("stewart_platform", "there is nothing to linearise: there is no equilibrium"),
+        ("inline_four", "there is nothing to linearise"),
+    ],
+)
+def test_it_says_where_it_does_not_apply(name, why):
+    assert why in checked(name)
+
+
+CAM = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 1, output_step: 0.1, tolerance: 1.0e-8}
+bodies:
+  wheel: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [1, 0, 0]}
+  follower: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [1, 0, 0.3]}
+joints:
+  pin: {type: revolute, bodies: [ground, wheel], location: [1, 0, 0], axis: [0, 1, 0], speed: 60 rpm}
+  slide: {type: prismatic, bodies: [ground, follower], location: [1, 0, 0.3], axis: [0, 0, 1]}
+  cam: {type: coupler, of: {pin: 0, slide: 1}, function: {rows: [ROWS], between: periodic}}
+"""
+KNOT = "[0 deg, 0 mm], [90 deg, 12 mm], [180 deg, 20 mm], [270 deg, 12 mm], [360 deg, 0 mm]"
+BETWEEN = "[-45 deg, 3 mm], [45 deg, 3 mm], [180 deg, 20 mm], [315 deg, 3 mm]"
+
+
+@needs_kernel
+@pytest.mark.parametrize(("rows", "rests"), [(KNOT, True), full(BETWEEN, False)], ids=["knot", "between"])
+def test_a_cam_that_rests_at_a_knot_has_no_motion_that_is_linear_on_both_sides(rows, rests):
+    """The third derivative of its lift jumps there. Order and energy are told from motions that pass no knot."""
+    case = Case(Mechanism.of(read_scene_text(CAM.replace("ROWS", rows))))
+    found = {name: _check(name, CHECKS[name], case) for name in ("linear", "order", "energy")}
+    assert (
+        found["linear"].remark.startswith(
+            "it rests at the edge of a law, and moves differently on its two sides: joint 'cam'"
+        )
+        == rests
+    )
+    assert found["linear"].verdict == ("does not apply" if rests else "passed")
+    assert "failed" not in {each.verdict for each in found.values()}
+
+
+def test_a_frequency_that_is_wrong_is_found_out(monkeypatch):
+    """By a part in 10 000."""
+
+    def wrong(reference):
+        found = modes(reference)
+        return replace(found, eigenvalues=found.eigenvalues * 1.0001)
+
+    monkeypatch.setattr(short_runs, "modes", wrong)
+    found = checked("physical_pendulum")
+    assert not found.passed
+    assert found.measured == pytest.approx(1e-4 * 3.14159 / 2, rel=0.1)
+
+
+# Forces without a linear part at a pose are refused by name; beside it they are linear.
+
+
+def test_a_force_without_a_slope_is_refused_by_name():
+    text = LAVAL.replace("stiffness: 1000, free_length: 0}\n  down", "force: -sqrt(l - 0.3)}\n  down")
+    with pytest.raises(InputError, match="force 'up' has no slope at this pose"):
+        modes_of(text)
+
+
+BUFFER = weightless("""\
+bodies:
+  cart: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}
+joints:
+  rail: {type: prismatic, bodies: [ground, cart], location: [0, 0, 0], axis: [1, 0, 0], displacement: AT}
+forces:
+  spring: {type: linear_spring_damper, joint: rail, stiffness: 50}
+  stop: {type: linear_spring_damper, joint: rail, force: FORCE}
+""")
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        ("-300 * max(0, displacement - 0.2)", "has a kink, the slope 0 before and -300 after it,"),
+        (
+            "-300 * max(0, displacement - 0.2) * exp(displacement_dot)",
+            "has a kink, the slope 0 before and -300 after it,",
+        ),
+        ("-7 * sign(displacement_dot)", "jumps from 7 to -7"),
+        ("-7 * abs(displacement - 0.2)", "has a kink, the slope 7 before and -7 after it,"),
+        ("-7 * abs(displacement_dot)", "has a kink, the slope 7 before and -7 after it,"),
+    ],
+)
+def test_a_force_with_a_kink_at_the_pose_is_refused_by_name(force, said):
+    text = BUFFER.replace("FORCE", f'"{force}"')
+    with pytest.raises(InputError, match=f"force 'stop' {said} at this pose: it has no linear part"):
+        modes_of(text.replace("AT", "0.2"))
+    modes_of(text.replace("AT", "0.2001").replace("_dot", "_dot + 0.01"))  # beside it
+
+
+@pytest.mark.parametrize(
+    ("force", "stiffness"),
+    [
+        ("-300 * max(0, displacement - 0.2)", 350.0),
+        ("-7 * (displacement - 0.3) ** 3", 50.0),
+        ("-2 * displacement_dot * abs(displacement_dot)", 50.0),
+    ],
+)
+def test_where_it_is_smooth_it_is_linear(force, stiffness):
+    text = BUFFER.replace("AT", "0.3").replace("FORCE", f'"{force}"')
+    assert abs(modes_of(text).eigenvalues[0]) == pytest.approx(sqrt(stiffness / 2), rel=1e-9)

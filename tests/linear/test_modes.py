@@ -10,17 +10,14 @@ from scipy.special import jn_zeros
 
 from mbproj.base.errors import InputError
 from mbproj.linear.eigenvalues import ReducedEquations, eigen
-from tests.linear.closed_forms import HEAD, LAVAL, TOP, chain, chain_frequencies, g, modes_of
+from tests.linear.closed_forms import HEAD, LAVAL, TOP, chain, chain_frequencies, g, modes_of, under_gravity, weightless
 
-BAR = (
-    HEAD
-    + """\
+BAR = under_gravity("""\
 bodies:
   bar: {mass: 2, inertia: [0.1, 0.17, 0.17], position: [0, 0, AT], orientation: {axis: [0, 1, 0], angle: 90 deg}}
 joints:
   pin: {type: revolute, bodies: [ground, bar], location: [0, 0, 0], axis: [0, 1, 0]}
-"""
-)
+""")
 
 
 def test_a_pendulum():
@@ -98,9 +95,7 @@ def test_a_whirl_has_the_sense_of_its_direction():
 
 def test_damping_of_one_mass():
     """λ² m + λ c + k = 0 below and above the aperiodic limit."""
-    text = (
-        HEAD
-        + """\
+    text = under_gravity("""\
 parameters: {c: 1}
 bodies:
   m: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}
@@ -108,8 +103,7 @@ joints:
   j: {type: prismatic, bodies: [ground, m], location: [0, 0, 0], axis: [1, 0, 0]}
 forces:
   s: {type: linear_spring_damper, joint: j, stiffness: 50, damping: c}
-"""
-    )
+""")
     for c in (0.5, 5.0, 40.0):
         found = modes_of(text, c=c).eigenvalues
         expected = [value for value in np.roots([2, c, 50]) if value.imag >= 0]
@@ -138,16 +132,13 @@ def test_a_free_body_has_six_neutral_directions():
 
 def test_two_masses_and_a_spring_in_space():
     """Of twelve directions one oscillates, √(k/μ); the spring, which has no preload, holds no other."""
-    text = (
-        HEAD.replace("-9.81", "0")
-        + """\
+    text = weightless("""\
 bodies:
   a: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
   b: {mass: 3, inertia: [1, 1, 1], position: [1, 0, 0]}
 forces:
   s: {type: spring_damper, bodies: [a, b], locations: {a: [0, 0, 0], b: [1, 0, 0]}, stiffness: 12}
-"""
-    )
+""")
     found = modes_of(text)
     assert np.count_nonzero(found.eigenvalues == 0.0) == 11
     np.testing.assert_allclose(found.eigenvalues[-1], 4j, rtol=1e-13)
@@ -157,23 +148,18 @@ forces:
 
 def test_a_sliding_block_with_friction_alone():
     """One neutral direction, and one that dies down: λ m + c = 0."""
-    text = (
-        HEAD
-        + """\
+    text = under_gravity("""\
 bodies:
   m: {mass: 2, inertia: [1, 1, 1], position: [0, 0, 0]}
 joints:
   j: {type: prismatic, bodies: [ground, m], location: [0, 0, 0], axis: [1, 0, 0]}
 forces:
   s: {type: friction, joint: j, coefficient: 3}
-"""
-    )
+""")
     np.testing.assert_allclose(np.sort(modes_of(text).eigenvalues.real), [-1.5, 0.0], rtol=1e-13)
 
 
-MASSLESS = (
-    HEAD.replace("-9.81", "0")
-    + """\
+MASSLESS = weightless("""\
 parameters: {c: 0}
 bodies:
   light: {mass: 0, inertia: [0, 0, 0], position: [0.5, 0, 0]}
@@ -184,8 +170,7 @@ joints:
 forces:
   first: {type: linear_spring_damper, joint: a, stiffness: 30, damping: c}
   second: {type: linear_spring_damper, joint: b, stiffness: 60}
-"""
-)
+""")
 
 
 def test_a_body_without_mass_between_two_springs():
@@ -207,9 +192,7 @@ def test_a_motion_without_mass_that_nothing_holds_is_refused():
 
 def test_redundant_joints_change_nothing():
     """A planar four-bar on four pins, three rows too many, beside one whose loop a ball and a universal joint close."""
-    text = (
-        HEAD
-        + """\
+    text = under_gravity("""\
 bodies:
   a: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, -0.5]}
   b: {mass: 2, inertia: [0.3, 0.3, 0.3], position: [0.5, 0, -1]}
@@ -219,8 +202,7 @@ joints:
   B: {type: revolute, bodies: [a, b], location: [0, 0, -1], axis: [0, 1, 0]}
   C: {type: revolute, bodies: [b, c], location: [1, 0, -1], axis: [0, 1, 0]}
   D: {type: revolute, bodies: [c, ground], location: [1, 0, 0], axis: [0, 1, 0]}
-"""
-    )
+""")
     found = modes_of(text)
     expected = sqrt((2 * 0.5 * g + 2 * g) / (2 * (0.1 + 0.25) + 2))
     np.testing.assert_allclose(found.eigenvalues, [1j * expected], rtol=1e-13)
@@ -235,9 +217,7 @@ joints:
 def test_motions_hold_what_they_drive():
     """A pendulum on a driven crank that stands still, and one on a rotor that turns at a constant speed Ω, whose hinge
     is across the axis: cos of the hang against Ω² (Watt's governor with a rigid shaft) is tested with --at steady."""
-    text = (
-        HEAD
-        + """\
+    text = under_gravity("""\
 bodies:
   crank: {mass: 1, inertia: [1, 1, 1], position: [0.5, 0, 0]}
   bob: {mass: 1, inertia: [0.2, 0.2, 0.2], position: [1, 0, -0.5]}
@@ -246,8 +226,7 @@ joints:
   B: {type: revolute, bodies: [crank, bob], location: [1, 0, 0], axis: [0, 1, 0]}
 motions:
   hold: {joint: A, angle: 0}
-"""
-    )
+""")
     np.testing.assert_allclose(modes_of(text).eigenvalues, [1j * sqrt(0.5 * g / 0.45)], rtol=1e-13)
 
 

@@ -11,7 +11,7 @@ from mbproj.equations.assembly.compiled import compile_system
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.linear.modes import modes
-from tests.mechanisms.expected import expected, scene
+from tests.mechanisms.closed_forms import expected, scene
 from tests.mechanisms.running import assert_close
 
 G = 9.81

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from mbproj import assemble, compile_system, initial_guess, read_scene, settings_to_run, simulate
+from mbproj import read_scene, settings_to_run, simulate
 from mbproj.model.euler_parameters import rotation_matrix
 from mbproj.model.system import System
 from mbproj.motion.report import Report
 from mbproj.scene.scene import Scene, read_scene_text
-from tests.support import ROOT, Recorder
+from tests.support import ROOT, Recorder, assembled
 
 #: Tolerance at which what an integrator leaves is far below what the tests ask for.
 TIGHT = {"integrator": "dop853", "tolerance": "1e-12"}
@@ -52,8 +52,7 @@ class Run:
 
 
 def run_scene(scene: Scene) -> Run:
-    system, recorder = compile_system(scene), Recorder()
-    state = assemble(system, initial_guess(scene, system))
+    (system, state), recorder = assembled(scene), Recorder()
     return Run(scene, system, recorder, simulate(system, state, settings_to_run(scene), recorder))
 
 

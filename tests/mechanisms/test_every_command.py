@@ -24,8 +24,8 @@ from mbproj.base.errors import MbprojError
 from mbproj.base.settings import Settings
 from mbproj.commands.main import mbproj
 from mbproj.studies.measure.measurement import time_settings
+from tests.cli.reports import refuse_what_no_table_says
 from tests.crossed import some
-from tests.report_schema.reports import refuse_what_no_table_says
 from tests.stops.scenes import resting_on_a_stop
 from tests.support import MECHANISMS
 

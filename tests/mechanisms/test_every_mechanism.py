@@ -10,7 +10,7 @@ from mbproj.equations.constraints import constraint_at, constraint_velocity_at
 from mbproj.equations.kinematics import pose_of
 from tests.crossed import some
 from tests.mechanisms.running import run
-from tests.support import MECHANISMS, REDUNDANT
+from tests.support import MECHANISMS, REDUNDANT, assembled
 
 #: Bodies and degrees of freedom: the spatial four-bar's with the idle spin of its rod, the engine is driven.
 SIZES = {
@@ -65,9 +65,7 @@ KNOTS = {"cam": 1, "valve_train": 3}
 
 @pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
 def test_closes_with_the_degrees_of_freedom_of_the_table(path):
-    scene = read_scene(path)
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(read_scene(path))
     assert np.abs(constraint_at(system, state.q)).max() <= 1e-13
     assert np.abs(constraint_velocity_at(system, state.q, state.v)).max() <= 1e-13
     ranks = mobility(system, pose_of(state.q))

@@ -8,7 +8,7 @@ from scipy.special import ellipj, ellipk
 
 from mbproj.base.registry import integrators
 from tests.crossed import full, where
-from tests.integrate.time_scenes import run
+from tests.integrate.event_scenes import run
 
 HEAD = "mbproj: 1\nsimulation: {duration: 1 s}\n"
 SPIN = (

@@ -12,7 +12,7 @@ from mbproj.equations.derivatives import channel_slopes
 from mbproj.kernel import core
 from mbproj.motion.simulate import simulate
 from tests.crossed import full
-from tests.model.driven_pendulum import RATES, driven
+from tests.model.element_scenes import RATES, driven
 from tests.support import Recorder
 
 FORMULATIONS = ["full", *(["reduced", "planar"] if core() is not None else [])]

@@ -16,8 +16,17 @@ from mbproj.model.planar.certain import TILTED, see, sides
 from mbproj.model.planar.plane import Plane
 from mbproj.model.planar.reduction import PlaneSplit, split
 from mbproj.scene.scene import read_scene
-from tests.model.planar_equations import planar_constraint, planar_gamma, planar_jacobian, planar_value
-from tests.model.planar_scenes import CLOSED_ONLY, SCENES, Drawing, chain, planar
+from tests.model.planar_scenes import (
+    CLOSED_ONLY,
+    SCENES,
+    Drawing,
+    chain,
+    planar,
+    planar_constraint,
+    planar_gamma,
+    planar_jacobian,
+    planar_value,
+)
 from tests.support import MECHANISMS
 
 

@@ -1,14 +1,15 @@
-"""Which scenes are planar, and why others are not."""
+"""Which scenes are planar, why others are not, and verdicts by the topology alone."""
 
 from __future__ import annotations
 
 import dataclasses
+import sys
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from mbproj import Scene
+from mbproj import Mechanism, Scene
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import assemble
 from mbproj.equations.assembly.compiled import compile_system
@@ -18,10 +19,9 @@ from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.planar.plane import Plane
 from mbproj.model.planar.reduction import NotPlanar, planar_reduction
 from mbproj.scene.records import Joint
-from mbproj.scene.scene import read_scene
-from tests.model.planar_equations import planar_jacobian
-from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, reduced, turns
-from tests.support import MECHANISMS
+from mbproj.scene.scene import SceneText, read_scene
+from tests.model.planar_scenes import REFUSED, SCENES, Drawing, chain, planar, planar_jacobian, reduced, turns
+from tests.support import MECHANISMS, assembled
 
 #: What the shipped mechanisms are: the plane's normal, or the reason.
 SHIPPED = {
@@ -73,9 +73,8 @@ SHIPPED = {
 
 @pytest.mark.parametrize("path", MECHANISMS, ids=lambda path: path.stem)
 def test_shipped_mechanisms(path):
-    scene = read_scene(path)
-    system = compile_system(scene)
-    found = planar_reduction(system, assemble(system, initial_guess(scene, system)).q)
+    system, state = assembled(read_scene(path))
+    found = planar_reduction(system, state.q)
     expected = SHIPPED[path.stem]
     if isinstance(expected, str):
         assert isinstance(found, NotPlanar)
@@ -197,3 +196,100 @@ def test_a_large_piece_that_hangs_together_is_tested_as_one(widest, verdict):
     ]
     scene = drawing.scene([drawing.body(name, (float(at), 1.0)) for at, name in enumerate(names)], joints)
     assert isinstance(reduced(scene)[2], verdict)
+
+
+# Verdicts on planes that the topology alone gives: they are those of the whole analysis, to the bit.
+
+REDUCTION = sys.modules["mbproj.model.planar.reduction"]
+FOUR_BAR = SceneText(
+    next(path for path in MECHANISMS if path.stem == "n_four_bar").read_text(encoding="utf-8"), "scene"
+)
+
+
+def numbers(part) -> list:
+    """All that a plane holds, arrays as their bytes."""
+    if isinstance(part, np.ndarray):
+        return [part.dtype.str, part.shape, part.tobytes()]
+    if dataclasses.is_dataclass(part) and not isinstance(part, type):
+        return [numbers(getattr(part, field.name)) for field in dataclasses.fields(part)]
+    return [part]
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """Lists that the results of `certain_plane` and those of `escape`, the test of the rank, are added to."""
+    found = {"certain": [], "escape": []}
+    for name, own in (("certain", "certain_plane"), ("escape", "escape")):
+        whole = getattr(REDUCTION, own)
+
+        def kept(*given, whole=whole, name=name):
+            found[name].append(whole(*given))
+            return found[name][-1]
+
+        monkeypatch.setattr(REDUCTION, own, kept)
+    return found
+
+
+def both(system, q, monkeypatch):
+    """The verdict, and that of the whole analysis."""
+    short = planar_reduction(system, q)
+    with monkeypatch.context() as patched:
+        patched.setattr(REDUCTION, "certain_plane", lambda *_: None)
+        return short, planar_reduction(system, q)
+
+
+@pytest.mark.parametrize("name", [*SCENES, *REFUSED])
+def test_it_is_the_verdict_of_the_whole_analysis(name, monkeypatch):
+    build = SCENES[name] if name in SCENES else REFUSED[name][0]
+    for turn in turns(9)[:2]:
+        system, q, _ = reduced(build(Drawing(9, turn)))
+        short, whole = both(system, q, monkeypatch)
+        assert type(short) is type(whole)
+        assert numbers(short) == numbers(whole)
+
+
+def test_other_lengths_are_not_analysed_again(calls, monkeypatch):
+    for length in (1.0, 1.1, 0.7, 1.0000001):
+        mechanism = Mechanism.of(FOUR_BAR.scene({"length": length}))
+        short, whole = both(mechanism.system, mechanism.state.q, monkeypatch)
+        assert isinstance(short, Plane)
+        assert numbers(short) == numbers(whole)
+    assert [found.is_held for found in calls["certain"]] == [True] * 4
+    assert len(calls["escape"]) == 4  # of the whole analysis alone
+
+
+SCENE = """\
+mbproj: 1
+gravity: [0, 0, 0]
+parameters: {lean: 0, beside: 1 m}
+bodies:
+  rod: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}
+  tip: {mass: 1, inertia: [1, 1, 1], position: [1, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}
+"""
+
+
+def verdicts(joints: str, name: str, values: list[float]) -> list[type]:
+    """Those of the scene with further joints and these values of a parameter."""
+    text = SceneText(SCENE + joints + "simulation: {duration: 1 s}\n", "scene")
+    found = [Mechanism.of(text.scene({name: value})) for value in values]
+    return [type(planar_reduction(each.system, each.state.q)) for each in found]
+
+
+def test_an_axis_that_leans_is_analysed_again(calls):
+    hinge = "  B: {type: revolute, bodies: [rod, tip], location: [1, 0, 0], axis: [0, 1, lean]}\n"
+    assert verdicts(hinge, "lean", [0.0, 0.1, 0.0]) == [Plane, NotPlanar, Plane]
+    assert [found is not None and found.is_held for found in calls["certain"]] == [True, False, True]
+
+
+def test_a_rank_that_depends_on_lengths_is_looked_at_each_time(calls):
+    """The tip hangs on a ball, and two of its points stay in the plane: unless these are in line with the ball."""
+    joints = """\
+  B: {type: spherical, bodies: [rod, tip], location: [1, 0, 0]}
+  C: {type: point_in_plane, bodies: [ground, tip], location: [1, 0, 1], axis: [0, 1, 0]}
+  D: {type: point_in_plane, bodies: [ground, tip], location: [1 + beside, 0, 1], axis: [0, 1, 0]}
+"""
+    assert verdicts(joints, "beside", [1.0, 0.0, 2.0]) == [Plane, NotPlanar, Plane]
+    assert [found.is_held for found in calls["certain"]] == [False] * 3
+    assert len(calls["escape"]) >= 3

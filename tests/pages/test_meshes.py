@@ -17,8 +17,7 @@ from mbproj.scene.scene import read_scene
 from mbproj.show.page.pages import page_of
 from mbproj.show.page.write import html
 from tests.cli.commands import mbproj
-from tests.pages.runs import recorded
-from tests.pages.unpacked import block_of, bytes_of, data_of
+from tests.pages.runs import block_of, bytes_of, data_of, recorded
 
 #: A tetrahedron: the same in both formats, in mm.
 CORNERS = np.array([[0, 0, 0], [100, 0, 0], [0, 200, 0], [0, 0, 300]])

@@ -18,7 +18,7 @@ from mbproj.scene.scene import read_scene_text
 from mbproj.show.page.pages import page_of_modes, words_on
 from mbproj.show.page.write import html
 from tests.pages.browser import MISSING, SMALL, Opened, browser
-from tests.pages.unpacked import block_of, bytes_of, data_of
+from tests.pages.runs import block_of, bytes_of, data_of
 
 #: A damped slider on a spring with a pendulum on it: both modes are complex.
 SCENE = """\

@@ -1,4 +1,4 @@
-"""Reading: by name, in windows, and never anything but an InputError for a file that is not whole."""
+"""Reading: by name, in windows, and what a prompt shows of results."""
 
 from __future__ import annotations
 
@@ -10,12 +10,19 @@ import h5py
 import numpy as np
 import pytest
 
+import mbproj
+from mbproj import mobility, read_scene, simulate
 from mbproj.base.errors import InputError
 from mbproj.results.file.checksums import NOT_YET, stamp, stamp_attributes
 from mbproj.results.file.opening import lookup3
+from mbproj.results.layout import CONSTANTS
 from mbproj.results.reader import open_own_results, open_results
+from mbproj.scene.settings import settings_to_run
 from tests.crossed import some
 from tests.results.pendulum_blocks import AMPLITUDE, LENGTH, NAMES, PATHS, RATE, block, record, times
+from tests.support import ROOT, assembled
+
+# Reading: by name, in windows, and never anything but an InputError for a file that is not whole.
 
 
 @pytest.fixture
@@ -250,3 +257,52 @@ def test_marks_of_the_wrong_shape_are_neither_written_nor_read(tmp_path):
         file[UNIQUE] = np.ones((2, 2), dtype=bool)
     with open_results(path) as results, pytest.raises(InputError, match="has the wrong shape or type"):
         results.constant(UNIQUE)
+
+
+# What a prompt or a notebook shows of results is short, and the keys that the pages name exist.
+
+#: The most lines of a value in a notebook.
+LINES = 15
+
+
+@pytest.fixture(scope="module")
+def shown_results():
+    with mbproj.run(ROOT / "mechanisms" / "planar_four_bar.yaml", duration=0.2, certify=True) as found:
+        yield found
+
+
+def test_values_of_results_are_shown_in_few_lines(shown_results):
+    shown = [
+        shown_results,
+        shown_results.trust,
+        shown_results.body(shown_results.names("bodies")[0]),
+        shown_results.joint(shown_results.names("joints")[0]),
+    ]
+    for value in shown:
+        lines = repr(value).splitlines()
+        assert len(lines) <= LINES and max(map(len, lines)) <= 120, lines
+    assert f"violation          array ({len(shown_results.time)},)" in repr(shown[-1])
+
+
+def test_values_of_a_scene_are_shown_in_few_lines():
+    scene = read_scene(ROOT / "mechanisms" / "planar_four_bar.yaml", {}, {"duration": "0.1"})
+    system, state = assembled(scene)
+    report = simulate(system, state, settings_to_run(scene))
+    for value in (scene, system, state, report, mbproj.Mechanism.of(scene), mobility(system, state)):
+        assert len(repr(value).splitlines()) <= LINES, type(value)
+    assert repr(state).splitlines()[:2] == ["State", "  t                  0.0"]
+    assert repr(system).splitlines()[-1].endswith(" more")
+
+
+def test_what_does_not_change_is_found_by_its_path(shown_results):
+    for entry in CONSTANTS:
+        assert entry.path in shown_results
+        np.testing.assert_array_equal(shown_results[entry.path], shown_results.constant(entry.path))
+    with pytest.raises(KeyError, match="did you mean 'joints/reaction_force_unique'"):
+        _ = shown_results["joints/reaction_forces_unique"]
+    assert "joints/reaction_forces_unique" not in shown_results
+
+
+def test_mobility_is_that_of_a_state():
+    found = mobility(*assembled(read_scene(ROOT / "mechanisms" / "five_bar.yaml")))
+    assert (found.degrees_of_freedom, found.rank) == (5, 30)

@@ -1,4 +1,4 @@
-"""What is written is what is read, bit for bit, however the blocks are cut, and every dataset says what it is."""
+"""What is written is what is read, bit for bit: datasets, dimension scales, signs of Λ, applied forces."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -15,14 +16,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import mbproj
+from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.base.settings import ProjectionSettings, Settings
+from mbproj.results.analysis.loads import loads_of
+from mbproj.results.analysis.tables import tables
 from mbproj.results.check import check_results
 from mbproj.results.events import RecordedEvent
 from mbproj.results.faults import OutputError
-from mbproj.results.layout import DATASETS
+from mbproj.results.layout import ALL_NAMES, DATASETS
 from mbproj.results.reader import open_results
 from mbproj.results.writer import ResultsWriter
 from tests.results.pendulum_blocks import NAMES, NO_NAMES, PATHS, SETTINGS, block, part_of, record, scene, times
+from tests.support import ROOT, Recorder
+
+# What is written is what is read, bit for bit, however the blocks are cut, and every dataset says what it is.
 
 #: Bodies, markers, joints and coordinates of the pendulum, by the layout's symbols.
 SIZES = {"n": 1, "k": 2, "nj": 2, "nc": 1, "nf": 1, "nm": 1}
@@ -250,3 +258,147 @@ def test_time_comes_after_all_other_data(tmp_path, monkeypatch):
         with h5py.File(path.with_name(f"{path.name}.part")) as file:
             assert len(file["time"]) == 10
             assert min(len(file[name]) for name in PATHS) == 10
+
+
+# Dimension scales: every axis of an array has its names, for HDF5's own calls and for xarray.
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scales") / "results.h5"
+    mbproj.run(ROOT / "mechanisms" / "five_bar.yaml", duration=0.05, output=path).close()
+    return path
+
+
+def test_every_axis_has_a_scale_of_its_length(path):
+    with mbproj.open_results(path) as results, h5py.File(path, "r") as file:
+        for dataset in results.datasets:
+            array = file[dataset.path]
+            for axis, length in enumerate(array.shape):
+                if dataset.path == "time":
+                    continue
+                assert h5py.h5ds.get_num_scales(array.id, axis) == 1, dataset.path
+                assert h5py.h5ds.is_attached(array.id, array.dims[axis][0].id, axis)
+                assert array.dims[axis][0].shape == (length,), dataset.path
+        assert list(file["joints/speed"].dims[1][0].asstr()) == [f"{name}.angle" for name in "ABCDE"]
+        assert file["bodies/time"] == file["time"]
+        uses = file["time"].attrs["REFERENCE_LIST"]
+        assert {file[each["dataset"]].name for each in uses} >= {"/bodies/position", "/diagnostics/steps"}
+
+
+def test_every_kind_of_names_is_a_scale():
+    from mbproj.results.writer import NAMES
+
+    assert set(NAMES) == {entry.symbol for entry in ALL_NAMES.values()}
+
+
+def test_a_scale_can_be_detached(path, tmp_path):
+    """HDF5's own call finds both lists that were written as it writes them."""
+    copy = tmp_path / "copy.h5"
+    copy.write_bytes(path.read_bytes())
+    with h5py.File(copy, "r+", libver=("v110", "v110")) as file:
+        array, before = file["bodies/position"], len(file["time"].attrs["REFERENCE_LIST"])
+        h5py.h5ds.detach_scale(array.id, file["time"].id, 0)
+        assert len(file["time"].attrs["REFERENCE_LIST"]) == before - 1
+        assert h5py.h5ds.get_num_scales(array.id, 0) == 0
+
+
+def test_xarray_shows_times_and_names(path):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    with xarray.open_dataset(path, group="bodies", engine="h5netcdf") as bodies, mbproj.open_results(path) as results:
+        height = bodies.position.sel(names="bar3", axis="z")
+        np.testing.assert_array_equal(height, results.body("bar3").position[:, 2])
+        np.testing.assert_array_equal(bodies.time, results.time)
+        assert bodies.position.attrs["units"] == "m"
+    with xarray.open_dataset(path, group="joints", engine="h5netcdf") as joints:
+        assert joints.reaction_force.dims == ("time", "names", "axis")
+        assert list(joints.coordinate_names.values) == [f"{name}.angle" for name in "ABCDE"]
+
+
+# Euler parameters are recorded without jumps: Λ and -Λ are one orientation, but derivatives of a record are wrong where
+# the sign changes between two samples.
+
+CRANK = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 2.2 s, tolerance: 1e-6, integrator: dop853, output_step: 20 ms}
+bodies:
+  crank: {mass: 0.5, inertia: [2e-3, 2e-3, 2e-3], position: [0.12, 0, 0]}
+  spun: {mass: 1, inertia: [1e-2, 1e-2, 1e-2], position: [1, 0, 0], angular_velocity: [0, -17, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: [0, 1, 0]}
+  B: {type: revolute, bodies: [ground, spun], location: [1, 0, 0], axis: [0, 1, 0]}
+motions:
+  drive: {joint: A, angle: {constant_speed: 75 rpm}}
+"""
+
+
+@pytest.mark.full_where(formulation="full")
+@pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
+def test_orientations_do_not_jump_between_samples(formulation: str) -> None:
+    scene = read_scene_text(CRANK)
+    system, recorder = compile_system(scene), Recorder()
+    simulate(
+        system,
+        assemble(system, initial_guess(scene, system)),
+        replace(scene.settings, formulation=formulation),
+        recorder,
+    )
+    found = recorder["bodies/orientation"]
+    assert len(found) == 111  # five turns and a half of one, and six of the other
+    assert np.sum(found[1:] * found[:-1], axis=-1).min() > 0.98
+
+
+def test_a_run_that_goes_on_does_not_jump() -> None:
+    """At 0.42 s the crank has turned by more than half a turn."""
+    scene = read_scene_text(CRANK)
+    system = compile_system(scene)
+    state, recorder, kept = assemble(system, initial_guess(scene, system)), Recorder(), list[Any]()
+    settings = replace(scene.settings, formulation="planar")
+    simulate(system, state, replace(settings, duration=0.42), recorder, keep=lambda *mark: kept.append(mark[-1]))
+    simulate(system, state, settings, recorder, keep=lambda *_: None, resumed=kept[-1])
+    times, rows = np.unique(recorder["time"], return_index=True)
+    found = recorder["bodies/orientation"][rows]
+    assert len(times) == 111
+    assert np.sum(found[1:] * found[:-1], axis=-1).min() > 0.98
+
+
+# Forces and torques of given components are recorded: their values, their power, their work.
+
+SCENE = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 1 s, tolerance: 1e-10, integrator: dop853, output_step: 5 ms, formulation: FORMULATION}
+bodies:
+  rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0.5, 0, 0]}
+joints:
+  A: {type: revolute, bodies: [ground, rod], location: [0, 0, 0], axis: [0, 1, 0]}
+forces:
+  push: {type: force, body: rod, location: [1, 0, 0], force: [0, 0, "5*sin(3*t)"]}
+  follow: {type: force, body: rod, location: [1, 0, 0], axes: body, force: [0, 0, 2]}
+  twist: {type: torque, body: rod, axes: body, torque: [0, "2*t", 0]}
+"""
+
+
+@pytest.mark.full_where(formulation="full")
+@pytest.mark.parametrize("formulation", ["full", "reduced", "planar"])
+def test_given_forces_are_recorded_with_their_power_and_their_work(tmp_path, formulation):
+    scene = read_scene_text(SCENE.replace("FORMULATION", formulation))
+    system = compile_system(scene)
+    with ResultsWriter(tmp_path / "out.h5", scene, system.names.as_mapping()) as recorder:
+        simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    with open_results(tmp_path / "out.h5") as results:
+        assert results.names("applied") == ("push", "follow", "twist")
+        time, angle, speed = results.time, *results["joints/coordinate"].T, *results["joints/speed"].T
+        push, follow, twist = np.swapaxes(results["forces/applied"], 0, 1)
+        np.testing.assert_allclose(push[:, 2], 5.0 * np.sin(3.0 * time), atol=1e-14)
+        np.testing.assert_allclose(twist, np.outer(2.0 * time, [0.0, 1.0, 0.0]), atol=1e-14)
+        along = np.stack([np.sin(angle), 0.0 * angle, np.cos(angle)], axis=1)  # body z, turned about y
+        np.testing.assert_allclose(follow, 2.0 * along, atol=1e-12)
+        power = np.stack([-push[:, 2] * np.cos(angle) * speed, -2.0 * speed, 2.0 * time * speed], axis=1)
+        np.testing.assert_allclose(results["forces/applied_power"], power, atol=1e-11)
+        works = [load.put_in - load.taken_out for load in loads_of(results) if load.quantity == "power"]
+        assert sum(works) == pytest.approx(results["diagnostics/work"][-1], abs=1e-6)
+        pushed = next(table for table in tables(results) if table.name == "force-push")
+    assert pushed.headings[3:] == ("applied_z (N)", "applied_power (W)")

@@ -14,13 +14,10 @@ from mbproj.base.errors import InputError
 from mbproj.motion.simulate import simulate
 from tests.crossed import crossed
 from tests.rolling import scenes
+from tests.rolling.scenes import run
 
 FORMULATIONS = ["full", "reduced", "planar"]
 FEW = {"duration": "0.3 s", "output_step": "0.1 s", "tolerance": 1e-8}
-
-
-def run(text, **settings):
-    return mbproj.run(mbproj.read_scene_text(text), **settings)
 
 
 def roller(curve: str, at: tuple[float, float], rest: str = "", moves: str = "", own: str = "", **simulation) -> str:

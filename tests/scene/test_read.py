@@ -1,4 +1,4 @@
-"""What a scene's values come to, key by key."""
+"""What a scene's values and its `expect` block come to, and that a second reading is the first to the bit."""
 
 from __future__ import annotations
 
@@ -6,13 +6,23 @@ import gc
 import math
 import subprocess
 import sys
+from dataclasses import fields
+from itertools import pairwise
 
 import pytest
 
 from mbproj.base.errors import InputError, Place
+from mbproj.base.mechanisms_folder import mechanism, validation_scenes
 from mbproj.base.settings import ProjectionSettings, Settings
-from mbproj.scene.records import Body, Joint, Marker, Pair
-from tests.scene.good_scene import GOOD, changed, read, read_with
+from mbproj.scene import scene as read_module
+from mbproj.scene.blocks.coordinates import COORDINATES
+from mbproj.scene.blocks.observables import OBSERVABLES
+from mbproj.scene.records import Body, Expectation, Joint, Marker, Pair
+from mbproj.scene.sampling import nearest_samples, output_times
+from mbproj.scene.scene import SceneText, read_scene
+from mbproj.scene.text.document import compose
+from tests.crossed import where
+from tests.scene.scenes import GOOD, changed, errors, read, read_with
 
 X, NOWHERE = (1.0, 0.0, 0.0), (0.2, 0.0, 0.0)
 HALF = math.sqrt(0.5)
@@ -186,3 +196,216 @@ def test_a_direction_along_an_axis_has_a_name(word, vector):
     assert read(text.replace("WORD", word)).joints == read(text.replace("WORD", vector)).joints
     with pytest.raises(InputError, match="unknown direction 'w'; give 3 numbers, or x, y, z, -x, -y, -z"):
         read(text.replace("WORD", "w"))
+
+
+# The `expect` block: what is read from it, and which times are sampled.
+
+
+def expectation(text: str, blocks: str = "", **given: object) -> Expectation:
+    (found,) = read(f"{GOOD}{blocks}expect:\n  e: {text}\n", **given).expectations
+    return found
+
+
+def test_a_value_with_units_and_parameters() -> None:
+    found = expectation(
+        "{marker: tip, quantity: position, at: 3000 ms, value: [2 * crank_length, 1 mm, 0], absolute: 1 mm, source: me}"
+    )
+    assert found == Expectation(
+        "e", "marker", "tip", "position", "m", "", 3.0, "me", value=(0.16, 0.001, 0.0), tolerance=0.001
+    )
+
+
+def test_a_relative_tolerance_is_that_of_the_largest_component() -> None:
+    found = expectation("{body: rod, quantity: velocity, at: end, value: [3, -4, 0], relative: 1e-3, source: me}")
+    assert found.tolerance == pytest.approx(0.004, rel=1e-15)
+
+
+def test_a_bound_of_a_diagnostic() -> None:
+    found = expectation("{diagnostic: kinetic_energy, at: maximum, below: 3 J, source: me}")
+    assert (found.of, found.quantity, found.unit, found.below, found.value) == (
+        "diagnostic",
+        "kinetic_energy",
+        "J",
+        3.0,
+        None,
+    )
+
+
+SPRING = "forces:\n  k: {type: spring_damper, points: {ground: [0, 0, 0], rod: [0, 0, 1]}, stiffness: 1}\n"
+TORSION = "forces:\n  k: {type: torsion_spring_damper, joint: A, stiffness: 1}\n"
+FRICTION = "forces:\n  k: {type: friction, joint: D, coefficient: 1}\n"
+MOTION = "motions:\n  k: {joint: D, displacement: t}\n"
+
+
+@pytest.mark.parametrize(
+    ("blocks", "of", "units"),
+    [
+        (SPRING, "force", ("m", "N")),
+        (TORSION, "force", ("rad", "N*m")),
+        (FRICTION, "force", ("m", "N")),
+        (MOTION, "motion", ("m", "N")),
+    ],
+    ids=["spring", "torsion", "friction", "motion"],
+)
+def test_units_follow_what_a_force_acts_along(blocks: str, of: str, units: tuple[str, str]) -> None:
+    coordinate = "coordinate" if of == "force" else "value"
+    for quantity, unit in zip((coordinate, "force"), units, strict=True):
+        found = expectation(f"{{{of}: k, quantity: {quantity}, at: end, below: 1 {unit}, source: x}}", blocks)
+        assert (found.unit, found.below) == (unit, 1.0)
+
+
+def test_a_point_force_needs_no_joints() -> None:
+    joints = GOOD[GOOD.index("joints:") : GOOD.index("markers:")]
+    text = changed(joints, SPRING)
+    assert read(f"{text}expect:\n  e: {{force: k, quantity: rate, at: end, below: 1, source: x}}").expectations
+    wrong = f"{text}expect:\n  e: {{force: k, quantity: rates, at: end, below: 1, source: x}}"
+    assert "unknown quantity 'rates'; did you mean 'rate'?" in errors(wrong)[0]
+
+
+LATE = "{joint: A, quantity: angle, at: 3 s, value: 0, absolute: 1, source: x}"
+
+
+def test_the_command_line_may_cut_the_run_short_or_sample_it_otherwise() -> None:
+    for options in ({"duration": "1"}, {"output_step": "0.07"}, {"step": "0.004", "output_step": "0.004"}):
+        assert expectation(LATE, simulation=options).at == 3.0
+
+
+def test_a_scene_that_leaves_its_duration_open_may_expect_at_any_time() -> None:
+    (found,) = read(changed("  duration: 10\n", "") + f"expect:\n  e: {LATE}\n").expectations
+    assert found.at == 3.0
+
+
+def test_fixed_without_reaction_has_nothing_to_expect() -> None:
+    text = changed("{type: spherical, bodies: [crank, rod]", "{type: fixed, bodies: [crank, rod]")
+    wrong = f"{text}expect:\n  e: {{joint: B, quantity: reaction_force, component: x, at: end, below: 1, source: x}}\n"
+    assert errors(wrong) == [
+        "f.yaml:31:14: error: joint 'B' merges its bodies, and nothing of it is recorded; give it reaction: true"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("settings", "time", "near"),
+    [
+        (Settings(duration=10, step=0.01), 0.07, ()),
+        (Settings(duration=10, step=0.01, output_step=0.05), 0.07, (0.05, 0.1)),
+        (Settings(duration=1, step=0.3), 1.0, ()),  # a shorter last step
+        (Settings(duration=1, step=0.3), 0.95, (0.9, 1.0)),
+        (Settings(duration=1, step=0.3, output_step=0.6), 0.9, (0.6, 1.0)),
+        (Settings(duration=2, tolerance=1e-6), 0.002, ()),
+        (Settings(duration=2, tolerance=1e-6), 0.003, (0.002, 0.004)),
+        (Settings(duration=1, tolerance=1e-6, output_step=0.4), 0.8, ()),
+        (Settings(step=0.1), 0.55, None),
+        (Settings(duration=1), 0.55, None),
+    ],
+)
+def test_nearest_samples(settings: Settings, time: float, near: tuple[float, ...] | None) -> None:
+    found = nearest_samples(settings, time)
+    assert found == (None if near is None else pytest.approx(near, abs=1e-15))
+
+
+def test_every_output_time_is_a_sample_and_what_lies_between_is_not() -> None:
+    settings = Settings(duration=5, tolerance=1e-9, output_step=5 / 299)
+    times = output_times(settings, 0.0)
+    assert all(nearest_samples(settings, time) == () for time in times)
+    between = [0.5 * (a + b) for a, b in pairwise(times)]
+    assert all(nearest_samples(settings, time) for time in between)
+    assert math.isclose(sum(nearest_samples(settings, between[7]) or ()), times[7] + times[8], rel_tol=1e-14)
+
+
+def test_coordinates_of_all_joints_are_observable_with_their_speeds() -> None:
+    for name, unit in COORDINATES.items():
+        assert (OBSERVABLES["joint"][name].unit, OBSERVABLES["joint"][f"{name}_speed"].unit) == (unit, f"{unit}/s")
+
+
+def test_a_time_is_no_further_mistake_where_the_steps_cannot_be_counted() -> None:
+    text = changed("step: 0.01\n  integrator", "step: 1e-40\n  integrator").replace("  output_step: 0.01\n", "")
+    text += "expect:\n  e: {diagnostic: energy_drift, at: 3 s, below: 1, source: me}\n"
+    (message,) = errors(text)
+    assert message.startswith("f.yaml:7:9: error: 'step' of 1e-40 s: 16 digits cannot tell so many steps apart")
+
+
+# A scene's text is taken apart once: a reading with other values is that of the text with these values, to the bit.
+
+SCENES = [mechanism("five_bar"), mechanism("locomotive"), mechanism("stewart_platform"), *validation_scenes()[:6]]
+#: A scene in which a value follows from a parameter by another one, names occur in laws, and a unit depends on a name.
+TEXT = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+parameters: {a: 1 m, b: 2 * a, k: 3, slow: 1}
+simulation: {duration: 1, step: 0.01}
+bodies:
+  bar: {mass: k, inertia: [0.1, 0.1, 0.1], position: [0.5 * b, 0, 0]}
+  rod: {mass: 2, inertia: [0.1, 0.1, 0.1], position: [0, 0, 3]}
+joints:
+  pin: {type: revolute, bodies: [ground, bar], location: [0, 0, 0], axis: [0, 1, 0]}
+forces:
+  drag: {type: force, body: rod, force: [slow * sin(t), 0, 0]}
+"""
+
+
+def same(one, other):
+    """All that the two scenes say; where it says it is known of at least as much."""
+    said = {field.name for field in fields(one)} - {"places"}
+    assert {name: getattr(one, name) for name in said} == {name: getattr(other, name) for name in said}
+    assert one.places.items() >= other.places.items()
+
+
+@pytest.mark.parametrize(
+    "path", where(lambda path: path.stem != "stewart_platform", SCENES), ids=lambda path: path.stem
+)
+def test_every_parameter_and_mass_changed_in_turn(path):
+    text = path.read_text(encoding="utf-8")
+    again = SceneText(text, "a")
+    plain = again.scene()
+    changes = [{name: value * 1.01} for name, value in plain.parameters.items()]
+    changes += [{f"bodies.{body.name}.mass": body.mass + 1.0} for body in plain.bodies[:3]]
+    for change in [{}, *changes, {}]:
+        try:
+            expected = SceneText(text, "a").scene(change)
+        except InputError as error:
+            with pytest.raises(InputError) as raised:
+                again.scene(change)
+            assert raised.value.problems == error.problems
+            continue
+        same(again.scene(change), expected)
+
+
+def test_zeros_of_both_signs_are_two_values():
+    text = SceneText(TEXT.replace("position: [0, 0, 3]", "position: [0, 0, 'atan2(slow, -1) / (1 rad)']"), "a")
+    places = [text.scene({"slow": zero}).bodies[1].position[2] for zero in (0.0, 0.0, -0.0, 0.0)]
+    assert places == [math.pi, math.pi, -math.pi, math.pi]
+
+
+def test_what_does_not_follow_from_what_changed_is_not_read_again():
+    text = SceneText(TEXT, "a")
+    first, second, third = text.scene(), text.scene({"a": 1.5}), text.scene({"a": 1.6})
+    assert third.bodies[1] is second.bodies[1]
+    assert third.joints[0] is second.joints[0]
+    assert [scene.bodies[0].position[0] for scene in (first, second, third)] == [1.0, 1.5, 1.6]
+    law = text.scene({"slow": 2}).forces
+    assert law != third.forces
+    assert text.scene({"a": 1.7}).forces[0] is third.forces[0]
+
+
+def test_a_reading_that_fails_leaves_nothing_behind():
+    text = SceneText(TEXT, "a")
+    text.scene()
+    with pytest.raises(InputError, match=r"unknown name 'x'"):
+        text.scene({"a": 4.0, "bodies.rod.mass": "x"})
+    for value in (2.0, 3.0):
+        same(text.scene({"a": value}), SceneText(TEXT, "a").scene({"a": value}))
+    with pytest.raises(InputError, match=r"'mass' must be"):
+        text.scene({"k": -1.0})
+    same(text.scene({"k": 5.0}), SceneText(TEXT, "a").scene({"k": 5.0}))
+
+
+def test_a_file_that_is_read_again_is_taken_apart_once_and_anew_when_it_has_changed(tmp_path, monkeypatch):
+    composed = []
+    monkeypatch.setattr(read_module, "compose", lambda text, name: composed.append(name) or compose(text, name))
+    path = tmp_path / "scene.yaml"
+    path.write_text(TEXT, encoding="utf-8")
+    for value in (1.5, 1.6, 1.7):
+        same(read_scene(path, {"a": value}), SceneText(TEXT, str(path), path).scene({"a": value}))
+    assert composed == [str(path)] * 4  # one of the file, three of the text
+    path.write_text(TEXT.replace("mass: 2", "mass: 5"), encoding="utf-8")
+    assert read_scene(path, {"a": 1.5}).bodies[1].mass == 5.0

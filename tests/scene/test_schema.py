@@ -21,8 +21,7 @@ from mbproj.scene.scene import read_scene_text
 from mbproj.scene.schema import scene_schema
 from tests.cli.commands import mbproj
 from tests.crossed import campaign, crossed
-from tests.scene.good_scene import GOOD, changed, read
-from tests.scene.wrong_scenes import BLIND, IDS, ROWS
+from tests.scene.scenes import BLIND, GOOD, IDS, ROWS, changed, read
 from tests.stops.scenes import SCENE as STOPS
 from tests.support import MECHANISMS
 

@@ -10,7 +10,7 @@ from mbproj.base.errors import InputError, Place
 from mbproj.base.registry import PROJECTIONS
 from mbproj.base.settings import ProjectionSettings
 from mbproj.scene.settings import settings_to_run
-from tests.scene.good_scene import GOOD, changed, errors, read, read_with
+from tests.scene.scenes import GOOD, changed, errors, read, read_with
 
 BARE_SCENE = "mbproj: 1\ngravity: [0, 0, 0]\nbodies: {b: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}\n"
 

@@ -9,6 +9,7 @@ import pytest
 
 from mbproj import assemble, compile_system, initial_guess, read_scene_text, settings_to_run, simulate
 from mbproj.motion.marks import START
+from tests.support import assembled
 
 DOP853 = "integrator: dop853, tolerance: 1.0e-11, output_step: 0.1"
 FIXED = "integrator: rk4, step: 1.0e-3, output_step: 0.1"
@@ -43,9 +44,8 @@ class Recorded:
 def run(text, **parameters):
     """A scene's run: the report, and what was recorded."""
     scene = read_scene_text(text, parameters={name: str(value) for name, value in parameters.items()})
-    system = compile_system(scene)
     recorded = Recorded()
-    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorded)
+    report = simulate(*assembled(scene), settings_to_run(scene), recorded)
     return report, recorded
 
 
@@ -78,3 +78,22 @@ def simulated(text, mark=START):
         resumed=mark,
     )
     return recorded, kept
+
+
+def goes_on(text, duration, until, paths):
+    """Checks that a run of this text that goes on where one to `until` ends has the bits of the whole one, events too.
+
+    The whole run, the shorter one, and the time of the mark.
+    """
+    whole, _ = simulated(text)
+    assert f"duration: {duration}" in text
+    part, kept = simulated(text.replace(f"duration: {duration}", f"duration: {until}"))
+    rest, _ = simulated(text, kept[-1])
+    time = kept[-1]["t"]
+    assert 0.0 < time <= until
+    after = whole["time"] > time
+    assert len(part["time"]) < after.size
+    for path in ("time", "bodies/position", "bodies/velocity", *paths):
+        assert np.array_equal(rest[path], whole[path][after]), path
+    assert rest.happened == whole.happened
+    return whole, part, time

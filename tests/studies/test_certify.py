@@ -14,7 +14,7 @@ from mbproj.studies.measure.reference import perturbed
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Mechanism, sample_times, solve
 from tests.crossed import once
-from tests.integrate.time_scenes import TROLLEY
+from tests.integrate.event_scenes import TROLLEY
 from tests.support import ROOT, Recorder
 
 EXACT = np.genfromtxt(ROOT / "tests" / "data" / "five_bar.csv", delimiter=",", skip_header=1)

@@ -11,18 +11,15 @@ import pytest
 
 from mbproj import Scene
 from mbproj.base.errors import InputError
-from mbproj.equations.assembly.assemble import assemble
-from mbproj.equations.assembly.compiled import compile_system
-from mbproj.model.compile.mechanism import initial_guess
 from mbproj.motion import automatic as march
 from mbproj.motion.automatic import Plan
 from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.scene.settings import settings_to_run
-from tests.cli.commands import mbproj
+from tests.cli.commands import mbproj, succeeds
 from tests.crossed import crossed, full
 from tests.integrate.stiff_scenes import CLAMP, CREEP, rod
-from tests.support import ROOT, Recorder
+from tests.support import ROOT, Recorder, assembled
 
 #: A mass on a spring of 1e8 N/m with its damper, and one that vibrates with 300 rad/s for good, which every method has
 #: to follow.
@@ -98,8 +95,7 @@ class Kept(Recorder):
 
 
 def run(scene, resumed=None, until=None, **changes):
-    system = compile_system(scene)
-    state = assemble(system, initial_guess(scene, system))
+    system, state = assembled(scene)
     settings = replace(settings_to_run(scene), **changes)
     settings = settings if until is None else replace(settings, duration=until)
     kept = Kept()
@@ -194,8 +190,7 @@ def test_it_takes_no_step():
 
 def test_the_summary_and_the_results_file_say_it(tmp_path):
     (tmp_path / "clamp.yaml").write_text(CLAMP)
-    done = mbproj("run", "clamp.yaml", folder=tmp_path)
-    assert done.returncode == 0, done.stderr
+    done = succeeds("run", "clamp.yaml", folder=tmp_path)
     assert "    stiff: force 'clamp' (ω h = 6" in done.stdout
     assert "; esdirk4 from t = 0.51" in done.stdout
     shown = mbproj("info", "results.h5", folder=tmp_path).stdout

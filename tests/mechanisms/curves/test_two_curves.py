@@ -1,17 +1,26 @@
-"""Two curves that touch: discs and a rod, a cam and its roller, involutes and a gear, contacts, messages."""
+"""Two curves that touch: where, in pictures too, and where they overlap."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from mbproj import InputError, read_scene_text
+import mbproj
+from mbproj import InputError, SimulationError, compile_system, initial_guess, read_scene_text
+from mbproj.base.mechanisms_folder import mechanism
+from mbproj.equations.curve_checks import overlapping
+from mbproj.equations.kinematics import pose_of
+from mbproj.results.analysis.expectations import datasets
+from mbproj.show.figures import kinds
+from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
-from tests.mechanisms.curves.scenes import scene
-from tests.mechanisms.curves.touching import DISC, DISCS, ROLLER, TOUCH
+from tests.mechanisms.curves.scenes import DISC, DISCS, FLAT, ROLLER, SLOT, TOUCH, WIRE, scene
 from tests.stops.runs import run
 
 pytestmark = needs_kernel
+
+
+# Two curves that touch: discs and a rod, a cam and its roller, involutes and a gear, contacts, messages.
 
 
 @pytest.mark.parametrize("formulation", ["planar", "reduced", "full"])
@@ -144,3 +153,133 @@ def test_what_is_refused(old, new, message):
     with pytest.raises(InputError) as caught:
         read_scene_text(scene(teeth().replace(old, new)))
     assert message in str(caught.value)
+
+
+# Where joints touch their curves: between centres, under rollers and faces, at pins; and expectations of it.
+
+EXPECT = "expect: {there: {joint: K, quantity: contact, component: norm, at: end, below: 10 m, source: test}}\n"
+
+
+def touched(text, formulation="auto"):
+    """The places of the first joint that follows a curve, and the run."""
+    _, found = run(scene(text, formulation, 0.06, "10 ms"))
+    return found["curves/contact"][:, 0], found
+
+
+def test_discs_touch_on_the_line_of_their_middles():
+    place, found = touched(DISCS.replace("JOINT", TOUCH))
+    angle = -found["joints/coordinate"][:, :2]
+    zero = np.zeros_like(angle[:, 0])
+    first = 0.015 * np.stack([np.sin(angle[:, 0]), zero, np.cos(angle[:, 0])], axis=-1)
+    arm = np.array([-0.3, 0.0, 0.015])
+    cosine, sine = np.cos(angle[:, 1]), np.sin(angle[:, 1])
+    second = np.stack([0.3 + arm[0] * cosine + arm[2] * sine, zero, 0.13 - arm[0] * sine + arm[2] * cosine], axis=-1)
+    line = second - first
+    between = first + 0.04 * line / np.linalg.norm(line, axis=-1)[:, None]
+    np.testing.assert_allclose(place, between, atol=1e-12)
+
+
+def test_a_roller_touches_below_its_middle():
+    """At its radius from the middle, against the force."""
+    place, found = touched(ROLLER)
+    middle = np.array([0.0, 0.0, 0.05]) + found["joints/coordinate"][:, 1, None] * np.array([0.0, 0.0, 1.0])
+    force = found["joints/reaction_force"][:, 2]
+    np.testing.assert_allclose(place, middle - 0.012 * force / np.linalg.norm(force, axis=-1)[:, None], atol=1e-12)
+
+
+def test_a_face_is_touched_beside_its_point():
+    place, found = touched(FLAT.replace("LAW", "cycloidal").replace("SPEED", "30"))
+    np.testing.assert_allclose(place[:, 2], 0.05 + found["joints/coordinate"][:, 1], atol=1e-13)
+    np.testing.assert_allclose(place[:, 0], 0.013 - found["joints/coordinate"][:, 2], atol=1e-13)
+
+
+@pytest.mark.parametrize("text", [SLOT, WIRE])
+def test_a_slot_is_touched_at_its_pin(text):
+    place, found = touched(text)
+    np.testing.assert_allclose(place, found["bodies/position"][:, 1], atol=1e-13)
+
+
+def test_an_expectation_may_be_about_it():
+    given = read_scene_text(scene(ROLLER + EXPECT)).expectations[0]
+    assert datasets(given, ()) == ("curves/contact",)
+    with pytest.raises(InputError) as caught:
+        read_scene_text(scene(ROLLER + EXPECT.replace("joint: K", "joint: A")))
+    assert "joint 'A' is revolute and has no 'contact'" in str(caught.value)
+
+
+# Curves that touch and overlap elsewhere: lobes on lobes, where the next pair meets.
+
+ANGLES = 2.0 * np.pi * np.arange(64) / 64
+RADII = 0.1 + 0.004 * np.cos(8.0 * ANGLES)
+POINTS = [[float(r * np.cos(a)), float(r * np.sin(a))] for r, a in zip(RADII, ANGLES, strict=True)]
+#: Two wheels of eight lobes each.
+LOBES = f"""
+curves: {{lobes: {{points: {POINTS}, closed: true}}, others: {{points: {POINTS}, closed: true}}}}
+bodies:
+  a: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [0, 0, 0]}}
+  b: {{mass: 2, inertia: [0.08, 0.08, 0.08], position: [0, 0, 0.2035], orientation: {{axis: [0, -1, 0], angle: TURN}}}}
+joints:
+  A: {{type: revolute, bodies: [ground, a], location: [0, 0, 0], axis: [0, -1, 0]}}
+  B: {{type: revolute, bodies: [ground, b], location: [0, 0, 0.2035], axis: [0, -1, 0]}}
+  T: {{type: curve_on_curve, bodies: [a, b], curves: [lobes, others], sides: [outside, outside],
+      locations: {{a: [0, 0, 0], b: [0, 0, 0]}}, axis: {{a: [0, -1, 0], b: [0, -1, 0]}},
+      x_axis: {{a: [1, 0, 0], b: [1, 0, 0]}}}}
+"""
+
+
+@pytest.mark.parametrize(("turn", "overlaps"), [(0.2, True), (0.3, False), (0.4, False), (0.6, True)])
+def test_poses_that_overlap(turn, overlaps):
+    """A hollow before a lobe leaves them apart; a turn by a quarter of a pitch makes them meet."""
+    parsed = read_scene_text(scene(LOBES.replace("TURN", f"{turn}")))
+    system = compile_system(parsed)
+    found = overlapping(system, pose_of(initial_guess(parsed, system).q))
+    assert found == ("T" if overlaps else None)
+
+
+#: A flat bar that lies on a wheel of eight lobes, and is lifted by it.
+BAR = f"""
+curves: {{lobes: {{points: {POINTS}, closed: true}}, bar: {{ellipse: [0.15, 0.02]}}}}
+bodies:
+  wheel: {{mass: 1, inertia: [0.01, 0.01, 0.01], position: [0, 0, 0]}}
+  bar: {{mass: 2, inertia: [0.08, 0.08, 0.08], position: [0, 0, 0.124]}}
+joints:
+  A: {{type: revolute, bodies: [ground, wheel], location: [0, 0, 0], axis: [0, -1, 0]}}
+  B: {{type: prismatic, bodies: [ground, bar], location: [0, 0, 0.124], axis: z}}
+  T: {{type: curve_on_curve, bodies: [wheel, bar], curves: [lobes, bar], sides: [outside, outside],
+      locations: [[0, 0, 0], [0, 0, 0.124]], axis: [0, -1, 0], x_axis: [1, 0, 0]}}
+motions: {{spin: {{joint: A, angle: {{expression: SPEED*t}}}}}}
+"""
+
+
+@pytest.mark.parametrize(("formulation", "speed"), [("planar", 1.0), ("reduced", -1.0), full("full", 6.0)])
+def test_a_run_stops_where_the_next_lobe_meets_the_bar(formulation, speed):
+    """At half a pitch two lobes bear the bar; beyond, the one that bore it at first would draw the other into it."""
+    with pytest.raises(SimulationError, match="joint 'T': its curves overlap away from where they touch") as caught:
+        run(scene(BAR.replace("SPEED", f"{speed}"), formulation, 1.0, "0.1 s"))
+    assert 1.0 < caught.value.time * abs(speed) / (np.pi / 8.0) < 1.25
+
+
+# The picture of the places where curves are touched: one panel in a plane, three in space, each path as recorded.
+
+
+@pytest.mark.parametrize(
+    ("text", "formulation", "axes"),
+    [
+        (FLAT.replace("LAW", "cycloidal").replace("SPEED", "30"), "planar", [(0, 2)]),
+        (WIRE, "reduced", [(0, 1), (0, 2), (1, 2)]),
+    ],
+)
+def test_each_place_of_contact_has_its_path(text, formulation, axes):
+    results = mbproj.run(mbproj.read_scene_text(scene(text, formulation, 0.1, "5 ms")))
+    figure = kinds.draw("contacts", [results], ["run"])
+    path = results["curves/contact"][:, 0]
+    assert len(figure.axes) == len(axes)
+    for axis, (first, second) in zip(figure.axes, axes, strict=True):
+        np.testing.assert_array_equal(axis.lines[0].get_xdata(), path[:, first])
+        np.testing.assert_array_equal(axis.lines[0].get_ydata(), path[:, second])
+        assert axis.get_xlabel() == f"{'xyz'[first]} (m)"
+
+
+def test_without_curves_there_is_no_such_picture():
+    results = mbproj.run(mechanism("five_bar"), duration=0.01)
+    assert kinds.why_not("contacts", [results]) == "the results have no joints that follow curves"

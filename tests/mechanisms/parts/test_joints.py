@@ -1,14 +1,21 @@
-"""Every joint beside the paper's four against an exact solution; a fixed joint as one body and as a constraint."""
+"""Every joint against an exact solution, fixed joints as one body, and the direction of x."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.special import ellipj, ellipk
 
 from mbproj import assemble, compile_system, initial_guess, mobility, read_scene_text, settings_to_run, simulate
+from mbproj.base.errors import InputError
+from mbproj.equations.assembly.assemble import coordinate_values
 from mbproj.equations.kinematics import pose_of
-from tests.support import Recorder
+from mbproj.studies.variants import RigidMotion
+from tests.crossed import crossed
+from tests.kernel.scenes import needs_kernel
+from tests.mechanisms.closed_forms import swinging
+from tests.support import Recorder, assembled
+
+# Every joint beside the paper's four against an exact solution; a fixed joint as one body and as a constraint.
 
 G = 9.81
 HEAD = """
@@ -21,9 +28,8 @@ BODY = "{mass: 2, inertia: [0.3, 0.4, 0.5], position: [0, 0, 0]}"
 
 def run(text: str, **simulation):
     scene = read_scene_text(HEAD + text, simulation=simulation)
-    system = compile_system(scene)
+    system, state = assembled(scene)
     recorder = Recorder()
-    state = assemble(system, initial_guess(scene, system))
     report = simulate(system, state, settings_to_run(scene), recorder)
     assert report.position_violation.value <= 1e-13
     assert report.velocity_violation.value <= 1e-12
@@ -74,13 +80,6 @@ joints:
     np.testing.assert_allclose(record["joints/coordinate"][:, 2], -4.0 * t, rtol=0, atol=1e-11)
 
 
-def pendulum_angle(t: np.ndarray, length: float, start: float) -> np.ndarray:
-    """A mathematical pendulum released from rest at `start` (rad from hanging): sin(φ/2) = k sn(K + ω t)."""
-    k = np.sin(start / 2)
-    sn, _, _, _ = ellipj(ellipk(k**2) + np.sqrt(G / length) * t, k**2)
-    return 2.0 * np.arcsin(k * sn)
-
-
 @pytest.mark.parametrize("joint", ["distance", "revolute_spherical"])
 def test_a_massless_link_to_the_centre_of_mass_is_a_mathematical_pendulum(joint):
     axis = ", axis: [0, 1, 0]" if joint == "revolute_spherical" else ""
@@ -90,7 +89,7 @@ joints:
   link: {{type: {joint}, bodies: [ground, bob], locations: [[0, 0, 0], [0.8, 0, 0]]{axis}}}
 """)
     assert freedom(system, state) == {"distance": 5, "revolute_spherical": 4}[joint]
-    angle = pendulum_angle(record["time"], 0.8, np.pi / 2)
+    angle = swinging(np.pi / 2, np.sqrt(G / 0.8), record["time"])[0]
     np.testing.assert_allclose(record["bodies/position"][:, 0, 0], 0.8 * np.sin(angle), rtol=0, atol=1e-10)
     np.testing.assert_allclose(record["bodies/position"][:, 0, 2], -0.8 * np.cos(angle), rtol=0, atol=1e-10)
     tension = 2.0 * G * 3.0 * np.cos(angle)  # m g cos φ + m v²/l from the energy
@@ -174,7 +173,7 @@ joints:
     first, second = record["joints/coordinate"].T
     np.testing.assert_allclose(second, ratio * first, rtol=0, atol=1e-12)
     total = 0.4 + ratio**2 * 0.7 + 2.0 * 0.1**2
-    swing = pendulum_angle(record["time"], total / (2.0 * 0.1), np.pi / 2)
+    swing = swinging(np.pi / 2, np.sqrt(G * 2.0 * 0.1 / total), record["time"])[0]
     np.testing.assert_allclose(np.cos(first), np.sin(swing), rtol=0, atol=1e-10)
     torque = record["joints/reaction_torque"][:, 2] @ [0, 1, 0]  # of the gear on the wheel
     expected = 0.7 * record["bodies/angular_acceleration"][:, 1] @ [0, 1, 0]
@@ -231,7 +230,7 @@ joints:
 """)
     assert system.bodies == 1
     np.testing.assert_array_equal(record["bodies/position"][:, 0], np.tile([0.0, 0, 1], (len(record["time"]), 1)))
-    angle = pendulum_angle(record["time"], 0.8, np.pi / 2)
+    angle = swinging(np.pi / 2, np.sqrt(G / 0.8), record["time"])[0]
     np.testing.assert_allclose(record["bodies/position"][:, 1, 2], 2.0 - 0.8 * np.cos(angle), rtol=0, atol=1e-10)
 
 
@@ -251,3 +250,92 @@ joints: {weld: {type: fixed, bodies: [a, b], location: {a: [1, 0, 0], b: [0, -1,
     np.testing.assert_allclose(system.body_offset[1] - system.body_offset[0], [1, 1, 0], rtol=0, atol=1e-15)
     np.testing.assert_allclose(initial_guess(scene, system).q[:3], [0.75, 0.75, 0], rtol=0, atol=1e-15)
     assert system.inertia[0, 2, 2] == pytest.approx(0.2 + 0.75 * 2.0)  # reduced mass × distance²
+
+
+# Bodies that fixed joints make one, and those that stay two.
+
+#: A pendulum in the plane normal to [0.6, 0, 0.8] of two bodies welded together, which a ball joins once more.
+WELDED = """
+mbproj: 1
+gravity: [0, -9.81, 0]
+simulation: {{duration: 0.1, step: 2 ms, output_step: 20 ms, formulation: {formulation}}}
+bodies:
+  a: {{mass: 1, inertia: [0.1, 0.2, 0.15], position: [0.5, 0, 0]}}
+  b: {{mass: 60, inertia: [9, 8, 7], position: [1, 0, 0.3], orientation: {{axis: [1, 2, 3], angle: 0.4}}}}
+  c: {{mass: 2, inertia: [0.1, 0.2, 0.15], position: [0.2, 1, 0]}}
+joints:
+  slide: {{type: planar, bodies: [ground, a], location: [0.2, 0.1, 0.7], axis: [0.6, 0, 0.8]}}
+  weld: {{type: fixed, bodies: [a, b], location: [0.7, 0, 0.1]}}
+  end: {{type: fixed, bodies: [a, c], location: [0.7, 0, 0.1]}}
+{ball}
+"""
+BALL = "  ball: {type: spherical, bodies: [%s, b], location: [0.83, -0.11, -0.87]}"
+
+
+def run_grouped(formulation: str, ball: str) -> tuple[Recorder, int, int]:
+    """What was recorded, bodies that move, and degrees of freedom."""
+    scene, recorder = read_scene_text(WELDED.format(formulation=formulation, ball=ball)), Recorder()
+    system = compile_system(scene)
+    report = simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+    return recorder, system.bodies, report.degrees_of_freedom
+
+
+@needs_kernel
+@crossed("end, formulation", ["a", "c"], ["full", "reduced", "planar"], dear=["full"])
+def test_a_joint_across_a_weld_changes_nothing(formulation, end):
+    """Its rows would hold one body to itself: the welded bodies stay apart, and the rows are redundant for good."""
+    one, bodies, freedom = run_grouped(formulation, "")
+    assert (bodies, freedom) == (1, 3)
+    several, bodies, freedom = run_grouped(formulation, BALL % end)
+    assert (bodies, freedom) == (3, 3)
+    for path in ("bodies/position", "bodies/velocity", "bodies/acceleration"):
+        np.testing.assert_allclose(several[path], one[path], rtol=0, atol=1e-11)
+
+
+# The direction of a joint's x, which the scene may say: displacements along it, angles from it.
+
+SPEED = "{displacement_x: 2, displacement_y: 0.5}"
+X = np.array([1.0, 1.0, 0.0]) / np.sqrt(2.0)
+Y = np.array([-1.0, 1.0, 0.0]) / np.sqrt(2.0)
+
+
+def scene(kind: str, x_axis: str, rest: str = "", axis: str = "[0, 0, 3]"):
+    return read_scene_text(
+        f"""
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {{duration: 1, step: 0.01}}
+bodies: {{puck: {{mass: 1, inertia: [1, 1, 1], position: [0.2, 0.3, 0]}}}}
+joints:
+  table: {{type: {kind}, bodies: [ground, puck], location: LOCATION, axis: {axis}, x_axis: {x_axis}{rest}}}
+""".replace("LOCATION", "{ground: [0, 0, 0], puck: [0, 0, 0]}" if "puck" in x_axis else "[0, 0, 0]")
+    )
+
+
+def started(of):
+    return assembled(of)
+
+
+@pytest.mark.parametrize("kind", ["planar", "point_in_plane"])
+def test_displacements_are_along_the_direction_given_and_across_it(kind):
+    _, state = started(scene(kind, "[2, 2, 7]", f", speed: {SPEED}"))
+    velocity = state.v[:3] + np.cross(2.0 * state.v[4:7], [-0.2, -0.3, 0.0])  # Λ = (1, 0, 0, 0): ω is 2 (e₁', e₂', e₃')
+    np.testing.assert_allclose(velocity, 2.0 * X + 0.5 * Y, atol=1e-14)
+
+
+def test_a_scene_that_is_turned_takes_the_direction_along():
+    turn = RigidMotion(np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]]), np.array([1.0, 2.0, 3.0]))
+    given = scene("planar", "[2, 2, 7]", f", speed: {{{SPEED[1:-1]}, angle: 0}}")
+    np.testing.assert_allclose(started(turn.scene(given))[1].v[:3], turn.rotation @ started(given)[1].v[:3], atol=1e-14)
+
+
+def test_an_angle_is_counted_between_the_directions_of_both_bodies():
+    by_body = "{ground: [1, 0, 0], puck: [cos(30 deg), sin(30 deg), 0]}"
+    system, state = started(scene("planar", by_body, axis="{ground: [0, 0, 1], puck: [0, 0, 1]}"))
+    at = system.names.coordinates.index("table.angle")
+    np.testing.assert_allclose(coordinate_values(system, pose_of(state.q))[at], np.radians(30.0), atol=1e-14)
+
+
+def test_a_direction_along_the_axis_is_none():
+    with pytest.raises(InputError, match="'x_axis' is along the axis; give a direction across it"):
+        scene("planar", "[0, 0, -1]")

@@ -1,26 +1,33 @@
-"""Passages through poses where the rows of C_q become dependent and the mechanism could go on in two ways: the run goes
-on as it came, or stops there and says so; it never jumps.
-
-A run comes near such a pose as its phase has it. Where it would land is varied from 0.03 rad to a hit within round-off.
-"""
+"""Passages through singular poses, from wherever a run begins."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from mbproj import assemble, compile_system, initial_guess, settings_to_run, simulate
+from mbproj import Scene, read_scene, settings_to_run, simulate
 from mbproj.base.errors import InputError, SimulationError
 from mbproj.base.registry import integrators
+from mbproj.base.settings import Settings
+from mbproj.kernel import core
 from mbproj.model.euler_parameters import rotation_matrix
+from mbproj.motion.formulations.reduced import Reduced
+from mbproj.motion.formulations.redundant_rows import settle_rows
 from mbproj.scene.scene import read_scene_text
 from tests.crossed import once, some
-from tests.mechanisms.exact.parallelogram import PARALLELOGRAM
+from tests.kernel.scenes import needs_kernel
+from tests.mechanisms.closed_forms import PARALLELOGRAM
 from tests.mechanisms.running import assert_close
-from tests.support import Recorder
+from tests.support import ROOT, Recorder, assembled
+
+# Passages through poses where the rows of C_q become dependent and the mechanism could go on in two ways: the run goes
+# on as it came, or stops there and says so; it never jumps.
+#
+# A run comes near such a pose as its phase has it. Where it would land is varied from 0.03 rad to a hit within round-
+# off.
 
 #: Distances from the singular pose, rad, at which a step lands: by hits, near misses, and twentieths of a step.
 OFFSETS = (
@@ -75,8 +82,7 @@ class Outcome:
 def attempt(text: str, parameters: dict | None = None, **simulation: object) -> Outcome:
     options = {key: str(value) for key, value in simulation.items()}
     scene = read_scene_text(text, "scene.yaml", parameters or {}, options)
-    system, recorder = compile_system(scene), Recorder()
-    state = assemble(system, initial_guess(scene, system))
+    (system, state), recorder = assembled(scene), Recorder()
     try:
         simulate(system, state, settings_to_run(scene), recorder)
     except SimulationError as error:
@@ -258,3 +264,105 @@ def test_a_start_on_the_branch_point_is_refused_with_the_reason(name, formulatio
     text, parameters = AT_THE_BRANCH[name]
     with pytest.raises(InputError, match=r"stretched or folded|singular"):
         attempt(text, parameters, formulation=formulation)
+
+
+# No choice of rows depends on where a run begins: from any state that a run has reached the motion is the same.
+
+FOREVER = 100.0
+#: A crank and a rocker of 0.2 m, with two couplers beside each other in planes y = 0 and y = 0.1 m: hinges throughout.
+TWO_COUPLERS = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 1, step: 0.01}
+bodies:
+  crank: {mass: 1, inertia: [0.01, 0.01, 0.002], position: [0, 0, 0.1]}
+  rocker: {mass: 2, inertia: [0.02, 0.02, 0.002], position: [0.5, 0, 0.1]}
+  near: {mass: 0.5, inertia: [0.001, 0.01, 0.01], position: [0.25, 0, 0.2]}
+  far: {mass: 0.7, inertia: [0.001, 0.02, 0.02], position: [0.25, 0.1, 0.15]}
+joints:
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: y, speed: 9}
+  B: {type: revolute, bodies: [ground, rocker], location: [0.5, 0, 0], axis: y}
+  C: {type: revolute, bodies: [crank, near], location: [0, 0, 0.2], axis: y}
+  D: {type: revolute, bodies: [near, rocker], location: [0.5, 0, 0.2], axis: y}
+  E: {type: revolute, bodies: [crank, far], location: [0, 0.1, 0.15], axis: y}
+  F: {type: revolute, bodies: [far, rocker], location: [0.5, 0.1, 0.15], axis: y}
+"""
+
+
+def restarted(name: str) -> Scene:
+    """A scene with redundant rows: a shipped mechanism, or the two couplers."""
+    shipped = ROOT / "mechanisms" / f"{name}.yaml"
+    return read_scene_text(TWO_COUPLERS) if name == "two couplers" else read_scene(shipped)
+
+
+def compiled_of(scene: Scene):
+    """In the kernel, with its usual rows, and its start."""
+    system, state = assembled(scene)
+    compiled = Reduced(core(), system)
+    settle_rows(compiled, state)
+    return compiled, state
+
+
+@needs_kernel
+@pytest.mark.parametrize("name", ["bricard", "bennett", "n_four_bar", "locomotive", "two couplers"])
+def test_the_usual_rows_are_those_of_the_scene_wherever_it_starts(name):
+    """Walks from other poses of the motion found other rows, or other pivots, by which a step takes other rows."""
+    compiled, state = compiled_of(restarted(name))
+    block = compiled.run(state, Settings(duration=0.5, step=1 / 128)).advance(1000, FOREVER)
+    rows = compiled.model.rows
+    assert rows.redundant > 0
+    for at in (13, 40, 64):
+        there = compiled.samples(block, {}).state(at)
+        assert settle_rows(compiled, there) == rows.redundant
+        now = compiled.model.rows
+        assert (now.left_out, now.pivots, now.even) == (rows.left_out, rows.pivots, rows.even)
+
+
+@needs_kernel
+@pytest.mark.parametrize("name", ["bricard", "bennett", "two couplers"])
+def test_a_run_from_a_state_that_a_run_has_reached_is_the_same_motion(name):
+    """In everything that a user's restart does anew, by `simulate`. It went its own way after some steps, by 3e-5 m."""
+    scene, step, steps = restarted(name), 0.01, 90
+    system, state = assembled(scene)
+    settings = replace(scene.settings, step=step, tolerance=None, integrator="rk4", formulation="reduced")
+    settings = replace(settings, duration=steps * step, output_step=step)
+    whole = Recorder()
+    simulate(system, state, settings, whole)
+    for at in (7, 23, 41, 58):
+        reached = simulate(system, state, replace(settings, duration=at * step), Recorder()).state
+        again = Recorder()
+        simulate(system, reached, replace(settings, duration=(steps - at) * step), again)
+        apart = np.abs(again["bodies/position"] - whole["bodies/position"][at:])
+        assert apart.max() < 1e-12
+
+
+@needs_kernel
+def test_a_scene_whose_bodies_start_at_a_recorded_state_has_the_motion_of_the_run():
+    scene, step, steps = restarted("bricard"), 0.01, 60
+    system, state = assembled(scene)
+    settings = replace(scene.settings, step=step, tolerance=None, integrator="rk4", formulation="reduced")
+    whole = Recorder()
+    simulate(system, state, replace(settings, duration=steps * step, output_step=step), whole)
+    for at in (13, 37):
+        place, turn, v, w = (
+            whole[f"bodies/{each}"][at] for each in ("position", "orientation", "velocity", "angular_velocity")
+        )
+        bodies = tuple(
+            replace(body, start=(tuple(r), tuple(q)), velocity=tuple(own), angular_velocity=tuple(spin))
+            for body, r, q, own, spin in zip(scene.bodies, place, turn, v, w, strict=True)
+        )
+        joints = tuple(replace(joint, speed={}) for joint in scene.joints)
+        system, state = assembled(replace(scene, bodies=bodies, joints=joints))
+        again = Recorder()
+        simulate(system, state, replace(settings, duration=(steps - at) * step, output_step=step), again)
+        assert np.abs(again["bodies/position"] - whole["bodies/position"][at:]).max() < 1e-12
+
+
+@needs_kernel
+def test_where_the_scene_draws_no_closed_mechanism_the_start_tells_the_rows():
+    """Its bars are drawn where no pose closes; bodies' poses at the start close it."""
+    compiled, state = compiled_of(restarted("bricard"))
+    broken = replace(compiled.system, drawn=np.where(np.arange(35) % 7 < 3, 1e3, compiled.system.drawn))
+    other = Reduced(core(), broken)
+    assert settle_rows(other, state) == 1
+    assert other.model.rows.left_out

@@ -1,4 +1,4 @@
-"""Processes: every item once, in another process, faults handed on, and none left behind."""
+"""Processes and bundles of items: every item once, and no innocent one is blamed."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ import os
 import pickle
 import subprocess
 import sys
+from itertools import count, islice
 
 import pytest
 
 from mbproj.base.errors import MbprojWarning
 from mbproj.studies.parallel import hand_out, workers
-from mbproj.studies.parallel.hand_out import in_parallel
-from tests.studies.tasks import die, environment, module_file, place
+from mbproj.studies.parallel.hand_out import LARGEST, in_bundles, in_parallel
+from tests.studies.tasks import die, environment, fragile, module_file, place
 from tests.support import ROOT
+
+# Processes: every item once, in another process, faults handed on, and none left behind.
 
 
 def test_items_run_elsewhere_and_each_once():
@@ -109,3 +112,27 @@ def test_leaving_early_ends_the_processes():
     for pid in pids:
         with pytest.raises(ProcessLookupError):
             os.kill(pid, 0)
+
+
+# Bundles of short items: every one once, whatever happens to the processes, and no innocent one is blamed.
+
+
+def lost(item: int, why: str, seconds: float) -> str:
+    return why.split(":")[0].split(" with")[0]
+
+
+def test_all_items_come_back_and_only_the_guilty_are_blamed():
+    found = [pair for ended in in_bundles(fragile, 30.0, range(40), 2, lost, timeout=0.5) for pair in ended]
+    assert sorted(item for item, _ in found) == list(range(40))
+    expected = {item: item * item for item in range(40)} | {13: "its process ended", 17: "stopped"}
+    assert dict(found) == expected
+
+
+def test_items_are_taken_as_they_are_needed():
+    """Of an endless supply, so that any number may be handed out."""
+    taken = count()
+    ended = in_bundles(fragile, 0.0, (100 + item for item in taken), 1, lost)
+    some = list(islice((item for found in ended for item, _ in found), 5))
+    ended.close()
+    assert sorted(some) == [100, 101, 102, 103, 104]
+    assert next(taken) < LARGEST

@@ -134,7 +134,7 @@ bool coulomb_problem(const DenseMatrix& B, const Vector& b, const std::vector<Co
     const Law law(B, b, cones);
     y = Vector::Zero(b.size()), a = b;
     if (law.size() == 0) return true;
-    // No pace serves all: random bodies on 2 to 6 feet (tests/friction/planes/test_coulomb_problem.py) need one or another.
+    // No pace serves all: random bodies on 2 to 6 feet (tests/friction/planes/test_contact_problem.py) need one or another.
     for (const int stride : {3, 1})
         for (const double pace : {10.0, 1.0, 100.0, 0.1}) {
             Vector forces = Vector::Zero(law.size());

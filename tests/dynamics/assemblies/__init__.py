@@ -1,1 +1,0 @@
-"""Assemblies of mechanisms, against the numbers that are known of their kinds."""
