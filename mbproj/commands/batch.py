@@ -63,7 +63,7 @@ def command(
     """
     from mbproj.commands.python.studies import Batch, handed_out
     from mbproj.commands.report.junit import junit
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.scene.fields.quantities import Number, given_number
     from mbproj.studies.batch import exit_code, run_batch, scene_paths
 

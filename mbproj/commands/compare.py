@@ -77,7 +77,7 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     projection, CPU time with its spread, counters. Writes CSV and a page of figures.
     """
     from mbproj.commands.options import parameters
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.scene.scene import read_scene
     from mbproj.studies.compare import compare
 

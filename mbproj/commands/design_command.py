@@ -19,7 +19,7 @@ from mbproj.results.report_schema.studies import DESIGN
 from mbproj.scene.ranges import column_of
 
 if TYPE_CHECKING:
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.studies.design.run import FoundDesign
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -65,7 +65,7 @@ class DesignOptions:
     @classmethod
     def of(cls, given: dict[str, Any], first: Sequence[str]) -> DesignOptions:
         """Build from the options that `options` declares. `first` are the first headings of the table."""
-        from mbproj.commands.study_options import Study
+        from mbproj.commands.study import Study
 
         study = Study(given, first)
         return cls(study=study, **given)

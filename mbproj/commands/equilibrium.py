@@ -69,7 +69,7 @@ def command(
     Goes downhill from the start. Tells whether the equilibrium is stable, which directions are neutral, and the
     reactions of the joints. Motions are held at their values at --at. The results file has one sample.
     """
-    from mbproj.commands.python.arguments import steady_of
+    from mbproj.commands.python.linear import steady_of
     from mbproj.equations.assembly.compiled import compile_system
     from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
     from mbproj.linear.equilibrium.solve import NoEquilibrium

@@ -81,7 +81,7 @@ def command(
     input is its second derivative; its value and rate are states. Other motions are held. `mbproj plot linear.h5` draws
     Bode plots.
     """
-    from mbproj.commands.python.arguments import reference_of
+    from mbproj.commands.python.linear import reference_of
     from mbproj.equations.assembly.compiled import compile_system
     from mbproj.linear.state_space import linear_model
     from mbproj.results.linear_files import KINDS, write_model

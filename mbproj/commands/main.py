@@ -15,7 +15,6 @@ from typing import Any
 import click
 
 from mbproj.base.errors import ExitCode, MbprojWarning, message_and_code
-from mbproj.base.registry import load
 from mbproj.base.version import __version__
 from mbproj.commands.streams import protect_streams
 
@@ -87,6 +86,8 @@ class CommandsOnDemand(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
+        from mbproj.base.registry import load
+
         command: click.Command = load(f"mbproj.commands.{MODULES.get(cmd_name, cmd_name.replace('-', '_'))}:command")
         return command
 

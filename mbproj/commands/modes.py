@@ -97,7 +97,7 @@ def command(
 def _modes(
     scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None
 ) -> tuple[Scene, Modes]:
-    from mbproj.commands.python.arguments import reference_of
+    from mbproj.commands.python.linear import reference_of
     from mbproj.equations.assembly.compiled import compile_system
     from mbproj.linear.modes import modes
     from mbproj.scene.scene import read_scene

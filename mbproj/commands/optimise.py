@@ -52,7 +52,7 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
 
 def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     """Run the command: read, search, write, report."""
-    from mbproj.commands.study_options import OTHER_FOLDER
+    from mbproj.commands.study import OTHER_FOLDER
     from mbproj.results.output_files import DESIGNED, PAGE, csv, make_folder, write_text
     from mbproj.results.table_files import write_csv
     from mbproj.show.page.write import designs_page

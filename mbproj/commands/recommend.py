@@ -74,7 +74,7 @@ def command(
     is printed.
     """
     from mbproj.commands.options import parameters
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.results.output_files import check_rewritable
     from mbproj.scene.scene import read_scene
     from mbproj.studies.recommend import recommend, write_back

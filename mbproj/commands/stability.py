@@ -86,7 +86,7 @@ def command(
     points as CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes
     where it stopped.
     """
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.scene.scene import read_scene
     from mbproj.studies.stability import Limits, quantity_named, stability
 

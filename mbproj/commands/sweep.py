@@ -77,7 +77,7 @@ def command(
     """
     from mbproj.base.errors import ExitCode
     from mbproj.commands.plot import usual_of_sweep
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.results.views import Table
     from mbproj.studies.parallel.progress import CASES, with_words
     from mbproj.studies.sweep import summary

@@ -47,7 +47,7 @@ def command(
     at most 10 %, compared with a projection after every step. Other options change the setting that is studied, as for
     `mbproj run`. An interrupted study resumes where it stopped.
     """
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.scene.scene import read_scene
     from mbproj.studies.threshold import threshold_study
 

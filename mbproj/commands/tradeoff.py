@@ -61,7 +61,7 @@ def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
     stopped.
     """
     from mbproj.commands.options import parameters
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.scene.scene import read_scene
     from mbproj.studies.tradeoff import KIND, tradeoff, write_hdf5
 

@@ -50,7 +50,7 @@ def command(
     difference is compared with a bound on the round-off of the same computation on this mechanism. Exit code 4: a
     check fails.
     """
-    from mbproj.commands.study_options import Study
+    from mbproj.commands.study import Study
     from mbproj.results.verification import check_store
     from mbproj.results.verification import store as keep
     from mbproj.scene.scene import read_scene

@@ -6,10 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TypeAlias
+from typing import SupportsFloat, TypeAlias
 
-from mbproj.base.errors import InputError, Place, Problem
-from mbproj.base.registry import SCENE_START
+from mbproj.base.errors import InputError, Place, Problem, placed_at
+from mbproj.base.registry import LINEARISED_AT, SCENE_START, STEADY
 from mbproj.commands.python.arguments import (
     Given,
     Quantity,
@@ -17,21 +17,27 @@ from mbproj.commands.python.arguments import (
     by_arguments,
     count_of,
     names_of,
-    reference_of,
     scene_of,
-    steady_of,
 )
 from mbproj.commands.python.run import run
+from mbproj.equations.assembly.assemble import State
 from mbproj.equations.assembly.compiled import compile_system
+from mbproj.equations.rank.row_space import NO_CONDITIONS
 from mbproj.linear import modes as of_modes
 from mbproj.linear.equilibrium import find
+from mbproj.linear.equilibrium.balance import SteadyTurn
 from mbproj.linear.equilibrium.find import Equilibrium
-from mbproj.linear.equilibrium.start import assembled_start
-from mbproj.linear.equilibrium.steady import refuse_unsteady
+from mbproj.linear.equilibrium.find import equilibrium as rest_of
+from mbproj.linear.equilibrium.start import assembled_start, start_state
+from mbproj.linear.equilibrium.steady import refuse_unsteady, steady_turn
 from mbproj.linear.modes import Modes, RootLocus, trace
+from mbproj.linear.reference import LinearReference, reference_at
 from mbproj.linear.state_space import LinearModel, linear_model
+from mbproj.linear.states import state_at, stored_state
+from mbproj.model.system import Conditions, System
 from mbproj.results.reader import open_results
 from mbproj.results.record import Results
+from mbproj.scene.fields.quantities import Number, given_number
 from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.scene.settings import placed_in
 from mbproj.studies.inverse.given_motion import GivenMotion, from_csv, from_results
@@ -233,3 +239,62 @@ def is_results(given: object) -> bool:
 def _stored(results: Results) -> Scene:
     """The scene of a run. Raises InputError where its bodies are not those of the results."""
     return read_scene_text(results.scene_text, str(results.scene_path or results.path), results.overrides)
+
+
+# --- The state at which a mechanism is linearised, as --at, --from and --steady name it -------------------------------
+
+
+def reference_of(
+    scene: Scene, system: System, where: SupportsFloat | str, results: str | Path | None, steady: str | None
+) -> LinearReference:
+    """The motion that the options name. Raises InputError, at the option, where there is none."""
+    if (steady is not None) != (where == STEADY):
+        hint = "give both: --at steady --steady A.angle=60rpm"
+        raise InputError(Problem("one of --at steady and --steady lacks the other", Place("--steady"), hint))
+    if where in LINEARISED_AT and results is not None:
+        raise InputError(Problem("it needs a time", Place("--from"), "give one of its samples: --at TIME"))
+    if where == SCENE_START:
+        return reference_at(system, start_state(scene, system), SCENE_START)
+    if where in LINEARISED_AT:
+        return _balanced(scene, system, steady)
+    time = _time(where)
+    at = where if isinstance(where, str) else f"{time:g} s"
+    if results is None:
+        return reference_at(system, state_at(scene, system, time), at)
+    with placed_at(Place("--from")), open_results(results) as opened:
+        return reference_at(system, stored_state(system, opened, time), at)
+
+
+def _balanced(scene: Scene, system: System, steady: str | None) -> LinearReference:
+    """The motion at the equilibrium, or in the steady turn."""
+    start = assembled_start(scene, system)
+    turning, held = steady_of(system, start, steady)
+    rest = rest_of(system, start, 0.0, turning, held)
+    if turning is not None:
+        refuse_unsteady(rest, turning, held)
+    return rest.reference
+
+
+def steady_of(system: System, start: State, text: str | None) -> tuple[SteadyTurn | None, Conditions]:
+    """The steady turn that NAME=RATE names, and the coordinates held in it; None without a text. Raises InputError at
+    the option."""
+    if text is None:
+        return None, NO_CONDITIONS
+    name, equals, rate = text.partition("=")
+    if not equals or not name.strip() or not rate.strip():
+        raise InputError(Problem(f"'{text}' is not NAME=RATE", Place("--steady"), "e.g. --steady A.angle=60rpm"))
+    number = given_number(rate.strip(), f"--steady {name.strip()}", Number("rad/s"))
+    if number == 0.0:
+        raise InputError(Problem("a rate of 0 is no turn", Place("--steady"), "leave it out for an equilibrium"))
+    with placed_at(Place("--steady")):
+        return steady_turn(system, start, name.strip(), number)
+
+
+def _time(where: SupportsFloat | str) -> float:
+    try:
+        return given_number(where, "--at", Number("s", minimum=0.0))
+    except InputError as error:
+        if any(letter.isdigit() for letter in str(where)):
+            raise
+        hint = f"give {', '.join(LINEARISED_AT)} or a time, 0.5 s say"
+        raise InputError(Problem(f"unknown place '{where}'", Place("--at"), hint)) from error
