@@ -73,8 +73,8 @@ def _add_joint(
         return
     inner = _frames_held(values, weld)
     points, turns = np.empty((2, 3)), np.empty((2, 3, 3))
-    for side, (frame, own, body) in enumerate(zip(frames, inner, bodies, strict=True)):
-        held, part = frame.then(own), mechanism.part(body)
+    for side, (frame, local, body) in enumerate(zip(frames, inner, bodies, strict=True)):
+        held, part = frame.then(local), mechanism.part(body)
         points[side], turns[side] = part.local(held.position), part.rotation.T @ held.rotation
     free_turn = weld and float(model.eq_data[at][10]) == 0.0
     kind = "fixed" if weld and not free_turn else "spherical"
