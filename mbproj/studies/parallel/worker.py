@@ -49,17 +49,17 @@ def _answer(answers: BinaryIO, what: Any) -> None:
 
 def _kept_warnings() -> list[str]:
     """A list to which mbproj's own warnings are added from now on; other warnings are shown as before."""
-    kept: list[str] = []
+    messages: list[str] = []
     others = warnings.showwarning
 
     def take(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
         if issubclass(category, MbprojWarning):
-            kept.append(str(message))
+            messages.append(str(message))
         else:
             others(message, category, *place, **more)
 
     warnings.showwarning = take
-    return kept
+    return messages
 
 
 def _listen(messages: SimpleQueue[Any]) -> None:
