@@ -607,8 +607,8 @@ def stability(
     subject = Subject(
         scene, _with_fixed_step(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits()
     )
-    own_span = quantity.span(subject)
-    whole = ValueSpan(low or own_span.low, own_span.own, high or own_span.high)
+    usual = quantity.span(subject)
+    whole = ValueSpan(low or usual.low, usual.own, high or usual.high)
     if not 0.0 < whole.low < whole.high:
         message = f"there is nothing between {whole.low:g} and {whole.high:g}"
         raise InputError(Problem(message, hint="let --from be below --to"))

@@ -112,7 +112,7 @@ class Followed:
         self.mechanism, self.settings, self.measures = mechanism, settings, tuple(measures)
         self.steps: FollowedSteps = TracedSteps()
         self.event_times = np.zeros(0)
-        self._kept: list[Samples] = []
+        self._blocks: list[Samples] = []
         self.rows: Integers | None = None  # the samples that measures depend on; None for all
         self._models: dict[tuple[str, float], Model] = {}
         self._seen_ones = tuple(each for each in measures if not self.unseen(each))
@@ -135,7 +135,7 @@ class Followed:
 
     def write(self, block: Block) -> None:
         """Keep a block of samples."""
-        self._kept.append(block.samples)  # type: ignore[attr-defined]
+        self._blocks.append(block.samples)  # type: ignore[attr-defined]
 
     def events(self, events: Sequence[Event]) -> None:
         """Keep the times of the events."""
@@ -195,7 +195,7 @@ class Followed:
         slopes: list[Slope] = [Slope.unknown(each if isinstance(each, str) else "") for each in columns]
         if not known:
             return slopes
-        samples = join(self._kept) if self.rows is None else chosen_of(join(self._kept), self.rows)
+        samples = join(self._blocks) if self.rows is None else chosen_of(join(self._blocks), self.rows)
         y = base.states(samples)
         chosen = [(numbers[k], *columns[k]) for k in known]
         directions = Directions(
@@ -212,15 +212,15 @@ class Followed:
         try:
             along = slopes_along(trace, base.start, directions, samples.t, y)
             counted = coordinate_values(self.mechanism.system, pose_of(samples.q)) + 2.0 * np.pi * samples.turns
-            at_own: Array | None = None
+            at_base: Array | None = None
             for place, (number, formula, models) in enumerate(chosen):
                 values = []
                 for away, near in zip(formula[0], models, strict=True):
                     there = y + away * number.step * along[:, place]
-                    if near is not base or at_own is None:
+                    if near is not base or at_base is None:
                         value = measure(near.mechanism.scene, self._measured_samples(near, samples, counted, there))
-                        at_own = value if near is base else at_own
-                    values.append(at_own if near is base else value)
+                        at_base = value if near is base else at_base
+                    values.append(at_base if near is base else value)
                 slopes[known[place]] = Slope(np.array(values), formula, number.step, _truncation(formula, models, base))
         except InputError as error:
             return [Slope.unknown(error.problems[0].message)] * len(numbers)

@@ -421,11 +421,11 @@ def find_design(
     chosen, why = engine_of(spec, engine)
     wish = Wish.of(spec)
     cache = ValueCache(["design", _identity(spec), chosen], fresh)
-    points, first_is_own = points_of(spec)
+    points, scene_first = points_of(spec)
     blocks = {f"look {k}": points[k : k + TOGETHER].tolist() for k in range(0, len(points), TOGETHER)}
     ranks = resumable(looked_at, wish, blocks, cache, where, "blocks of starting points", tell)
     order = sorted(range(len(points)), key=lambda k: [rank for block in ranks.values() for rank in block][k])
-    if first_is_own:
+    if scene_first:
         order.sort(key=bool)  # the scene's own numbers are always among the starts
     _check_effects(spec, wish, [points[k] for k in order])
     tasks = {f"start {k}": SearchTask(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
@@ -441,7 +441,7 @@ def find_design(
         causes = [each.cause for each in searches]
         message = f"no design runs; most often: {max(causes, key=causes.count)}"
         raise InputError(Problem(message, spec.place("vary"), "widen the bounds, or mend the scene"))
-    return _found_design(spec, wish, tuple(searches), (chosen, why), reused, runs)
+    return _best_design(spec, wish, tuple(searches), (chosen, why), reused, runs)
 
 
 def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> None:
@@ -508,7 +508,7 @@ def _identity(spec: DesignSpec) -> list[Any]:
     return [spec.text, spec.scene.whole, data]
 
 
-def _found_design(
+def _best_design(
     spec: DesignSpec,
     wish: Wish,
     searches: tuple[Search, ...],
@@ -575,13 +575,13 @@ def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
     for first in range(0, count, POPULATION):
         asked = [study.ask(shares) for _ in range(min(POPULATION, count - first))]
         points = [np.array([trial.params[path] for path in wish.paths]) for trial in asked]
-        for trial, u, trial_made in zip(asked, points, tried_by_arrays(wish, points), strict=True):
-            lack = lacking(trial_made, equal)
+        for trial, u, result in zip(asked, points, tried_by_arrays(wish, points), strict=True):
+            lack = lacking(result, equal)
             trial.set_constraint("lacking", lack)
-            study.tell(trial, trial_made.goals.tolist() if trial_made.runs else [WORST] * len(wish.goals))
+            study.tell(trial, result.goals.tolist() if result.runs else [WORST] * len(wish.goals))
             if lack == 0.0:
                 ends.append(u.tolist())
-                goals.append(trial_made.goals.tolist())
+                goals.append(result.goals.tolist())
     best = undominated(np.array(goals).reshape(-1, len(wish.goals)))
     on_front = np.flatnonzero(best).tolist()
     return {"ends": [ends[k] for k in on_front], "goals": [goals[k] for k in on_front], "runs": count}

@@ -55,7 +55,7 @@ def slopes_of(work: DifferenceWork, x: Array, scale: Array, where: Where) -> Dif
     """Return the slopes at the numbers x (d,) of sizes `scale` (d,). Where dual numbers give no slope for a measure or
     a number, differences of runs do. Raises InputError or SimulationError where the scene's own run fails."""
     first = tight(work, FOLLOWED)
-    centre, followed = _own_run(first)
+    centre, followed = _scene_run(first)
     seen = [k for k, each in enumerate(work.measures) if not followed.unseen(each)]
     why = np.array([[followed.why or followed.unseen(each)] * len(x) for each in work.measures], dtype=object)
     slopes, off = np.full((2, *why.shape), np.nan)
@@ -99,7 +99,7 @@ def _by_differences(work: DifferenceWork, x: Array, scale: Array, where: Where) 
     return slopes
 
 
-def _own_run(work: DifferenceWork) -> tuple[Array, Followed]:
+def _scene_run(work: DifferenceWork) -> tuple[Array, Followed]:
     """The measures (k,) of the scene's own run, and the run. Raises InputError or SimulationError where it fails."""
     followed = Followed(Mechanism.of(work.scene), work.settings, work.measures)
     samples = followed.run()

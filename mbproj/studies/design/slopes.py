@@ -235,8 +235,8 @@ def differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> D
     else:
         left, nothing = np.arange(len(x)), np.full((len(centre), len(x)), np.nan)
         slopes = DifferenceSlopes(centre, nothing, nothing.copy(), 0, ("",) * len(x))
-    own_paths = tuple(work.paths[j] for j in left)
-    free = replace(tight(work, TOLERANCE), paths=own_paths)
+    paths = tuple(work.paths[j] for j in left)
+    free = replace(tight(work, TOLERANCE), paths=paths)
     centre = _values(free, -1, _run(free, (-1, 0.0))[0])
     others = _beside(free, x[left], scale[left], centre, where)
     slopes.slopes[:, left], slopes.uncertainty[:, left] = others.slopes, others.uncertainty
