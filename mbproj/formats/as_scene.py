@@ -252,14 +252,16 @@ def _join_limits(mechanism: ImportedMechanism) -> None:
         if len(of) != 2 or "function" in coupler.keys or not all(of.values()):
             continue
         (follower, weight), (leader, other) = of.items()
-        own, kept = _limit_of(mechanism, follower), _limit_of(mechanism, leader)
-        if own is None or kept is None:
+        follower_limit, leader_limit = _limit_of(mechanism, follower), _limit_of(mechanism, leader)
+        if follower_limit is None or leader_limit is None:
             continue
-        ends = sorted((constant - weight * end) / other for end in _ends(own))
-        low, high = (choose(pair) for choose, pair in zip((max, min), zip(ends, _ends(kept), strict=True), strict=True))
+        ends = sorted((constant - weight * end) / other for end in _ends(follower_limit))
+        low, high = (
+            choose(pair) for choose, pair in zip((max, min), zip(ends, _ends(leader_limit), strict=True), strict=True)
+        )
         if not low <= 0.0 <= high or low == high:  # the pose is beyond the limit of the other coordinate
             continue
-        unit = next(end.unit for end in kept if end is not None)
+        unit = next(end.unit for end in leader_limit if end is not None)
         both = [Quantity(end, unit) if np.isfinite(end) else None for end in (low, high)]
         _set_limit(mechanism, leader, both)
         _set_limit(mechanism, follower, None)

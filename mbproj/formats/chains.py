@@ -90,7 +90,7 @@ def connect(
     mechanism: ImportedMechanism,
     bodies: tuple[str, str],
     singles: Sequence[Single],
-    own: Callable[[str], str],
+    unused: Callable[[str], str],
     places: Coordinates,
 ) -> None:
     """Add the joints between two bodies. `places` gets the joint and coordinate of the scene for each of `singles`."""
@@ -100,7 +100,7 @@ def connect(
             continue
         kind, point, axes, names = joint
         every = [single.name for single in singles]
-        name = own(before_coordinates(every, names) or "_".join(every))
+        name = unused(before_coordinates(every, names) or "_".join(every))
         add_one(mechanism, name, kind, bodies, point, axes, list(zip(singles, names, strict=True)))
         places.update({single.name: (name, coordinate) for single, coordinate in zip(singles, names, strict=True)})
         return
@@ -108,13 +108,13 @@ def connect(
     twist = BodyTwist.of(mechanism.part(first))
     for at, single in enumerate(singles):
         last = at == len(singles) - 1
-        second = bodies[1] if last else own(f"{bodies[1]}_after_{single.name}")
+        second = bodies[1] if last else unused(f"{bodies[1]}_after_{single.name}")
         twist = twist.then(single)
         if not last:
             carried = mechanism.part(bodies[1])
             between = ImportedBody(second, 0.0, np.zeros((3, 3)), single.point, carried.rotation, single.place)
             mechanism.insert(twist.give_to(between), bodies[1])
-        name = own(single.name)
+        name = unused(single.name)
         coordinate = "angle" if single.turns else "displacement"
         kind = "revolute" if single.turns else "prismatic"
         add_one(mechanism, name, kind, (first, second), single.point, single.axis, [(single, coordinate)])
@@ -125,7 +125,7 @@ def connect(
 def before_coordinates(names: Sequence[str], coordinates: Sequence[str]) -> str:
     """The common part before `_angle_1` and `_angle_2` in the names that an export gives to the turns of one joint; ""
     for other names."""
-    before = {name.removesuffix(f"_{own}") for name, own in zip(names, coordinates, strict=True)}
+    before = {name.removesuffix(f"_{coordinate}") for name, coordinate in zip(names, coordinates, strict=True)}
     return before.pop() if len(before) == 1 and len(set(names)) == len(names) else ""
 
 
@@ -257,11 +257,11 @@ def follow(
 ) -> None:
     """Add a coupler of two joint coordinates: s = ratio s' + constant, both counted from the pose. `ends` are the names
     of s and s' in the scene, "joint.coordinate"."""
-    own, other = ends
-    keys: dict[str, Any] = {"of": {own: 1.0} | ({other: -ratio} if ratio else {})}
+    follower, leader = ends
+    keys: dict[str, Any] = {"of": {follower: 1.0} | ({leader: -ratio} if ratio else {})}
     if constant:
         keys["constant"] = constant
-    name = names.unused(f"{own.partition('.')[0]}_mimic")
+    name = names.unused(f"{follower.partition('.')[0]}_mimic")
     mechanism.joints[name] = Connection(name, "coupler", keys=keys, place=place)
 
 
@@ -347,7 +347,7 @@ def _replace(mechanism: ImportedMechanism, chain: Sequence[Connection], point: A
     """Put one joint in the place of the first of the chain, and remove the others and the links between."""
     kind, names = KINDS[len(chain)], [joint.name for joint in chain]
     axes = np.array([_single(mechanism, joint).axis for joint in chain]) if len(chain) == 2 else None
-    own = ImportedNames(frozenset(mechanism.joints)).unused(
+    new_name = ImportedNames(frozenset(mechanism.joints)).unused(
         before_coordinates(names, ("angle_1", "angle_2", "angle_3")[: len(names)])
         or ImportedNames.beginning(names)
         or names[0]
@@ -356,13 +356,13 @@ def _replace(mechanism: ImportedMechanism, chain: Sequence[Connection], point: A
     mechanism.joints.clear()
     for name, joint in before.items():
         if joint is chain[0]:
-            mechanism.join(own, kind, (chain[0].bodies[0], chain[-1].bodies[1]), point, axes, place=joint.place)
+            mechanism.join(new_name, kind, (chain[0].bodies[0], chain[-1].bodies[1]), point, axes, place=joint.place)
         elif joint not in chain:
             mechanism.joints[name] = joint
     for joint in chain[:-1]:
         del mechanism.parts[joint.bodies[1]]
     mechanism.tree -= set(names)
-    what = f"one {kind} joint '{own}': the parts between them have no mass"
+    what = f"one {kind} joint '{new_name}': the parts between them have no mass"
     mechanism.say(f"joints {', '.join(names)}", chain[0].place, what, Same.YES)
 
 
@@ -379,16 +379,16 @@ def with_hinges(mechanism: ImportedMechanism) -> None:
         axes = _axes(first, second)
         if axes is None:
             continue
-        own = ImportedNames.beginning([first.name, second.name]) or first.name
-        name = own if own in (first.name, second.name) else ImportedNames(frozenset(mechanism.joints)).unused(own)
+        stem = ImportedNames.beginning([first.name, second.name]) or first.name
+        name = stem if stem in (first.name, second.name) else ImportedNames(frozenset(mechanism.joints)).unused(stem)
         hinge = Connection(name, "revolute", first.bodies, first.points, axes, place=first.place)
         held = {second.name: None, first.name: hinge}
         before = dict(mechanism.joints)
         mechanism.joints.clear()
         for each, joint in before.items():
-            kept = held.get(each, joint)
-            if kept is not None:
-                mechanism.joints[kept.name] = kept
+            successor = held.get(each, joint)
+            if successor is not None:
+                mechanism.joints[successor.name] = successor
         what = f"joints '{first.name}' and '{second.name}'"
         mechanism.say(what, first.place, "one revolute joint through both points", Same.YES)
 

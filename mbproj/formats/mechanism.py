@@ -205,11 +205,11 @@ class ImportedMechanism:
         """Add a joint of the tree and return it; its point (3,) and axes, (3,) or (2, 3), are global at the pose."""
         ends = [self.part(body) for body in bodies]
         points = np.array([end.local(point) for end in ends])
-        own = None
+        local_axes = None
         if axes is not None:
             both = np.broadcast_to(axes, (2, 3))
-            own = np.array([end.rotation.T @ axis for end, axis in zip(ends, both, strict=True)])
-        self.joints[name] = Connection(name, kind, bodies, points, own, None, keys or {}, place)
+            local_axes = np.array([end.rotation.T @ axis for end, axis in zip(ends, both, strict=True)])
+        self.joints[name] = Connection(name, kind, bodies, points, local_axes, None, keys or {}, place)
         self.tree.add(name)
         return self.joints[name]
 
@@ -287,8 +287,8 @@ def add_loops(
             mechanism.say(f"loop '{loop.name}'", loop.place, f"left out: both ends are on '{bodies[0]}'", Same.YES)
             continue
         points, axes, turns = np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3, 3))
-        for side, (link, own) in enumerate(zip(loop.links, loop.frames, strict=True)):
-            held, part = frames[link].then(own), mechanism.part(bodies[side])
+        for side, (link, local) in enumerate(zip(loop.links, loop.frames, strict=True)):
+            held, part = frames[link].then(local), mechanism.part(bodies[side])
             points[side], turns[side] = part.local(held.position), part.rotation.T @ held.rotation
             axes[side] = turns[side] @ loop.axis
         name = names.unused(loop.name)

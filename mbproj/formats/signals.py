@@ -49,11 +49,11 @@ def _text(node: Node) -> str:
     return node.text if isinstance(node, ScalarNode) else ""
 
 
-def signals_of(given: Mapping[str, str | float] | str | Path, what: str) -> Signals:
+def signals_of(source: Mapping[str, str | float] | str | Path, what: str) -> Signals:
     """Signals of a mapping, which messages call `what`, or of the file at a path."""
-    if isinstance(given, (str, Path)):
-        return read_signals(Path(given))
-    return _checked({name: GivenSignal(str(text), Place(f"{what}['{name}']")) for name, text in given.items()}, [])
+    if isinstance(source, (str, Path)):
+        return read_signals(Path(source))
+    return _checked({name: GivenSignal(str(text), Place(f"{what}['{name}']")) for name, text in source.items()}, [])
 
 
 def _checked(signals: Signals, problems: list[Problem]) -> Signals:

@@ -120,10 +120,10 @@ def axis_of(element: XmlElement) -> Array:
     axis = element.first("axis")
     if axis is None:
         return np.array([1.0, 0.0, 0.0])
-    given = numbers(axis.get("xyz", "1 0 0"), 3, axis.place, "'xyz' of <axis>")
-    if not given.any():
+    direction = numbers(axis.get("xyz", "1 0 0"), 3, axis.place, "'xyz' of <axis>")
+    if not direction.any():
         raise InputError(Problem("the axis has no direction", axis.place, "give one of its numbers"))
-    return unit(given)
+    return unit(direction)
 
 
 def read_urdf_model(root: XmlElement) -> Urdf:
@@ -186,14 +186,14 @@ def _link(element: XmlElement) -> UrdfLink:
     if inertial is None:
         return UrdfLink(element.get("name"), 0.0, np.zeros((3, 3)), np.zeros(3), element)
     pose = origin_of(inertial.first("origin"))
-    mass_of, given = inertial.first("mass"), inertial.first("inertia")
+    mass_of, moments = inertial.first("mass"), inertial.first("inertia")
     mass = number(mass_of, "value") if mass_of is not None else 0.0
     inertia = np.zeros((3, 3))
-    if given is not None:
-        xx, yy, zz = (number(given, name, "0") for name in ("ixx", "iyy", "izz"))
-        xy, xz, yz = (number(given, name, "0") for name in ("ixy", "ixz", "iyz"))
+    if moments is not None:
+        xx, yy, zz = (number(moments, name, "0") for name in ("ixx", "iyy", "izz"))
+        xy, xz, yz = (number(moments, name, "0") for name in ("ixy", "ixz", "iyz"))
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    check_inertia(mass, inertia, (mass_of or inertial).place, (given or inertial).place)
+    check_inertia(mass, inertia, (mass_of or inertial).place, (moments or inertial).place)
     turned = pose.rotation @ inertia @ pose.rotation.T
     return UrdfLink(element.get("name"), mass, 0.5 * (turned + turned.T), pose.position, element)
 
@@ -276,11 +276,11 @@ def _frames(model: Urdf, pose: Mapping[str, float], root: XmlElement) -> dict[st
 
 
 def _add_part(mechanism: ImportedMechanism, model: Urdf, name: str, link: str, frame: Frame) -> None:
-    given = model.links[link]
-    centre = frame.position + frame.rotation @ given.centre
-    mechanism.parts[name] = ImportedBody(name, given.mass, given.inertia, centre, frame.rotation, given.place)
-    if given.massless:
-        mechanism.say(f"link '{link}'", given.place, "has neither mass nor inertia, and none in the scene", Same.YES)
+    urdf = model.links[link]
+    centre = frame.position + frame.rotation @ urdf.centre
+    mechanism.parts[name] = ImportedBody(name, urdf.mass, urdf.inertia, centre, frame.rotation, urdf.place)
+    if urdf.massless:
+        mechanism.say(f"link '{link}'", urdf.place, "has neither mass nor inertia, and none in the scene", Same.YES)
 
 
 def _add_joint(
@@ -406,8 +406,8 @@ def visuals(
 
 
 def _colour(material: XmlElement) -> str | None:
-    given = material.first("color")
-    return None if given is None else colour(numbers(given.get("rgba", "0 0 0 1"), 4, given.place, "'rgba'").tolist())
+    color = material.first("color")
+    return None if color is None else colour(numbers(color.get("rgba", "0 0 0 1"), 4, color.place, "'rgba'").tolist())
 
 
 def _shapes(kind: XmlElement) -> Shapes:
@@ -489,11 +489,11 @@ def _closing(model: Urdf) -> Iterator[Loop]:
         yield Loop(f"closing_{name}", "spherical", links, (IDENTITY, IDENTITY), np.array([0.0, 0.0, 1.0]), place)
 
 
-def loops_beside(path: Path, given: Path | None, model: Urdf) -> Iterator[Loop]:
+def loops_beside(path: Path, loop_file: Path | None, model: Urdf) -> Iterator[Loop]:
     """Yield the loops in the YAML file that the user names, or that is beside the model.
 
     Raises InputError where such a file has no loops in either dialect."""
-    for file in [given] if given is not None else _beside(path):
+    for file in [loop_file] if loop_file is not None else _beside(path):
         root, problems = compose(read_text(file), str(file))
         if problems:
             raise InputError(problems)
@@ -535,10 +535,10 @@ def _pairs(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Ite
 def _balls(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Iterator[Loop]:
     """Yield the loops of points of two links that meet."""
     for at, entry in enumerate(listed.items):
-        own = entry.values if isinstance(entry, MappingNode) else {}
+        keys = entry.values if isinstance(entry, MappingNode) else {}
         links, frames = [], []
         for side in ("parent", "child"):
-            name, xyz = own.get(side), own.get(f"{side}_xyz")
+            name, xyz = keys.get(side), keys.get(f"{side}_xyz")
             if name is None:
                 hint = "as in {name: a, parent: rod, parent_xyz: [0, 0, 0.1], child: foot, child_xyz: [0, 0, 0]}"
                 raise InputError(Problem(f"a ball loop names no {side}", entry.place, hint))
@@ -546,7 +546,7 @@ def _balls(listed: SequenceNode, values: Mapping[str, Node], model: Urdf) -> Ite
             shown = " ".join(_text(each) for each in xyz.items) if isinstance(xyz, SequenceNode) else "0 0 0"
             point = numbers(shown, 3, (xyz or entry).place, f"'{side}_xyz'")
             frames.append(Frame(point, np.eye(3)))
-        called = _text(own["name"]) if "name" in own else f"ball_loop_{at + 1}"
+        called = _text(keys["name"]) if "name" in keys else f"ball_loop_{at + 1}"
         axis = np.array([0.0, 0.0, 1.0])
         yield Loop(called, "spherical", (links[0], links[1]), (frames[0], frames[1]), axis, entry.place)
 

@@ -101,9 +101,9 @@ def add_visuals(mechanism: ImportedMechanism, visuals: Iterable[Visual], folder:
         else:
             undrawn[visual.word] += 1
     for body in colours:
-        own, others = shapes.get(body), meshes.get(body, [])
-        look: dict[str, Any] = {"shapes": own} if own else {"mesh": others[0]}
-        undrawn["meshes"] += len(others) - (0 if own else 1)
+        body_shapes, others = shapes.get(body), meshes.get(body, [])
+        look: dict[str, Any] = {"shapes": body_shapes} if body_shapes else {"mesh": others[0]}
+        undrawn["meshes"] += len(others) - (0 if body_shapes else 1)
         shown = {"colour": colours[body]} if colours[body] else {}
         mechanism.parts[body] = replace(mechanism.parts[body], look=shown | look)
     for word, count in undrawn.items():

@@ -183,8 +183,8 @@ def tangent_space_of(
         return tangent_space(system, G.dense(), scale, lengths)
     from scipy.sparse import diags
 
-    own = np.arange(system.constraints - system.bodies)
-    rows = independent_rows(system, pose, G.chosen(own))
+    constraints = np.arange(system.constraints - system.bodies)
+    rows = independent_rows(system, pose, G.chosen(constraints))
     freedom = 6 * system.bodies - len(rows)
     if freedom > THRESHOLDS.most_dense:
         raise _too_free(freedom)
@@ -195,9 +195,9 @@ def tangent_space_of(
     for _ in range(2):  # a single pass leaves the round-off of nearly parallel random vectors
         x = np.linalg.qr((exact.solve((x.T / lengths).T)[0].T / lengths).T)[0]
     N = (lengths * x.T).T
-    others = G.chosen(np.arange(len(own), G.count))
+    others = G.chosen(np.arange(len(constraints), G.count))
     if others.count:
-        _, σ, V = np.linalg.svd((others.times(N).T / scale[len(own) :]).T)
+        _, σ, V = np.linalg.svd((others.times(N).T / scale[len(constraints) :]).T)
         N = N @ V[np.count_nonzero(σ > THRESHOLDS.dependent) :].T
     if len(rows) == G.count:
         return TangentSpace(N, _pseudoinverse(exact, N, lengths), lengths)

@@ -52,8 +52,8 @@ class Eigen:
         """Return the first `count` eigenvalues, and all after them that grow: these decide whether a motion is
         stable."""
         growing = self.values.real > THRESHOLDS.no_motion * np.abs(self.values).max(initial=0.0)
-        kept = np.flatnonzero(growing | (np.arange(len(self.values)) < count))
-        return Eigen(self.values[kept], self.vectors[:, kept])
+        modes = np.flatnonzero(growing | (np.arange(len(self.values)) < count))
+        return Eigen(self.values[modes], self.vectors[:, modes])
 
 
 def eigen(reduced: ReducedEquations) -> Eigen:
@@ -196,9 +196,9 @@ def _by_qz(reduced: ReducedEquations) -> Eigen:
     by_size = np.argsort(np.abs(values), kind="stable")
     if reduced.chains:
         values[by_size[: _chained(A, E)]] = 0.0
-    kept = by_size[conserved:]
-    kept = kept[values[kept].imag >= -THRESHOLDS.rounding * np.abs(values[kept])]
-    values, vectors = values[kept], vectors[:, kept]
+    modes = by_size[conserved:]
+    modes = modes[values[modes].imag >= -THRESHOLDS.rounding * np.abs(values[modes])]
+    values, vectors = values[modes], vectors[:, modes]
     grain = THRESHOLDS.rounding * np.abs(values) + THRESHOLDS.no_digits * np.abs(values).max(initial=0.0)
     values = np.where(np.abs(values.imag) <= grain, 0.0, 1j * values.imag) + np.where(
         np.abs(values.real) <= grain, 0.0, values.real

@@ -105,12 +105,12 @@ def _instants(actions: Actions, time: float) -> list[tuple[float, list[int]]]:
     """Return the instants of a round that begins with the last controller's first, each with its actions in order."""
     begin, near = float(actions.first.max()), THRESHOLDS.same_written * float(actions.period.min())
     instants: list[tuple[float, list[int]]] = []
-    for at, own in sorted(actions.instants(begin, begin + time - 2.0 * near, near).items()):
+    for at, due in sorted(actions.instants(begin, begin + time - 2.0 * near, near).items()):
         if instants and at - begin - instants[-1][0] <= near:
-            instants[-1][1].extend(own)
+            instants[-1][1].extend(due)
         else:
-            instants.append((at - begin, [*own]))
-    return [(at, sorted(own)) for at, own in instants]
+            instants.append((at - begin, [*due]))
+    return [(at, sorted(due)) for at, due in instants]
 
 
 def _product(A: Array, jumps: list[Array], instants: list[tuple[float, list[int]]], time: float) -> Array:

@@ -74,8 +74,8 @@ def _kinks(reference: LinearReference, forces: Forces) -> Iterator[tuple[str, st
             yield f"force '{owner}'", "has no slope"
         elif laws.program[law] >= 0:
             at = [float(each) for each in instant.values(state.value[law], state.rate[law])]
-            own, size = forces.programs, float(unit[law])
-            jumps = (_jump(own, int(laws.program[law]), at, which, size) for which in (COORDINATE, RATE))
+            programs, size = forces.programs, float(unit[law])
+            jumps = (_jump(programs, int(laws.program[law]), at, which, size) for which in (COORDINATE, RATE))
             why = next((jump for jump in jumps if jump), "")
             if why:
                 yield f"force '{owner}'", why

@@ -220,11 +220,11 @@ def _changes(bound: PrimitiveSet, reference: LinearReference, in_body: Numbers) 
 def _kinetic(system: System, reference: LinearReference, in_body: Numbers) -> tuple[tuple[str, ...], Array]:
     """Return twice the mean kinetic energy at unit speed, (k, b), and its names."""
     shift, turn = in_body[..., :3], in_body[..., 3:]
-    own = system.mass * np.sum(np.abs(shift) ** 2, axis=-1)
-    own = own + np.einsum("kbi,bij,kbj->kb", turn.conj(), system.inertia, turn).real
+    energy = system.mass * np.sum(np.abs(shift) ** 2, axis=-1)
+    energy = energy + np.einsum("kbi,bij,kbj->kb", turn.conj(), system.inertia, turn).real
     added = system.reflected.inertia * np.abs(_changes(system.reflected.rows, reference, in_body)) ** 2
     names = system.names.forces[len(system.names.forces) - len(system.reflected.inertia) :]
-    return (*system.names.carriers, *names), np.concatenate([own, added], axis=1)
+    return (*system.names.carriers, *names), np.concatenate([energy, added], axis=1)
 
 
 def _strain(
@@ -243,16 +243,16 @@ def _strain(
     forces, bushings = system.forces, system.forces.bushings
     stiffness, damping = law_slopes_at(reference)
     change = np.abs(_changes(forces.laws.coordinates, reference, in_body)) ** 2
-    kept = np.concatenate([-stiffness * change, _of_bushings(forces, bushings.stiffness, reference, in_body)], axis=1)
+    strain = np.concatenate([-stiffness * change, _of_bushings(forces, bushings.stiffness, reference, in_body)], axis=1)
     taken = (-damping * change).sum(axis=1)
     if bushings.size:
         along = viscous(bushings, deflection(bushings, reference.motion.pose))
         taken = taken + _of_bushings(forces, along, reference, in_body).sum(axis=1)
     total = np.where(values.imag == 0.0, -values.real * (values.real * mass + taken), total)
-    rest = total - kept.sum(axis=1)
-    rest = np.where(np.abs(rest) <= 1e3 * THRESHOLDS.rounding * np.abs(kept).sum(axis=1), 0.0, rest)
+    rest = total - strain.sum(axis=1)
+    rest = np.where(np.abs(rest) <= 1e3 * THRESHOLDS.rounding * np.abs(strain).sum(axis=1), 0.0, rest)
     names = (*forces.law_owners, *forces.bushing_names, rest_of)
-    return names, np.concatenate([kept, rest[:, None]], axis=1)
+    return names, np.concatenate([strain, rest[:, None]], axis=1)
 
 
 def _of_bushings(forces: Forces, matrices: Array, reference: LinearReference, in_body: Numbers) -> Array:
@@ -379,9 +379,9 @@ class _Pencil:
         values = σ + 1.0 / μ
         grain = np.sqrt(THRESHOLDS.rounding) * σ
         values = np.where(np.abs(values) <= grain, 0.0, values)
-        kept = np.flatnonzero(values.imag >= -THRESHOLDS.rounding * np.abs(values))
-        kept = kept[np.argsort(np.abs(values[kept]), kind="stable")][:count]
-        return values[kept], vectors[:n, kept]
+        upper = np.flatnonzero(values.imag >= -THRESHOLDS.rounding * np.abs(values))
+        upper = upper[np.argsort(np.abs(values[upper]), kind="stable")][:count]
+        return values[upper], vectors[:n, upper]
 
 
 # --- Words on modes ---------------------------------------------------------------------------------------------------

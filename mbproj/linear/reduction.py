@@ -134,31 +134,31 @@ class Projected:
     def solvable(self, scale: Array) -> tuple[ReducedEquations, Array]:
         """Return the equations whose eigenvalues are those of the mechanism, and (η, states / scale) by their
         coordinates."""
-        own = self.with_states(scale)
-        return (own, np.eye(len(own.M))) if self.slip is None else without_slip(own, self.slip, len(scale))
+        reduced = self.with_states(scale)
+        return (reduced, np.eye(len(reduced.M))) if self.slip is None else without_slip(reduced, self.slip, len(scale))
 
     def with_states(self, scale: Array) -> ReducedEquations:
         """Return the equations with the states of elements after η, each in its `scale` (K,); slip is still allowed."""
-        count, own, N = len(scale), self.reduced, self.space.N
+        count, reduced, N = len(scale), self.reduced, self.space.N
         if not count:
-            return own
+            return reduced
         states = self.equations.states
         P, Q, push = (part.matrix() for part in (states.by_displacement, states.by_rate, states.push))
-        mass = float(np.abs(own.M).max(initial=0.0)) or 1.0
+        mass = float(np.abs(reduced.M).max(initial=0.0)) or 1.0
         unit = mass / scale[:, None]
-        none, pushed = np.zeros((own.M.shape[0], count)), -(push @ N).T * scale
-        M = np.block([[own.M, none], [none.T, np.zeros((count, count))]])
+        none, pushed = np.zeros((reduced.M.shape[0], count)), -(push @ N).T * scale
+        M = np.block([[reduced.M, none], [none.T, np.zeros((count, count))]])
         D, D_size = (
             np.block([[part, none], [sign(-unit * (Q @ N)), mass * np.eye(count)]])
-            for part, sign in ((own.D, np.positive), (own.D_size, np.abs))
+            for part, sign in ((reduced.D, np.positive), (reduced.D_size, np.abs))
         )
         K, K_size = (
             np.block(
                 [[part, sign(pushed)], [sign(-unit * (P @ N + Q @ self.N_dot)), sign(-unit * states.by_states * scale)]]
             )
-            for part, sign in ((own.K, np.positive), (own.K_size, np.abs))
+            for part, sign in ((reduced.K, np.positive), (reduced.K_size, np.abs))
         )
-        weighs = np.block([[own.weighs, np.zeros((len(own.weighs), count))], [none.T, np.eye(count)]])
+        weighs = np.block([[reduced.weighs, np.zeros((len(reduced.weighs), count))], [none.T, np.eye(count)]])
         return ReducedEquations(M, D, K, D_size, K_size, weighs)
 
 
@@ -195,12 +195,12 @@ def projected(reference: LinearReference) -> Projected:
 
 def _slip(system: System, equations: LinearEquations, N: Array, N_dot: Array, N_ddot: Array) -> SlipEquations:
     """Return the rows at velocity level on the tangent space, and their derivatives along the motion."""
-    own = equations.slip
-    assert own is not None
-    scale = system.row_scale[system.bodies :][own.rows, None]
+    slip = equations.slip
+    assert slip is not None
+    scale = system.row_scale[system.bodies :][slip.rows, None]
     A, A_dot, H, H_dot = (
         part.dense() / scale
-        for part in (equations.rows.G.chosen(own.rows), equations.rows.G_dot.chosen(own.rows), own.H, own.H_dot)
+        for part in (equations.rows.G.chosen(slip.rows), equations.rows.G_dot.chosen(slip.rows), slip.H, slip.H_dot)
     )
     return SlipEquations(
         A @ N,
@@ -267,9 +267,9 @@ def without_slip(reduced: ReducedEquations, slip: SlipEquations, states: int) ->
     U, σ, V = np.linalg.svd(slip.A)
     rank = slip.rank
     pad = ((0, states), (0, 0))
-    W, own = np.pad(V[:rank].T, pad), np.pad(V[rank:].T, pad)
+    W, allowed = np.pad(V[:rank].T, pad), np.pad(V[rank:].T, pad)
     last = np.eye(len(reduced.M))[:, len(reduced.M) - states :]
-    Z = np.hstack([own, last])
+    Z = np.hstack([allowed, last])
     P = (U[:, :rank] / σ[:rank]).T
     E, pull = P @ of.H, Z.T @ reduced.M @ W
     D = Z.T @ reduced.D - pull @ (P @ (of.A_dot + of.H))
@@ -278,14 +278,14 @@ def without_slip(reduced: ReducedEquations, slip: SlipEquations, states: int) ->
     D_size = size[0] @ reduced.D_size + size[1] @ (size[2] @ np.abs(of.A_dot + of.H))
     K_size = size[0] @ reduced.K_size + size[1] @ (size[2] @ np.abs(of.H_dot)) + D_size @ np.abs(W @ E)
     mass = float(np.abs(reduced.M).max(initial=0.0)) or 1.0
-    back, free = np.hstack([own, W, last]), own.shape[1]
+    back, free = np.hstack([allowed, W, last]), allowed.shape[1]
     order = np.r_[:free, free + states : free + states + rank, free : free + states]  # rows: a, b, states
     none, one = np.zeros((rank, len(back))), mass * np.linalg.pinv(W) @ back
 
     def arranged(upper: Array, lower: Array) -> Array:
         return np.asarray(np.concatenate([upper, lower])[order], dtype=float)
 
-    M = np.hstack([Z.T @ reduced.M @ own, np.zeros_like(pull), Z.T @ reduced.M @ last])
+    M = np.hstack([Z.T @ reduced.M @ allowed, np.zeros_like(pull), Z.T @ reduced.M @ last])
     moved = reduced.weighs @ _except(back, free, rank)
     follows = np.zeros((rank, len(back)))
     follows[:, free : free + rank] = np.eye(rank)

@@ -116,13 +116,13 @@ def _with_names(whole: System, held: System, contacts: Contacts) -> System:
     if not contacts.sliding:
         return held
     laws = whole.forces.laws.size
-    names, units, own = whole.names.forces, whole.names.force_units, sorted(contacts.sliding)
+    names, units, sliding = whole.names.forces, whole.names.force_units, sorted(contacts.sliding)
     return replace(
         held,
         names=replace(
             held.names,
-            forces=(*names[:laws], *(whole.names.frictions[k] for k in own), *names[laws:]),
-            force_units=(*units[:laws], *(whole.names.friction_units[k] for k in own), *units[laws:]),
+            forces=(*names[:laws], *(whole.names.frictions[k] for k in sliding), *names[laws:]),
+            force_units=(*units[:laws], *(whole.names.friction_units[k] for k in sliding), *units[laws:]),
         ),
     )
 

@@ -97,12 +97,12 @@ def forces_known(system: System, motion: MotionAtTime) -> dict[str, InputEntry]:
 
 
 def _on_bodies(system: System, pose: Pose) -> dict[str, InputEntry]:
-    given, owners = system.forces.on_bodies, system.forces.program_owners
+    loads, owners = system.forces.on_bodies, system.forces.program_owners
     rows = given_rows(system.forces, pose)
     return {
-        f"{owners[int(program)]}.{'xyz'[row % 3]}": ("N m" if given.is_torque[row // 3] else "N", partial(rows.at, row))
-        for row, program in enumerate(given.program.ravel())
-        if given.body[row // 3] < system.bodies
+        f"{owners[int(program)]}.{'xyz'[row % 3]}": ("N m" if loads.is_torque[row // 3] else "N", partial(rows.at, row))
+        for row, program in enumerate(loads.program.ravel())
+        if loads.body[row // 3] < system.bodies
     }
 
 
@@ -140,14 +140,14 @@ def outputs_named(reference: LinearReference, names: Sequence[str]) -> Outputs:
     displacement, rate, multiplier = (np.zeros((len(names), size)) for size in (n, n, joints))
     for row, entry in enumerate(chosen):
         _, displacement[row], rate[row], multiplier[row] = entry
-    of_states = np.array([[own == name for own in states] for name in names]).reshape(len(names), len(states))
+    of_states = np.array([[state == name for state in states] for name in names]).reshape(len(names), len(states))
     return Outputs(tuple(names), tuple(entry[0] for entry in chosen), displacement, rate, multiplier, of_states)
 
 
 def _as_signals_do(name: str, known: Collection[str]) -> str:
     """Return the name of an output; a rate may also be named as in signals, "A.angle_dot" and "tip.x_dot"."""
-    own, _, last = name.rpartition(".")
-    rates = (f"{own}.{last.removesuffix('_dot')}_speed", f"{own}.velocity_{last.removesuffix('_dot')}")
+    owner, _, last = name.rpartition(".")
+    rates = (f"{owner}.{last.removesuffix('_dot')}_speed", f"{owner}.velocity_{last.removesuffix('_dot')}")
     return next((rate for rate in rates if last.endswith("_dot") and rate in known), name)
 
 
@@ -211,7 +211,7 @@ def _reactions(reference: LinearReference) -> dict[str, OutputEntry]:
 def _reaction(reference: LinearReference, joint: int, kind: int, axis: int) -> tuple[str, Part, Part, Part]:
     """Return a reaction by the multipliers of the joint's own rows and the displacements of its bodies."""
     system, motion, bound = reference.system, reference.motion, reference.system.joints
-    pose, own = motion.pose, reference.multipliers[: bound.size]
+    pose, multipliers = motion.pose, reference.multipliers[: bound.size]
     by_multiplier, turned = np.zeros(bound.size), np.zeros((system.bodies + 1, 6))
     mine = bound.owner == joint
     for row in np.flatnonzero(mine):
@@ -222,7 +222,7 @@ def _reaction(reference: LinearReference, joint: int, kind: int, axis: int) -> t
             ξ = np.zeros_like(turned)
             ξ[body, way] = 1.0
             there = pose_of(motion.q + 1j * COMPLEX_STEP * velocities(pose, ξ[:-1].ravel()))
-            turned[body, way] = reactions(system, there, own)[kind][joint, axis].imag / COMPLEX_STEP
+            turned[body, way] = reactions(system, there, multipliers)[kind][joint, axis].imag / COMPLEX_STEP
     return "N" if kind == 0 else "N m", turned[:-1].ravel(), 0.0, by_multiplier
 
 

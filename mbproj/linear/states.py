@@ -85,6 +85,6 @@ def sampled_state(system: System, block: Mapping[str, npt.NDArray[Any]], sample:
     counted = np.asarray(block["joints/coordinate"][sample], dtype=float)
     turns = np.round((counted - coordinate_values(system, pose)) / (2.0 * np.pi)).astype(np.intp) * is_angle(system)
     u = np.concatenate([r_dot, rate], axis=1).ravel()
-    own = {name: block[path][sample] for path, name in system.layout.recorded.items()}
+    recorded = {name: block[path][sample] for path, name in system.layout.recorded.items()}
     blocks = {"positions": q, "velocities": velocities(pose, u), "turns": turns}
-    return State.of(system, float(block["time"][sample]), **blocks, **own)
+    return State.of(system, float(block["time"][sample]), **blocks, **recorded)

@@ -102,10 +102,10 @@ def _in_folder(folder: Path, task: Task) -> SceneResult:
 def _lost(task: Task, why: str, seconds: float) -> SceneResult:
     """The result of a task whose process died or was stopped. Its recorded part can be read."""
     part = part_path(task.output)
-    kept = part if task.keep and part.exists() else None
-    if kept is not None:
-        why += f"; what it has recorded is in '{kept}'"
-    return SceneResult(task.scene, ExitCode.FAILED, why, (), seconds, kept)
+    recorded = part if task.keep and part.exists() else None
+    if recorded is not None:
+        why += f"; what it has recorded is in '{recorded}'"
+    return SceneResult(task.scene, ExitCode.FAILED, why, (), seconds, recorded)
 
 
 def run_task(task: Task, folder: Path = HERE) -> SceneResult:
@@ -121,8 +121,8 @@ def run_task(task: Task, folder: Path = HERE) -> SceneResult:
     except Exception as error:
         message, code = message_and_code(error)
         result = SceneResult(task.scene, code, message, ())
-    kept = task.output if task.keep and (folder / task.output).exists() else None
-    return replace(result, seconds=perf_counter() - started, output=kept)
+    recorded = task.output if task.keep and (folder / task.output).exists() else None
+    return replace(result, seconds=perf_counter() - started, output=recorded)
 
 
 @contextmanager
@@ -137,8 +137,8 @@ def _output(task: Task, folder: Path) -> Iterator[Path]:
             if not task.keep:
                 output.unlink(missing_ok=True)
         return
-    with TemporaryDirectory(prefix="mbproj-batch-") as own:
-        yield Path(own) / task.output.name
+    with TemporaryDirectory(prefix="mbproj-batch-") as scratch:
+        yield Path(scratch) / task.output.name
 
 
 def _run(task: Task, path: Path, output: Path) -> SceneResult:
@@ -149,8 +149,8 @@ def _run(task: Task, path: Path, output: Path) -> SceneResult:
         with suppress(InputError), open_results(output) as results:  # a damaged file is replaced by a new run
             is_of = results.status == "complete" and results.attributes.get(KEY) == key
             if is_of and not check_results(results).faults:
-                found = tuple(outcomes(scene.expectations, results))
-                return _ended(task, found, str(results.attributes["formulation"]), results.notes)
+                judged = tuple(outcomes(scene.expectations, results))
+                return _ended(task, judged, str(results.attributes["formulation"]), results.notes)
     of_task: dict[str, str] = {"output": str(task.output), **({KEY: key} if task.keep else {})}
     run = record_run(scene, output, attributes=of_task)
     return _ended(task, run.outcomes, run.report.formulation, run.notes)

@@ -96,22 +96,22 @@ class CaseArray(Cases, np.lib.mixins.NDArrayOperatorsMixin):
         return (self[at] for at in range(len(self)))
 
     def __getitem__(self, index: Any) -> Any:
-        own = index if isinstance(index, tuple) else (index,)
-        if _is_split(own):
+        indices = index if isinstance(index, tuple) else (index,)
+        if _is_split(indices):
             return call_each(lambda each: each[index], (self,))
-        place = (slice(None), *own)
+        place = (slice(None), *indices)
         chosen = self.values[place]
-        if any(isinstance(each, (np.ndarray, list)) for each in own):
+        if any(isinstance(each, (np.ndarray, list)) for each in indices):
             chosen = _laid_out_like(self.values[0][index], chosen)
         return CaseArray(chosen)
 
     def __setitem__(self, index: Any, value: Any) -> None:
-        own = index if isinstance(index, tuple) else (index,)
-        if _is_split(own):
+        indices = index if isinstance(index, tuple) else (index,)
+        if _is_split(indices):
             for at, each in enumerate(self.values):
                 each[index] = case_of(value, at)
             return
-        place = (slice(None), *own)
+        place = (slice(None), *indices)
         self.values[place] = _raised(value, self.values[place].ndim)
 
     def call_each(self, function: Callable[..., Any], args: Sequence[Any], options: Mapping[str, Any]) -> Any:
@@ -185,16 +185,16 @@ class CaseArray(Cases, np.lib.mixins.NDArrayOperatorsMixin):
         return axis % self.ndim + 1
 
     def reshape(self, *shape: Any) -> CaseArray:
-        own = shape[0] if len(shape) == 1 and isinstance(shape[0], (tuple, list)) else shape
-        return CaseArray(self.values.reshape(len(self.values), *own))
+        sizes = shape[0] if len(shape) == 1 and isinstance(shape[0], (tuple, list)) else shape
+        return CaseArray(self.values.reshape(len(self.values), *sizes))
 
     def astype(self, dtype: Any, **options: Any) -> Any:
         cast = self.values.astype(dtype, **options)
         return _agreed(cast) if cast.dtype == bool else CaseArray(cast)
 
     def transpose(self, *axes: Any) -> CaseArray:
-        own = axes[0] if len(axes) == 1 and isinstance(axes[0], (tuple, list)) else axes
-        order = [at % self.ndim for at in own] if own else range(self.ndim)[::-1]
+        permutation = axes[0] if len(axes) == 1 and isinstance(axes[0], (tuple, list)) else axes
+        order = [at % self.ndim for at in permutation] if permutation else range(self.ndim)[::-1]
         return CaseArray(self.values.transpose(0, *(at + 1 for at in order)))
 
     def swapaxes(self, first: int, second: int) -> CaseArray:
@@ -232,7 +232,7 @@ class CaseObjects(Cases):
             setattr(each, name, case_of(value, at))
 
     def __call__(self, *args: Any, **options: Any) -> Any:
-        return call_each(lambda each, *own, **more: each(*own, **more), (self, *args), options)
+        return call_each(lambda each, *values, **more: each(*values, **more), (self, *args), options)
 
     def call_each(self, function: Callable[..., Any], args: Sequence[Any], options: Mapping[str, Any]) -> Any:
         return call_each(function, args, options)
@@ -269,9 +269,9 @@ def call_each(function: Callable[..., Any], args: Sequence[Any], options: Mappin
     named = [(name, part) for name, each in options.items() if (part := _part_of(each)) is not None]
     results: list[Any] = []
     for at in range(_count((*args, *options.values()))):
-        own = [each if part is None else part(at) for each, part in zip(args, taken, strict=True)]
+        arguments = [each if part is None else part(at) for each, part in zip(args, taken, strict=True)]
         try:
-            results.append(function(*own, **{**options, **{name: part(at) for name, part in named}}))
+            results.append(function(*arguments, **{**options, **{name: part(at) for name, part in named}}))
         except (CasesDiffer, OneCaseOnly):
             raise
         except Exception as error:
@@ -287,8 +287,8 @@ def call_each(function: Callable[..., Any], args: Sequence[Any], options: Mappin
 def _part_of(values: Any) -> Callable[[int], Any] | None:
     """A function that returns the part of one case; None where the value is the same for all cases."""
     if isinstance(values, CaseArray):
-        own = values.values
-        return own.__getitem__ if values.ndim else own.tolist().__getitem__
+        array = values.values
+        return array.__getitem__ if values.ndim else array.tolist().__getitem__
     if isinstance(values, CaseObjects):
         return values.items.__getitem__
     if isinstance(values, dict):
@@ -381,8 +381,8 @@ def _raised(values: Any, ndim: int) -> Any:
     other value is returned as it is."""
     if not isinstance(values, CaseArray):
         return values
-    own, missing = values.values, ndim - values.ndim - 1
-    return own.reshape(len(own), *(1,) * missing, *own.shape[1:]) if missing > 0 else own
+    array, missing = values.values, ndim - values.ndim - 1
+    return array.reshape(len(array), *(1,) * missing, *array.shape[1:]) if missing > 0 else array
 
 
 def _laid_out_like(one: npt.NDArray[Any], values: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -440,10 +440,10 @@ def _new(make: Any) -> Callable[..., CaseArray]:
     """A function that makes a new array with as many cases as `like`."""
 
     def new(like: CaseArray, shape: Any, dtype: Any = float, order: str = "C") -> CaseArray:
-        own = (shape,) if isinstance(shape, (int, np.integer)) else tuple(shape)
+        sizes = (shape,) if isinstance(shape, (int, np.integer)) else tuple(shape)
         if order == "F":
-            return CaseArray(make((len(like.values), *own[::-1]), dtype)).T
-        return CaseArray(make((len(like.values), *own), dtype))
+            return CaseArray(make((len(like.values), *sizes[::-1]), dtype)).T
+        return CaseArray(make((len(like.values), *sizes), dtype))
 
     return new
 
@@ -455,11 +455,11 @@ def _joined(join: Any) -> Callable[..., Any]:
         if options or axis is None:
             return NotImplemented
         count = _count(parts)
-        own = [
+        arrays = [
             each.values if isinstance(each, CaseArray) else np.broadcast_to(np.asarray(each), (count, *np.shape(each)))
             for each in parts
         ]
-        return CaseArray(join(own, axis=axis + 1 if axis >= 0 else axis))
+        return CaseArray(join(arrays, axis=axis + 1 if axis >= 0 else axis))
 
     return joined
 

@@ -104,8 +104,8 @@ class CaseBlock:
         choice = choose(system, state, settings, KernelOfCases(core(), count))
         if choice.compiled is None:
             raise OneCaseOnly("the kernel cannot run it")
-        own = settings_along(system, settings) if choice.kinematic else settings
-        return cls(Mechanism(scene, system, state), own, choice.compiled, count)
+        run_settings = settings_along(system, settings) if choice.kinematic else settings
+        return cls(Mechanism(scene, system, state), run_settings, choice.compiled, count)
 
     def measures(self, measures: Sequence[Expectation], timeout: float | None = None) -> list[tuple[float, ...] | None]:
         """Return the measures of each case; None for a case whose run does not come to its end, or takes longer than
@@ -166,8 +166,8 @@ class CaseBlock:
         left = list(zip(runs, parts, strict=True))
         with interruption() as asked:
             while left := [each for each in left if each[0].outcome.status == kernel.Status.running]:
-                made = kernel.advance_runs([run for run, _ in left], most, RETURN_SECONDS)
-                for (_, samples), block in zip(left, made, strict=True):
+                blocks = kernel.advance_runs([run for run, _ in left], most, RETURN_SECONDS)
+                for (_, samples), block in zip(left, blocks, strict=True):
                     samples.append(block)
                 asked.check()
 
@@ -177,8 +177,8 @@ class CaseBlock:
         try:
             value = measured(measure, samples, duration)
         except (CasesDiffer, OneCaseOnly):
-            own = [measured(measure, CaseSamples(samples, at), duration) for at in range(self.count)]
-            return [np.nan if each is None else float(each.values[0]) for each in own]
+            by_case = [measured(measure, CaseSamples(samples, at), duration) for at in range(self.count)]
+            return [np.nan if each is None else float(each.values[0]) for each in by_case]
         if value is None:
             return [np.nan] * self.count
         values: list[float] = np.broadcast_to(getattr(value.values[0], "values", value.values[0]), self.count).tolist()
@@ -231,14 +231,14 @@ def by_arrays(
         groups.setdefault(apart(case), []).append(at)
     waiting = [*groups.values()]
     while waiting:
-        own = waiting.pop()
-        if len(own) < FEWEST:
+        group = waiting.pop()
+        if len(group) < FEWEST:
             continue
         try:
-            results = run([cases[at] for at in own])
+            results = run([cases[at] for at in group])
         except CasesDiffer as differ:
             parts: dict[Any, list[int]] = {}
-            for at, key in zip(own, differ.keys, strict=True):
+            for at, key in zip(group, differ.keys, strict=True):
                 parts.setdefault(key, []).append(at)
             waiting += parts.values() if len(parts) > 1 else ()
             continue
@@ -247,7 +247,7 @@ def by_arrays(
         except Exception as error:
             warn_once(f"arrays are not used, which is a fault of mbproj: {_placed(error)}")
             continue
-        ended = {at: result for at, result in zip(own, results, strict=True) if result is not None}
+        ended = {at: result for at, result in zip(group, results, strict=True) if result is not None}
         first = next(iter(ended), None)
         if first is None or holds(cases[first], ended[first]):
             by_place |= ended

@@ -60,9 +60,9 @@ LOOSEST, FACTOR = 1e-8, 1e-2
 LEFT = 0.1
 
 
-def limits_of(given: Iterable[float]) -> tuple[float, ...]:
+def limits_of(limits: Iterable[float]) -> tuple[float, ...]:
     """The given limits in increasing order, each once; `LIMITS` where none is given."""
-    return tuple(sorted({float(limit) for limit in given})) or LIMITS
+    return tuple(sorted({float(limit) for limit in limits})) or LIMITS
 
 
 def certify(
@@ -120,13 +120,13 @@ def _with_contacts(
     uncertainty = uncertainty + slack
     if sharing:
         shares = share_bound(mechanism, better, sharing)
-        own = ", ".join(f"stop '{name}'" for name in sharing)
+        stops = ", ".join(f"stop '{name}'" for name in sharing)
         if shares is None:
-            why = f"no figure: the motion depends on how these share their load, {own}"
+            why = f"no figure: the motion depends on how these share their load, {stops}"
             return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), limits, why)
         uncertainty = uncertainty + shares
         largest = f"by {shares.max():.1g} m where the floor is lower under one of them"
-        remark = f"the motion depends on how these share their load, {own}: {largest}"
+        remark = f"the motion depends on how these share their load, {stops}: {largest}"
     return _trust(mechanism, times, position, better, uncertainty, limits, remark)
 
 
@@ -226,8 +226,8 @@ def slack_bound(mechanism: Mechanism, of: Solution) -> Array:
     system = mechanism.system
     if system.stops is None and system.frictions is None:
         return np.zeros(of.position.shape[:2])
-    own = system.thresholds
-    looser = Thresholds(**{name: LOOSER * getattr(own, name) for name in SLACKS})
+    thresholds = system.thresholds
+    looser = Thresholds(**{name: LOOSER * getattr(thresholds, name) for name in SLACKS})
     other = solve(Mechanism(mechanism.scene, replace(system, thresholds=looser), mechanism.state), of.setting, of.times)
     return PART * largest_distance([other], of)
 
@@ -290,21 +290,21 @@ def simulate_certified(
     tell: Tell = silent,
     keep: Keep | None = None,
 ) -> tuple[Report, Trust]: ...
-def simulate_certified(*given: Any, scene: Scene | None = None, **named: Any) -> tuple[Report, Trust]:
+def simulate_certified(*args: Any, scene: Scene | None = None, **named: Any) -> tuple[Report, Trust]:
     """Runs `simulate` with its arguments, and returns also how long the result can be trusted (see `certify`).
 
     It needs the `scene` of the system too, to compute better solutions; or a `Mechanism` in place of system, state and
     scene. A run that fails is certified up to its failure before SimulationError is raised; an interrupted one is not
     certified.
     """
-    system = given[0] if given else named.get("system")
+    system = args[0] if args else named.get("system")
     if isinstance(system, System):
         if scene is None:
             raise TypeError("simulate_certified() lacks the argument 'scene': that of the system")
         words = ("system", "state")
-        named |= dict(zip(words, given, strict=False))
-        given = (Mechanism(scene, named.pop("system"), named.pop("state")), *given[2:])
-    return _certified(*given, **named)
+        named |= dict(zip(words, args, strict=False))
+        args = (Mechanism(scene, named.pop("system"), named.pop("state")), *args[2:])
+    return _certified(*args, **named)
 
 
 @dataclass(frozen=True)
@@ -402,19 +402,19 @@ def certify_kinematic(
 ) -> Trust:
     """Judges a kinematic run whose points were at `position` (T, k, 3), m, at the sample times (T,), s. `limits` are in
     m. From the first sample on that the Gauss-Newton steps cannot reach, the error is unknown."""
-    own = np.full(position.shape, np.nan)
+    followed = np.full(position.shape, np.nan)
     uncertainty, remark = np.zeros(position.shape[:2]), "nothing of the motion was integrated: no error grows"
     largest, checked = 0.0, set(np.linspace(0, len(times) - 1, min(len(times), MOST_CHECKED)).astype(int).tolist())
     try:
         for at, q in enumerate(_poses_along(mechanism, times)):
-            own[at] = _points(mechanism, q)
+            followed[at] = _points(mechanism, q)
             if at in checked:
                 tell("certifying", at, len(times))
                 largest = max(largest, _round_off(mechanism, q))
     except (SimulationError, np.linalg.LinAlgError) as failure:
         cause = failure.cause if isinstance(failure, SimulationError) else str(failure)
         remark = f"the poses could not be followed to the end: {cause}"
-    error = np.linalg.norm(position - own, axis=-1)
+    error = np.linalg.norm(position - followed, axis=-1)
     uncertainty[:] = largest
     unknown = [Growth()] * len(mechanism.points)
     return trust_of(mechanism.points, times, error, uncertainty, limits, unknown, SOLUTION, remark)
@@ -433,8 +433,8 @@ def _pose_at(system: System, t: float, q: Array, end: float, halvings: int = 0) 
     """Follow the motion from q at time t to the time `end`: move along its velocity, then close the constraints. The
     step is halved where closing moves the pose much. Raises SimulationError where the branch cannot be told."""
     drive = drive_at(system, end)
-    rows, own = scaled_rows(system, pose_of(q), NO_CONDITIONS), slice(system.bodies, None)
-    rate = shortest(rows, -time_derivative(system, drive_at(system, t))[own] / system.row_scale[own])
+    rows, joint_rows = scaled_rows(system, pose_of(q), NO_CONDITIONS), slice(system.bodies, None)
+    rate = shortest(rows, -time_derivative(system, drive_at(system, t))[joint_rows] / system.row_scale[joint_rows])
     ahead = moved(system, q, (end - t) * rate)
     closed, residual = nearest(system, ahead, NO_CONDITIONS, drive, CLOSED)
     way, corrected = (max(moved_by(each, closed)) for each in (q, ahead))

@@ -97,19 +97,19 @@ def _steps(mechanism: Mechanism, setting: Setting, ends: Array) -> Iterator[tupl
     settings = mechanism.settings(setting, float(ends[-1]), float(ends[-1]))
     every, state = settings.projection.every, mechanism.state
     choice, carried = choose(mechanism.system, state, settings), (START, 0.0)
-    kept: Mark = START
+    balance: Mark = START
     always = replace(settings, projection=replace(settings.projection, every=1))
     never = replace(settings, projection=replace(settings.projection, method="none", energy=False, momentum=False))
     for number, (begin, end) in enumerate(pairwise(ends.tolist()), start=1):
         free = _one_step(mechanism, choice, never, state, end - begin, carried)
         closed = free
         if number % every == 0 or number == 1:  # the energy row's balance begins with the first step
-            made = _one_step(mechanism, choice, always, state, end - begin, carried)
-            kept = {name: value for name, value in made.carried[0].items() if name == "kept"}
-            closed = made if number % every == 0 else free
+            projected = _one_step(mechanism, choice, always, state, end - begin, carried)
+            balance = {name: value for name, value in projected.carried[0].items() if name == "kept"}
+            closed = projected if number % every == 0 else free
         yield free, closed
         mark, work = closed.carried
-        state, carried = replace(closed.state, t=end), ({**mark, **kept}, work)
+        state, carried = replace(closed.state, t=end), ({**mark, **balance}, work)
 
 
 def _one_step(
@@ -123,8 +123,8 @@ def _one_step(
         return _StepEnd(last.state, float(last.work[0] - last.work[1]))
     run, (mark, before) = choice.compiled.run(state, single), carried
     if mark:
-        own = mark if run.kept else {name: value for name, value in mark.items() if name != "kept"}
-        run.resume({**own, "t": state.t, "h": h, "grid": 0})
+        start_mark = mark if run.kept else {name: value for name, value in mark.items() if name != "kept"}
+        run.resume({**start_mark, "t": state.t, "h": h, "grid": 0})
     block = run.advance(2, np.inf)
     failure = choice.compiled.failure(run, settings)
     if failure is not None:
@@ -154,9 +154,9 @@ def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
         return np.append(setting.step * np.arange(count), until)
     samples = SAMPLES
     while samples <= MOST_SAMPLES:
-        kept = _StepSizes()
-        simulate(mechanism.system, mechanism.state, mechanism.settings(setting, until, until / samples), kept)
-        number, size = np.concatenate(kept.number)[1:], np.concatenate(kept.size)[1:]
+        recorder = _StepSizes()
+        simulate(mechanism.system, mechanism.state, mechanism.settings(setting, until, until / samples), recorder)
+        number, size = np.concatenate(recorder.number)[1:], np.concatenate(recorder.size)[1:]
         steps, first = np.unique(number, return_index=True)
         if len(steps) == steps[-1]:  # every step has a sample
             return np.append(np.concatenate([[0.0], np.cumsum(size[first][:-1])]), until)
@@ -269,13 +269,13 @@ def compare(
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
     tell("reference", 0, 1)
     truth = reference(mechanism, times, {each.integrator for each in settings})
-    kept = ValueCache(["compare", mechanism.identity, times.tolist()], fresh, (EnergySplit, Timing, *SOLUTION_RECORDS))
+    cache = ValueCache(["compare", mechanism.identity, times.tolist()], fresh, (EnergySplit, Timing, *SOLUTION_RECORDS))
     items = {setting.command_line(): setting for setting in settings}
-    solved = resumable(_solved, (scene, times), items, kept, processes, "runs", tell)
+    solved = resumable(_solved, (scene, times), items, cache, processes, "runs", tell)
     runs = [solved[setting.command_line()] for setting in settings]
     taken = {solution.report.formulation for solution, _ in runs if solution.report is not None}
     alive = [solution.setting for solution, _ in runs if solution.report is not None and len(taken) == 1]
-    taken_times = kept_timings(kept, mechanism, alive, float(times[-1]), repetitions, tell)
+    taken_times = kept_timings(cache, mechanism, alive, float(times[-1]), repetitions, tell)
     timings = dict(zip(alive, taken_times, strict=True))
     entries = tuple(
         SettingResult(label, measured(one, truth), one, error(one, truth), split, timings.get(one.setting))
@@ -309,21 +309,21 @@ def _settings(
 ) -> tuple[list[Setting], list[str]]:
     """All combinations of the requested options, and notes. They are in one formulation, whose reason a note gives,
     unless several are asked for."""
-    own, notes = Setting.of(scene.settings), []
+    scene_setting, notes = Setting.of(scene.settings), []
     sizes: list[dict[str, Any]] = [{"step": step, "tolerance": None} for step in (() if steps is None else steps)]
     sizes += [{"step": None, "tolerance": tolerance} for tolerance in (() if tolerances is None else tolerances)]
     if not sizes:
-        if own.step is None and own.tolerance is None:
+        if scene_setting.step is None and scene_setting.tolerance is None:
             problem = Problem(
                 "the scene has neither step nor tolerance",
                 scene.place("simulation"),
                 "say which with --steps or --tolerances",
             )
             raise InputError(problem)
-        sizes = [{"step": own.step, "tolerance": own.tolerance}]
+        sizes = [{"step": scene_setting.step, "tolerance": scene_setting.tolerance}]
     slow = only_full(projections)
-    chosen = list(formulations or ["full" if slow else own.formulation])
-    if slow and not formulations and own.formulation != "full":
+    chosen = list(formulations or ["full" if slow else scene_setting.formulation])
+    if slow and not formulations and scene_setting.formulation != "full":
         names = ", ".join(f"'{name}'" for name in slow)
         notes.append(f"all in the full formulation: {names} exist{'s' * (len(slow) == 1)} there only")
     all_settings = [
@@ -331,15 +331,15 @@ def _settings(
         for formulation, projection, integrator, size, each in product(
             chosen,
             projections,
-            methods or [own.integrator],
+            methods or [scene_setting.integrator],
             sizes,
-            [own] if rows is None else [replace(own, energy_row=row) for row in rows],
+            [scene_setting] if rows is None else [replace(scene_setting, energy_row=row) for row in rows],
         )
         if (_takes_tolerance(integrator) if size["step"] is None else integrator != AUTOMATIC)
     ]
     if not all_settings:
-        message = f"{', '.join(methods or [own.integrator])}: no error estimate, which a tolerance needs"
-        if AUTOMATIC in (methods or [own.integrator]):
+        message = f"{', '.join(methods or [scene_setting.integrator])}: no error estimate, which a tolerance needs"
+        if AUTOMATIC in (methods or [scene_setting.integrator]):
             message = f"'{AUTOMATIC}' chooses its steps by their error: it takes no 'step'"
             raise InputError(Problem(message, Place("--steps"), "give --tolerances"))
         raise InputError(Problem(message, Place("--tolerances"), "add --integrators dop853, or give --steps"))
@@ -358,7 +358,7 @@ def labels_of(settings: Sequence[Setting]) -> list[str]:
     not."""
     words = [[each.formulation, *each.label.split(", ")] for each in settings]
     shared = set.intersection(*map(set, words))
-    return [", ".join(word for word in own if word not in shared) or own[1] for own in words]
+    return [", ".join(word for word in label if word not in shared) or label[1] for label in words]
 
 
 def _notes(entries: Sequence[SettingResult], truth: Reference, taken: set[str]) -> list[str]:

@@ -125,9 +125,9 @@ def marker_error(history: History, exact: History) -> Array:
 
 def _run(name: str, duration: float, simulation: Mapping[str, str]) -> History:
     scene = read_scene(mechanism(name), {}, {"duration": repr(duration), **simulation})
-    system, kept, failure = compile_system(scene), _HistoryRecorder(), None
+    system, recorder, failure = compile_system(scene), _HistoryRecorder(), None
     try:
-        simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), kept)
+        simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
     except SimulationError as error:
         failure = str(error)
-    return kept.history(failure)
+    return recorder.history(failure)

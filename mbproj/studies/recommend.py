@@ -127,13 +127,13 @@ def with_closed_joints(setting: Setting) -> Setting:
 @dataclass(eq=False)
 class Bench:
     """A mechanism and its reference. `goal` is the largest error (m) allowed at the points with the numbers `columns`.
-    `kept` stores all measurements. With `by_energy`, a run whose energy `mbproj run` would warn of misses the goal."""
+    `cache` stores all measurements. With `by_energy`, a run whose energy `mbproj run` would warn of misses the goal."""
 
     mechanism: Mechanism
     reference: Reference
     goal: float
     columns: tuple[int, ...]
-    kept: ValueCache = field(default_factory=ValueCache)
+    cache: ValueCache = field(default_factory=ValueCache)
     by_energy: bool = True
 
     def missed(self, tried: Measurement) -> float:
@@ -159,8 +159,8 @@ class Bench:
 
     def shortened(self, until: float) -> Bench:
         """The bench with a reference that ends at an earlier sample time `until`, s."""
-        kept, whole = self.reference.times <= until * (1.0 + 1e-9), self.reference
-        arrays = {name: getattr(whole, name)[kept] for name in ("times", "position", "velocity", "uncertainty")}
+        within, whole = self.reference.times <= until * (1.0 + 1e-9), self.reference
+        arrays = {name: getattr(whole, name)[within] for name in ("times", "position", "velocity", "uncertainty")}
         return replace(self, reference=replace(whole, **arrays))
 
     @property
@@ -171,15 +171,15 @@ class Bench:
     def measure(self, setting: Setting) -> Measurement:
         """Measure a setting at these points, unless its measurement is stored."""
         key = f"{setting.command_line()}{self._end}"
-        if key not in self.kept:
-            self.kept.add(key, self.fresh(setting, self.mechanism))
-        measurement: Measurement = self.kept[key]
+        if key not in self.cache:
+            self.cache.add(key, self.fresh(setting, self.mechanism))
+        measurement: Measurement = self.cache[key]
         return measurement
 
     @property
     def measurements(self) -> list[Measurement]:
         """All measurements up to the end of the runs."""
-        return [each for key, each in self.kept.items() if key.endswith(self._end)]
+        return [each for key, each in self.cache.items() if key.endswith(self._end)]
 
     def fresh(self, setting: Setting, mechanism: Mechanism) -> Measurement:
         """Measure a setting at these points with `mechanism`, of the same scene, whether or not a measurement is
@@ -332,8 +332,8 @@ class Recommendation(Tabled):
         """A table with a row for each setting: the best, those of similar cost, and the scene's own. Its column
         `setting` has the options of mbproj run."""
         near = [("near", each) for each in self.contenders[1:]]
-        own = [] if self.own is None else [("own", self.own)]
-        return Table.of(_row(kind, each) for kind, each in [("best", self.best), *near, *own])
+        scene_row = [] if self.own is None else [("own", self.own)]
+        return Table.of(_row(kind, each) for kind, each in [("best", self.best), *near, *scene_row])
 
     @property
     def line(self) -> str:
@@ -383,13 +383,13 @@ def recommend(
     times = sampled(scene, until)
     tell("reference", 0, 1)
     truth = reference(mechanism, times)
-    kept = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], fresh, MEASUREMENT_RECORDS)
-    bench = Bench(mechanism, truth, error, columns, kept)
+    cache = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], fresh, MEASUREMENT_RECORDS)
+    bench = Bench(mechanism, truth, error, columns, cache)
     base = with_closed_joints(Setting.of(scene.settings))
-    own = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
+    scene_setting = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
     first, bench = _cheapest_of_first_family(bench, base, tell)
     contenders, tried = _contenders(bench, base, first, processes, tell)
-    usual = [] if own is None else [bench.measure(own)]
+    usual = [] if scene_setting is None else [bench.measure(scene_setting)]
     if timed:
         contenders, usual = _timed(bench, contenders, usual, tell)
     settings = mechanism.settings(contenders[0].setting, float(f"{bench.until:.12g}"), float(times[1]))
@@ -451,10 +451,10 @@ def _contenders(
     budget, end = CONTENDERS * first.evaluations, f"--duration {bench.until!r} up to {first.evaluations}"
     others = list(families(base, _interval(bench), stiff=_limited_by_stability(bench, first)))[1:]
     items = {f"{each.setting(1).command_line()} {end}, {bench.by_energy}": each for each in others}
-    shared = replace(bench, kept=ValueCache()), budget
+    shared = replace(bench, cache=ValueCache()), budget
     is_long = sum(each.seconds for each in bench.measurements) > LONG
     where = 1 if processes is None and not is_long else processes
-    searched = resumable(_searched, shared, items, bench.kept, where, "integrators", tell).values()
+    searched = resumable(_searched, shared, items, bench.cache, where, "integrators", tell).values()
     contenders, tried = ([each for pair in searched for each in pair[part]] for part in (0, 1))
     contenders = [first, *contenders]
     contenders += _with_energy_row(bench, base, min(contenders, key=lambda one: one.evaluations))
@@ -464,7 +464,7 @@ def _contenders(
 
 def _searched(shared: tuple[Bench, float], family: Family) -> tuple[list[Measurement], list[Measurement]]:
     """The cheapest setting of a family within a budget of evaluations, if there is one, and all that was measured."""
-    bench, budget, intervals = replace(shared[0], kept=ValueCache()), shared[1], len(shared[0].reference.times) - 1
+    bench, budget, intervals = replace(shared[0], cache=ValueCache()), shared[1], len(shared[0].reference.times) - 1
     start = _start_fineness(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
     best = cheapest(bench, family, start, budget)
     return [] if best is None else [best], bench.measurements
@@ -539,8 +539,8 @@ def changes_to(before: Settings, after: Settings) -> Changes:
     changes: dict[str, Any] = {entry.key: _text(entry.of(after)) for entry in differing if len(entry.path) == 1}
     if after.projection != before.projection:
         inner = {entry.key: (entry.of(after), entry.usual) for entry in recommended if len(entry.path) == 2}
-        own = {key: None if value == usual else _text(value) for key, (value, usual) in inner.items()}
-        changes["projection"] = {**own, "method": after.projection.method}
+        projection = {key: None if value == usual else _text(value) for key, (value, usual) in inner.items()}
+        changes["projection"] = {**projection, "method": after.projection.method}
     return changes
 
 

@@ -231,21 +231,21 @@ def _looked_at(scene: Scene, recorder: ResultsWriter, *, judged: bool) -> dict[s
     rubs = rubs or any(joint.parameters["path"].rubbing for joint in scene.joints if "path" in joint.parameters)
     if not (rubs or has_ropes or (judged and scene.expectations)):
         return {}
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     samples = recorder.results()
     if judged and scene.expectations:
         from mbproj.results.analysis.expectations import outcomes
 
-        found["outcomes"] = tuple(outcomes(scene.expectations, samples))
+        fields["outcomes"] = tuple(outcomes(scene.expectations, samples))
     if rubs:
         from mbproj.results.analysis.contacts import creep_by_friction, friction_records
 
-        found |= {"frictions": friction_records(samples), "creep": creep_by_friction(samples, scene)}
+        fields |= {"frictions": friction_records(samples), "creep": creep_by_friction(samples, scene)}
     if has_ropes:
         from mbproj.results.analysis.contacts import pushed_by_ropes
 
-        found["ropes"] = pushed_by_ropes(samples, scene)
-    return found
+        fields["ropes"] = pushed_by_ropes(samples, scene)
+    return fields
 
 
 def _is_dry(force: object) -> bool:

@@ -150,18 +150,18 @@ def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float
 
     def run(group: Sequence[float]) -> list[StabilityPoint | None]:
         subjects = [changed(value) for value in group]
-        own = subjects[0]
-        if own.setting.energy_row or any(replace(each, scene=own.scene) != own for each in subjects):
+        first = subjects[0]
+        if first.setting.energy_row or any(replace(each, scene=first.scene) != first for each in subjects):
             raise OneCaseOnly("settings of several cases differ")
         # a run does not depend on the texts of changes
-        scenes = [replace(each.scene, overrides=own.scene.overrides) for each in subjects]
-        cases = CaseBlock.of(as_one(scenes), settings_of(own), len(group))
+        scenes = [replace(each.scene, overrides=first.scene.overrides) for each in subjects]
+        cases = CaseBlock.of(as_one(scenes), settings_of(first), len(group))
         blocks, ended = cases.observed()
         watch = _Watch(cases.mechanism.system)
         for block in blocks:
             watch.write(block)
         return [
-            watch.of_case(at).point(value, own.limits, None) if ended[at] else None for at, value in enumerate(group)
+            watch.of_case(at).point(value, first.limits, None) if ended[at] else None for at, value in enumerate(group)
         ]
 
     return by_arrays(
@@ -174,12 +174,12 @@ def judged_in_blocks(changed: Callable[[float], Subject], values: Sequence[float
 
 def _with_energy_row(point: StabilityPoint, report: Report, subject: Subject) -> StabilityPoint:
     """Return the point with the energy that the projection's energy row gave or took as an error of the balance."""
-    limits, given = subject.limits, report.rows.furthest / max(report.exchanged, np.finfo(float).tiny)
-    if point.state == FAILS or not given > max(limits.energy, point.energy):
-        return replace(point, energy=max(point.energy, given)) if given > 0.0 else point
-    state = FAILS if given > limits.lost else DEGRADES
-    said = point.cause or f"the energy row gave or took {given:.1e} of it"
-    return replace(point, state=state, energy=given, time=point.time or subject.until, cause=said)
+    limits, share = subject.limits, report.rows.furthest / max(report.exchanged, np.finfo(float).tiny)
+    if point.state == FAILS or not share > max(limits.energy, point.energy):
+        return replace(point, energy=max(point.energy, share)) if share > 0.0 else point
+    state = FAILS if share > limits.lost else DEGRADES
+    said = point.cause or f"the energy row gave or took {share:.1e} of it"
+    return replace(point, state=state, energy=share, time=point.time or subject.until, cause=said)
 
 
 def settings_of(subject: Subject) -> Settings:
@@ -300,16 +300,16 @@ def growth(subject: Subject, value: float) -> StabilityPoint:
     is this difference after the last step, in lengths or rad."""
     try:
         mechanism = Mechanism.of(subject.scene)
-        own, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
+        closed, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
     except MbprojError as error:
         where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
         return StabilityPoint(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
-    first, last = (float(part) for part in np.abs(opened - own).max(axis=1))
+    first, last = (float(part) for part in np.abs(opened - closed).max(axis=1))
     if last <= first:
         return StabilityPoint(value, HOLDS, last, np.nan)
     said = f"an offset has grown from {first:.1e} to {last:.1e}"
     return StabilityPoint(
-        value, FAILS, last, np.nan, STEPS * subject.step, _worst(mechanism.system, opened - own), said
+        value, FAILS, last, np.nan, STEPS * subject.step, _worst(mechanism.system, opened - closed), said
     )
 
 
@@ -329,16 +329,16 @@ def _shifted(subject: Subject, mechanism: Mechanism) -> Mechanism:
 def _violations(subject: Subject, mechanism: Mechanism) -> Array:
     """The violation C of joints and motions at the start and after the last step, (2, m), in the mechanism's length or
     rad."""
-    span, kept, system = STEPS * subject.step, list[Block](), mechanism.system
+    span, blocks, system = STEPS * subject.step, list[Block](), mechanism.system
 
     class Kept:
         def write(self, block: Block) -> None:
-            kept.append(block)
+            blocks.append(block)
 
     with np.errstate(all="ignore"):
         simulate(system, mechanism.state, mechanism.settings(subject.setting, span, span), Kept())
-    times = np.concatenate([block["time"] for block in kept])
-    q = np.concatenate([_coordinates(system, block) for block in kept])
+    times = np.concatenate([block["time"] for block in blocks])
+    q = np.concatenate([_coordinates(system, block) for block in blocks])
     return np.asarray((constraint_at(system, q, times) / system.row_scale)[:, system.bodies :])
 
 
@@ -418,8 +418,8 @@ def _gains(subject: Subject) -> ValueSpan:
     if not (subject.scene.joints or subject.scene.motions):
         said = "the scene has no joints for Baumgarte's terms to close"
         raise InputError(Problem(said, hint="vary something else, 'step' for example"))
-    own = subject.setting.gains or SETTINGS["gains"].where_taken
-    return ValueSpan(0.05 / subject.step, own[0], 20.0 / subject.step)
+    gains = subject.setting.gains or SETTINGS["gains"].where_taken
+    return ValueSpan(0.05 / subject.step, gains[0], 20.0 / subject.step)
 
 
 #: Every quantity by name. A new one is an entry here, and the function in `mbproj.studies.variants` that applies it.
@@ -480,11 +480,11 @@ def _of_parameter(name: str) -> VariedQuantity:
         if name not in known:
             hint = choose_from(name, known, "parameters are") if known else "name a number: `parameters: {T: 20 ms}`"
             raise InputError(Problem(f"the scene has no parameter '{name}'", hint=hint))
-        own = known[name]
-        if not own > 0.0:
-            said = f"parameter '{name}' is {own:.6g}, and values are varied by their logarithms"
+        scene_value = known[name]
+        if not scene_value > 0.0:
+            said = f"parameter '{name}' is {scene_value:.6g}, and values are varied by their logarithms"
             raise InputError(Problem(said, hint="let a positive parameter be a factor of it"))
-        return ValueSpan(0.1 * own, own, 10.0 * own)
+        return ValueSpan(0.1 * scene_value, scene_value, 10.0 * scene_value)
 
     def changed(subject: Subject, value: float) -> Subject:
         return replace(subject, scene=subject.scene.with_({name: value}))
@@ -607,8 +607,8 @@ def stability(
     subject = Subject(
         scene, _with_fixed_step(mechanism, until_of(scene, until)), until_of(scene, until), limits or Limits()
     )
-    own_span = quantity.span(subject)
-    whole = ValueSpan(low or own_span.low, own_span.own, high or own_span.high)
+    usual = quantity.span(subject)
+    whole = ValueSpan(low or usual.low, usual.own, high or usual.high)
     if not 0.0 < whole.low < whole.high:
         message = f"there is nothing between {whole.low:g} and {whole.high:g}"
         raise InputError(Problem(message, hint="let --from be below --to"))
@@ -623,14 +623,14 @@ def stability(
         "span": vars(whole),
         "points": points,
     }
-    kept = ValueCache(what, fresh, (StabilityPoint,))
+    cache = ValueCache(what, fresh, (StabilityPoint,))
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}
     if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:
         subjects |= _implicit(subjects)
     if quantity.of_motion:
         subjects = {NAME: replace(subject, is_linear=True), **subjects}
-    walked = resumable(_points_of, (vary, grid), subjects, kept, processes, "methods", tell)
+    walked = resumable(_points_of, (vary, grid), subjects, cache, processes, "methods", tell)
     analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
     step = subject.setting.step or 1.0
     return StabilityMap(
@@ -686,21 +686,21 @@ def _refuse_endless(*ends: Subject) -> None:
 
 def _with_fixed_step(mechanism: Mechanism, until: float) -> Setting:
     """The scene's setting with a fixed step: its own, or the mean step that its tolerance leads to."""
-    own = Setting.of(mechanism.scene.settings)
-    if own.step is not None:
-        return own
+    setting = Setting.of(mechanism.scene.settings)
+    if setting.step is not None:
+        return setting
     steps = DEFAULT_STEPS
-    if own.tolerance is not None:
-        report = solve(mechanism, own, sample_times(until, 1)).report
+    if setting.tolerance is not None:
+        report = solve(mechanism, setting, sample_times(until, 1)).report
         steps = report.counters["steps"] if report is not None else steps
-    return replace(own, integrator=with_fixed_steps(own.integrator), step=until / steps, tolerance=None)
+    return replace(setting, integrator=with_fixed_steps(setting.integrator), step=until / steps, tolerance=None)
 
 
 def _with_method(subject: Subject, name: str) -> Subject:
     """Return the subject with another projection method, without the options that this method does not take."""
-    own = subject.setting
-    taken = {option: getattr(own, option) for option in PROJECTIONS[name].options}
-    return replace(subject, setting=replace(own, **{"alpha": None, "gains": None, **taken}, projection=name))
+    setting = subject.setting
+    taken = {option: getattr(setting, option) for option in PROJECTIONS[name].options}
+    return replace(subject, setting=replace(setting, **{"alpha": None, "gains": None, **taken}, projection=name))
 
 
 def _implicit(subjects: Mapping[str, Subject]) -> dict[str, Subject]:

@@ -168,8 +168,8 @@ def _set_aside(path: Path, why: str) -> None:
 
 def _folder() -> Path:
     """MBPROJ_CACHE, or `mbproj` in the user's folder for caches, as the system has it."""
-    if given := os.environ.get("MBPROJ_CACHE"):
-        return Path(given)
+    if folder := os.environ.get("MBPROJ_CACHE"):
+        return Path(folder)
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA", "~/AppData/Local")) / "mbproj" / "Cache"
     if sys.platform == "darwin":
@@ -208,8 +208,8 @@ def cached(what: Any, compute: Callable[[], Value], records: Sequence[type]) -> 
     study = key_of(what)
     for data in read(study).values():
         with suppress(ValueError):  # written by a version with other fields, or damaged
-            kept: Value = decoded(data, records)
-            return kept
+            stored: Value = decoded(data, records)
+            return stored
     value = compute()
     write(study, "", encoded(value))
     return value

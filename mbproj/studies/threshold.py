@@ -112,31 +112,31 @@ def threshold_study(
     Raises InputError where the scene's setting has no projection, or does not run."""
     mechanism = Mechanism.to_choose_for(scene)
     columns = mechanism.columns(at)
-    own = _every_step(Setting.of(scene.settings), scene)
+    scene_setting = _every_step(Setting.of(scene.settings), scene)
     size = round(np.log10(mechanism.system.length))
     usual = [float(f"1e{size + exponent}") for exponent in EXPONENTS]
     chosen = sorted(usual if thresholds is None else map(float, thresholds))
-    same = {name: getattr(own, name) for name in ("integrator", "step", "tolerance", "formulation")}
-    without = replace(own.projected_by("none"), **same)
-    settings = [own, *(replace(own, threshold=value) for value in chosen), without]
-    truth, notes = certain_reference(mechanism, span(scene, until), own, (own.integrator,), tell)
+    same = {name: getattr(scene_setting, name) for name in ("integrator", "step", "tolerance", "formulation")}
+    without = replace(scene_setting.projected_by("none"), **same)
+    settings = [scene_setting, *(replace(scene_setting, threshold=value) for value in chosen), without]
+    truth, notes = certain_reference(mechanism, span(scene, until), scene_setting, (scene_setting.integrator,), tell)
     what = {
         "study": "threshold",
         **mechanism.identity,
         "thresholds": chosen,
-        "own": own.command_line(),
+        "own": scene_setting.command_line(),
         "until": float(truth.times[-1]),
         "repetitions": repetitions,
     }
-    kept = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
-    trials = attempt(mechanism, settings, truth, kept, processes, tell)
+    cache = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
+    trials = attempt(mechanism, settings, truth, cache, processes, tell)
     if trials[0].failure is not None:
         raise InputError(Problem(f"the scene's own setting fails: {trials[0].failure}", hint="choose a smaller step"))
     if not trials[0].counters["projections"]:
         raise InputError(Problem("there is nothing to project: no joint, and no motion, constrains this mechanism"))
     alive = [index for index, trial in enumerate(trials) if trial.failure is None]
     taken = kept_timings(
-        kept, mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions, tell
+        cache, mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions, tell
     )
     timings = dict(zip(alive, taken, strict=True))
     recommended, exceeded = _recommended(trials[:-1], tuple(at), float(truth.uncertainty[-1, columns].max()))
@@ -152,22 +152,22 @@ def threshold_study(
     )
 
 
-def _every_step(own: Setting, scene: Scene) -> Setting:
-    if not PROJECTIONS[own.projection].corrects:
+def _every_step(setting: Setting, scene: Scene) -> Setting:
+    if not PROJECTIONS[setting.projection].corrects:
         problem = Problem(
-            f"'{own.projection}' makes no projections",
+            f"'{setting.projection}' makes no projections",
             scene.place("simulation", "projection"),
             "choose one with --projection, gpopm for example",
         )
         raise InputError(problem)
-    if own.step is None and own.tolerance is None:
+    if setting.step is None and setting.tolerance is None:
         problem = Problem(
             "the scene has neither step nor tolerance",
             scene.place("simulation"),
             "add one of them to 'simulation', or --step or --tolerance",
         )
         raise InputError(problem)
-    return replace(own, every=1, threshold=None)
+    return replace(setting, every=1, threshold=None)
 
 
 def _recommended(

@@ -91,7 +91,7 @@ def cheapest(cost: Sequence[float] | Array, error: Sequence[float] | Array, limi
     return index if len(costs) and np.isfinite(costs[index]) else None
 
 
-def projections_at_one_size(trials: Sequence[Measurement], errors: Array, own: Setting | None) -> list[int]:
+def projections_at_one_size(trials: Sequence[Measurement], errors: Array, scene_setting: Setting | None) -> list[int]:
     """Indices of settings with one integrator and one fixed step that differ only in their projection. The largest such
     group is taken. Of equally large groups, take the one with the scene's own setting, or else the one with the middle
     error."""
@@ -104,7 +104,7 @@ def projections_at_one_size(trials: Sequence[Measurement], errors: Array, own: S
     if not full:
         return []
     for group in full:
-        if own is not None and any(trials[index].setting == own for index in group):
+        if scene_setting is not None and any(trials[index].setting == scene_setting for index in group):
             return group
     best = np.log(np.array([errors[group].min() for group in full]).clip(NONE))
     middle = 0.5 * (best.min() + best.max())
@@ -344,16 +344,18 @@ def tradeoff(
     the scene has none). A sweep ends with a run that takes more than `longest` s. An interrupted study resumes, and a
     finished one gives the same tables again, unless `fresh`. Raises InputError for what cannot be run at all.
     """
-    mechanism, own = Mechanism.to_choose_for(scene), Setting.of(scene.settings)
+    mechanism, scene_setting = Mechanism.to_choose_for(scene), Setting.of(scene.settings)
     points = tuple(mechanism.points[k] for k in mechanism.columns(at))
     names = tuple(integrators or registry.explicit_integrators())
     for projection, name in product(projections, names):
         free = name == registry.AUTOMATIC  # raises InputError for an unknown name
         Setting(projection, name, None if free else 1.0, 1e-3 if free else None).settings(1.0, 1.0)
     # all runs are in one formulation: seconds of different formulations are not comparable
-    own = replace(own, formulation=formulation or ("full" if only_full(projections) else own.formulation))
-    base = replace(own, step=None, tolerance=None)
-    truth, notes = certain_reference(mechanism, span(scene, until), own, names, tell)
+    scene_setting = replace(
+        scene_setting, formulation=formulation or ("full" if only_full(projections) else scene_setting.formulation)
+    )
+    base = replace(scene_setting, step=None, tolerance=None)
+    truth, notes = certain_reference(mechanism, span(scene, until), scene_setting, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
     track = SweepSetup(Yardstick(scene, truth), goal, longest)
     what = {
@@ -366,19 +368,19 @@ def tradeoff(
         "longest": longest,
         "repetitions": repetitions,
     }
-    kept = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
-    mine = own if own.step or own.tolerance else None
-    trials = _accuracy(track, base, mine, projections, names, kept, processes, tell)
+    cache = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
+    mine = scene_setting if scene_setting.step or scene_setting.tolerance else None
+    trials = _accuracy(track, base, mine, projections, names, cache, processes, tell)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}
     if mine is not None and mine not in numbers:
         numbers[mine] = len(trials)
-        trials += attempt(mechanism, [mine], truth, kept, 1)
+        trials += attempt(mechanism, [mine], truth, cache, 1)
     errors = np.array([trial.at(points) for trial in trials])
     compared = projections_at_one_size(trials, errors, mine)
     closed = CLOSED * max(1.0, mechanism.system.length)
     wanted = to_time(trials, errors, closed, [*compared, *([numbers[mine]] if mine is not None else [])])
     timings = kept_timings(
-        kept, mechanism, [trials[index].setting for index in wanted], float(truth.times[-1]), repetitions, tell
+        cache, mechanism, [trials[index].setting for index in wanted], float(truth.times[-1]), repetitions, tell
     )
     return Tradeoff(
         title=scene.title,
@@ -396,10 +398,10 @@ def tradeoff(
 def _accuracy(
     track: SweepSetup,
     base: Setting,
-    own: Setting | None,
+    scene_setting: Setting | None,
     projections: Sequence[str],
     names: Sequence[str],
-    kept: ValueCache,
+    cache: ValueCache,
     processes: Where,
     tell: Tell,
 ) -> list[Measurement]:
@@ -409,15 +411,15 @@ def _accuracy(
         replace(base.projected_by(name), every=1, threshold=None, formulation=base.formulation) for name in projections
     ]
     ladders = integrator_ladders(methods[0], names)
-    first = sweeps(track, ladders, kept, processes, "integrators", tell)
+    first = sweeps(track, ladders, cache, processes, "integrators", tell)
     others: list[Ladder] = []
     constrained = track.yardstick.mechanism.system.joints.size > 0
-    owned = [each for each in ladders if own is not None and each.holds(own)]
+    owned = [each for each in ladders if scene_setting is not None and each.holds(scene_setting)]
     for ladder in dict.fromkeys((*promising(ladders, first), *owned)) if constrained else ():
         others += projection_ladders(ladder, methods[1:])
         if registry.PROJECTIONS[methods[0].projection].corrects:
             others += schedule_ladders(ladder, track.yardstick.mechanism.system.length)
-    second = sweeps(track, others, kept, processes, "projections and schedules", tell)
+    second = sweeps(track, others, cache, processes, "projections and schedules", tell)
     unique = {trial.setting: trial for swept in (*first, *second) for trial in swept}
     return list(unique.values())
 
@@ -502,8 +504,8 @@ def schedule_ladders(ladder: Ladder, size: float) -> list[Ladder]:
     """The ladder with an energy row, and with less frequent projections. `size` (m) is the mechanism's."""
     often = [replace(ladder.base, every=k) for k in EVERY]
     above = [replace(ladder.base, threshold=float(f"{part * size:.1g}")) for part in THRESHOLDS]
-    kept = [] if ladder.base.energy_row else [replace(ladder.base, energy_row=True)]
-    return [Ladder(base, ladder.by_tolerance) for base in (*kept, *often, *above)]
+    conserving = [] if ladder.base.energy_row else [replace(ladder.base, energy_row=True)]
+    return [Ladder(base, ladder.by_tolerance) for base in (*conserving, *often, *above)]
 
 
 def _sizeless(setting: Setting, **changes: str) -> Setting:
@@ -536,10 +538,10 @@ def sweep(track: SweepSetup, ladder: Ladder) -> list[Measurement]:
 
 
 def sweeps(
-    track: SweepSetup, ladders: Sequence[Ladder], kept: ValueCache, processes: Where, phase: str, tell: Tell
+    track: SweepSetup, ladders: Sequence[Ladder], cache: ValueCache, processes: Where, phase: str, tell: Tell
 ) -> list[list[Measurement]]:
-    """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `kept` are
+    """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `cache` are
     not run again."""
     keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
-    records = resumable(sweep, track, dict(zip(keys, ladders, strict=True)), kept, processes, phase, tell)
+    records = resumable(sweep, track, dict(zip(keys, ladders, strict=True)), cache, processes, phase, tell)
     return [records[key] for key in keys]

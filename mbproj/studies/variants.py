@@ -127,8 +127,8 @@ class _Larger:
     k: float
     types: dict[str, str]
 
-    def vector(self, given: Vector) -> Vector:
-        x, y, z = given
+    def vector(self, components: Vector) -> Vector:
+        x, y, z = components
         return self.k * x, self.k * y, self.k * z
 
     def body(self, body: Body) -> Body:
@@ -144,13 +144,13 @@ class _Larger:
 
     def joint(self, joint: Joint) -> Joint:
         units = {name: each.unit for name, each in JOINTS[joint.type].parameters.items()}
-        own = {name: self._in(units.get(name, "m"), value) for name, value in joint.parameters.items()}
+        parameters = {name: self._in(units.get(name, "m"), value) for name, value in joint.parameters.items()}
         return replace(
             joint,
             points=self.points(joint.points),
             start={name: self._unit(joint.name, name) * value for name, value in joint.start.items()},
             speed={name: self._unit(joint.name, name) * value for name, value in joint.speed.items()},
-            parameters=own,
+            parameters=parameters,
             couples=joint.couples and self._coupled(joint.couples),
             reflected_inertia={
                 name: value if self._unit(joint.name, name) == self.k else self.k**2 * value
@@ -240,8 +240,8 @@ class _Larger:
         """Return dry friction, scaled, where the coordinate is multiplied by `unit`. Friction coefficients stay."""
         larger = 1.0 if dry.bearing is not None else self.k if unit == self.k else self.k**2
 
-        def speed(given: float | None) -> float | None:
-            return None if given is None else unit * given
+        def speed(value: float | None) -> float | None:
+            return None if value is None else unit * value
 
         return replace(
             dry,
@@ -333,11 +333,11 @@ class RigidMotion:
             forces=tuple(map(self._force, scene.forces)),
         )
 
-    def _direction(self, given: Vector) -> Vector:
-        return _vector(self.rotation @ np.array(given))
+    def _direction(self, vector: Vector) -> Vector:
+        return _vector(self.rotation @ np.array(vector))
 
-    def _point(self, given: Vector) -> Vector:
-        return _vector(self.rotation @ np.array(given) + self.shift)
+    def _point(self, vector: Vector) -> Vector:
+        return _vector(self.rotation @ np.array(vector) + self.shift)
 
     def _body(self, body: Body) -> Body:
         return replace(
@@ -389,8 +389,8 @@ class RigidMotion:
             if not force.body_axes:
                 first, second, third = (combined(row.tolist(), components) for row in self.rotation)
                 components = (first, second, third)
-            given = force.location
-            location = given if given is None or force.local else self._point(given)
+            point = force.location
+            location = point if point is None or force.local else self._point(point)
             return replace(force, components=components, location=location)
         if isinstance(force, DistanceStop):
             return replace(force, first=self._of_body(force.first), second=self._of_body(force.second))
@@ -416,8 +416,8 @@ def _of_ground(holder: Joint | PointForce | Bushing, pair: Pair, moved: list[Vec
     """Return a pair of vectors, moved: both where it is global, otherwise only the one given in the ground's axes."""
     if not pair.local:
         return Pair(moved[0], moved[1])
-    kept = (pair.first, pair.second)
-    ends = [new if name == "ground" else old for name, old, new in zip(holder.bodies, kept, moved, strict=True)]
+    unmoved = (pair.first, pair.second)
+    ends = [new if name == "ground" else old for name, old, new in zip(holder.bodies, unmoved, moved, strict=True)]
     return Pair(ends[0], ends[1], local=True)
 
 
@@ -492,8 +492,8 @@ def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
     def element(kind: Kind | None) -> Kind | None:
         if kind is None:
             return None
-        own = _in_units(kind, of)
-        return replace(kind, values={**kind.values, **{name: factor * kind.values[name] for name in own}})
+        names = _in_units(kind, of)
+        return replace(kind, values={**kind.values, **{name: factor * kind.values[name] for name in names}})
 
     def limit(old: Limit) -> Limit:
         return replace(old, law=stopping(old.law))

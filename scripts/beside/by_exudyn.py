@@ -70,7 +70,7 @@ class _Model:
                 continue
             ends = self.start.ends(force.bodies, force.points)
             axes = to_matrix(force.axes.first)
-            turns = [self.start.given[body].rotation.T @ axes for body in force.bodies]
+            turns = [self.start.file_poses[body].rotation.T @ axes for body in force.bodies]
             matrices = []
             for translation, rotation in (force.stiffness, force.damping):
                 whole = np.zeros((6, 6))

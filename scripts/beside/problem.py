@@ -172,7 +172,7 @@ class Problem:
         """The markers that are watched: their bodies, and where they are from the centres of mass, in body axes."""
         by_name = {marker.name: marker for marker in self.scene.markers}
         found = [by_name[name] for name in self.watch if name in by_name]
-        poses = self.start.given
+        poses = self.start.file_poses
         return [
             (
                 one.body,

@@ -80,10 +80,10 @@ class TendonWriter:
 
     def fixed(self, name: str, weights: Mapping[str, float]) -> str:
         """Add a fixed tendon, a weighted sum of joint coordinates, and return its name."""
-        own = self.section.add("fixed", name=self.names.unused(name))
+        tendon = self.section.add("fixed", name=self.names.unused(name))
         for joint, weight in weights.items():
-            own.add("joint", joint=joint, coef=weight)
-        return str(own.attributes["name"])
+            tendon.add("joint", joint=joint, coef=weight)
+        return str(tendon.attributes["name"])
 
     def measured(self, joint: Joint) -> None:
         """Write a telescope or a rope as a tendon, with the forces along it. Where nothing acts along a telescope, it
@@ -104,8 +104,8 @@ class TendonWriter:
             return
         name = self._run(joint, run, attributes)
         if taut:
-            given = joint.parameters.get("length")
-            away = None if given is None else float(given - run.length)
+            length = joint.parameters.get("length")
+            away = None if length is None else float(length - run.length)
             coefficients = [away, 0.0, 0.0, 0.0, 0.0] if away is not None and abs(away) > 1e-12 else None
             self.equality.add("tendon", name=joint.name, tendon1=name, polycoef=coefficients)
         if run.shapes:
@@ -137,7 +137,7 @@ class TendonWriter:
 
     def _given_length(self, bodies: tuple[str, str], ends: list[Array]) -> float:
         """The distance in m of two points at the scene's pose: the free length of a spring that gives none."""
-        places = [self.start.given[body] for body in bodies]
+        places = [self.start.file_poses[body] for body in bodies]
         first, second = (pose.position + pose.rotation @ end for pose, end in zip(places, ends, strict=True))
         return float(np.linalg.norm(second - first))
 
@@ -233,7 +233,7 @@ def run_of(joint: Joint, start: Start, tree: Tree) -> RopeRun | str:
     if wrong:
         return wrong
     points = [(node.body, start.in_body_axes(node.at)) for node in path.nodes]
-    normal = start.poses[path.frame].rotation @ start.given[path.frame].rotation.T @ np.array(path.normal)
+    normal = start.poses[path.frame].rotation @ start.file_poses[path.frame].rotation.T @ np.array(path.normal)
     normal /= np.linalg.norm(normal)
     here = path.changed(
         lambda at: OfBody(at.body, _vector(start.point(at.body, start.in_body_axes(at)))), lambda _: _vector(normal)
@@ -369,13 +369,13 @@ class _Mjcf:
         inner = carrier.inverse().then(pose)
         turned = quaternion(inner.rotation)
         quat = turned if np.abs(turned[1:]).max() > 1e-15 else None
-        own = above.add("body", name=body.name, pos=inner.position, quat=quat)
+        body_tag = above.add("body", name=body.name, pos=inner.position, quat=quat)
         for freedom in branch.freedoms:
-            self._joint(own, freedom, branch.body)
-        own.children.append(self._inertial(body))
-        own.children += self.tendons.marks(branch.body)
+            self._joint(body_tag, freedom, branch.body)
+        body_tag.children.append(self._inertial(body))
+        body_tag.children += self.tendons.marks(branch.body)
         for each in self.tree.carried(branch.body):
-            self._body(own, each)
+            self._body(body_tag, each)
 
     def _inertial(self, body: Body) -> Tag:
         inertia = np.array(body.inertia)
@@ -388,17 +388,17 @@ class _Mjcf:
             return tag("inertial", pos=np.zeros(3), mass=body.mass, fullinertia=full)
         return tag("inertial", pos=np.zeros(3), mass=body.mass, diaginertia=np.diag(inertia))
 
-    def _joint(self, own: Tag, freedom: TreeFreedom, body: str) -> None:
+    def _joint(self, body_tag: Tag, freedom: TreeFreedom, body: str) -> None:
         if freedom.kind == "free":
-            own.add("freejoint", name=freedom.name)
+            body_tag.add("freejoint", name=freedom.name)
             return
         pose = self.start.poses[body]
         at = pose.rotation.T @ (freedom.point - pose.position)
         if freedom.kind == "ball":
-            own.add("joint", name=freedom.name, type="ball", pos=at)
+            body_tag.add("joint", name=freedom.name, type="ball", pos=at)
             return
         acting = self.acting.get(freedom.coordinate, CoordinateLoads())
-        own.add(
+        body_tag.add(
             "joint",
             name=freedom.name,
             type=freedom.kind,

@@ -33,7 +33,7 @@ from mbproj.scene.scene import Scene
 class Start:
     """The assembled start of a scene: `poses` of bodies and the ground; `velocities` (3,) of their centres of mass and
     angular velocities `turning` (3,), both global. `values` and `rates` are joint coordinates and their rates by name.
-    `given` are the poses in the scene's file. `frames` are the points and axes of each joint by symbol, in the axes of
+    `file_poses` are those in the scene's file. `frames` are the points and axes of each joint by symbol, in the axes of
     its bodies."""
 
     poses: Mapping[str, Frame]
@@ -41,7 +41,7 @@ class Start:
     turning: Mapping[str, Array]
     values: Mapping[str, float]
     rates: Mapping[str, float]
-    given: Mapping[str, Frame]
+    file_poses: Mapping[str, Frame]
     frames: Mapping[str, Mapping[str, Array]]
 
     def point(self, body: str, local: Array) -> Array:
@@ -63,7 +63,7 @@ class Start:
         """The point from its body's centre of mass, in that body's axes."""
         if point.local:
             return np.array(point.vector)
-        pose = self.given[point.body]
+        pose = self.file_poses[point.body]
         return np.asarray(pose.rotation.T @ (np.array(point.vector) - pose.position))
 
     @property
@@ -89,16 +89,16 @@ def start_of(scene: Scene) -> Start:
         for name, at, turn in zip(names, position, turned, strict=True)
     }
     values, rates = coordinates(system, state.q, state.v)
-    given = poses_of(scene)
-    own = [joint for joint in scene.joints if joint.couples is None]
-    framed = dict(zip([joint.name for joint in own], local_frames(own, given), strict=True))
+    file_poses = poses_of(scene)
+    joints = [joint for joint in scene.joints if joint.couples is None]
+    framed = dict(zip([joint.name for joint in joints], local_frames(joints, file_poses), strict=True))
     return Start(
         poses | {GROUND: IDENTITY},
         dict(zip(names, np.asarray(velocity), strict=True)) | {GROUND: np.zeros(3)},
         dict(zip(names, np.asarray(omega), strict=True)) | {GROUND: np.zeros(3)},
         dict(zip(system.names.coordinates, values.tolist(), strict=False)),
         dict(zip(system.names.coordinates, rates.tolist(), strict=False)),
-        {name: Frame(*each) for name, each in given.items()},
+        {name: Frame(*each) for name, each in file_poses.items()},
         {name: dict(zip(SYMBOLS, each, strict=True)) for name, each in framed.items()},
     )
 
@@ -158,9 +158,9 @@ class Tree:
 def tree_of(scene: Scene, start: Start, able: tuple[str, ...] = IN_TREE) -> Tree:
     """A tree of joints of the types in `able`. It prefers joints on whose coordinates something acts."""
     acted = _acted_on(scene)
-    own = [joint for joint in scene.joints if JOINTS[joint.type].frame != "joints"]
+    joints = [joint for joint in scene.joints if JOINTS[joint.type].frame != "joints"]
     wanted = sorted(
-        (joint for joint in own if joint.type in able),
+        (joint for joint in joints if joint.type in able),
         key=lambda joint: (joint.name not in acted, able.index(joint.type)),
     )
     group = {body.name: body.name for body in scene.bodies} | {GROUND: GROUND}
@@ -170,9 +170,9 @@ def tree_of(scene: Scene, start: Start, able: tuple[str, ...] = IN_TREE) -> Tree
         if first != second:
             chosen[joint.name] = joint
             group = {body: first if each == second else each for body, each in group.items()}
-    kept = [joint for joint in own if joint.name in chosen]
-    branches = tuple(_branches(scene, start, kept))
-    return Tree(branches, tuple(joint for joint in own if joint.name not in chosen))
+    tree_joints = [joint for joint in joints if joint.name in chosen]
+    branches = tuple(_branches(scene, start, tree_joints))
+    return Tree(branches, tuple(joint for joint in joints if joint.name not in chosen))
 
 
 def _acted_on(scene: Scene) -> set[str]:
@@ -248,12 +248,12 @@ def without_massless(scene: Scene, tree: Tree, named: Mapping[str, int]) -> Tree
     branches = {branch.body: branch for branch in tree.branches}
     for name in massless:
         carried = [branch for branch in branches.values() if branch.carrier == name]
-        own = branches[name]
-        single = {each.kind for branch in (own, *carried) for each in branch.freedoms} <= {"hinge", "slide"}
+        inner = branches[name]
+        single = {each.kind for branch in (inner, *carried) for each in branch.freedoms} <= {"hinge", "slide"}
         if len(carried) == 1 and single and not named.get(name):
             (outer,) = carried
-            joined = (*own.freedoms, *outer.freedoms)
-            branches[outer.body] = replace(outer, carrier=own.carrier, freedoms=joined)
+            joined = (*inner.freedoms, *outer.freedoms)
+            branches[outer.body] = replace(outer, carrier=inner.carrier, freedoms=joined)
             del branches[name]
     return replace(tree, branches=tuple(branches.values()))
 
@@ -351,7 +351,7 @@ def acting_on(scene: Scene, say: Say) -> dict[str, CoordinateLoads]:
 def _only(joint: Joint, unit: str | None) -> str:
     """The first coordinate of a joint in a unit (None: any)."""
     units = {name: "rad" if row[0] == "angle" else "m" for name, row in JOINTS[joint.type].coordinates.items()}
-    return next(name for name, own in units.items() if unit in (None, own))
+    return next(name for name, coordinate_unit in units.items() if unit in (None, coordinate_unit))
 
 
 def constant(dry: DryFriction) -> bool:

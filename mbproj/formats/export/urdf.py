@@ -64,10 +64,10 @@ class _Urdf:
     def _branch(self, branch: TreeBranch) -> None:
         """Write the joints of a branch in a row, with massless links between. The frame of a link is at its joint."""
         pose = self.start.poses[branch.body]
-        own = branch.freedoms or (TreeFreedom("fixed", branch.joint, pose.position),)
+        freedoms = branch.freedoms or (TreeFreedom("fixed", branch.joint, pose.position),)
         carrier = self._called(branch.carrier)
-        for at, freedom in enumerate(own):
-            last = at == len(own) - 1
+        for at, freedom in enumerate(freedoms):
+            last = at == len(freedoms) - 1
             link = branch.body if last else self.links.unused(f"{branch.body}_after_{freedom.name}")
             self._joint(freedom, carrier, link)
             self.places[link] = freedom.point

@@ -137,16 +137,16 @@ def _forces(along: ActuatedCoordinate, law: ActuatorLaw, drive: ActuatorDrive) -
         return [{along.force: Bare(text)}]
     per = "N*m" if along.unit == "rad" else "N"
     forces: list[dict[str, Any]] = []
-    kept: dict[str, Any] = {}
+    spring: dict[str, Any] = {}
     push, signal = (b, True) if drive.constant is None else (b + a * drive.constant, False)
     if b_s:
-        kept["stiffness"] = Quantity(-b_s, f"{per}/rad" if along.unit == "rad" else "N/m")
-        kept[along.free] = Quantity(push / -b_s, along.unit)
+        spring["stiffness"] = Quantity(-b_s, f"{per}/rad" if along.unit == "rad" else "N/m")
+        spring[along.free] = Quantity(push / -b_s, along.unit)
         push = 0.0
     if b_v:
-        kept["damping"] = Quantity(-b_v, f"{per}*s/rad" if along.unit == "rad" else "N*s/m")
-    if kept:
-        forces.append(kept)
+        spring["damping"] = Quantity(-b_v, f"{per}*s/rad" if along.unit == "rad" else "N*s/m")
+    if spring:
+        forces.append(spring)
     if push or signal:
         forces.append({along.force: Bare(summed([(a if signal else 0.0, drive.text), (push, "1")]))})
     return forces

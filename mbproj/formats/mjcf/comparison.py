@@ -172,8 +172,8 @@ def _bare(mechanism: ImportedMechanism) -> ImportedMechanism:
 def _unlimited(kind: str, keys: Mapping[str, Any]) -> dict[str, Any]:
     """The keys of a joint without those that limit it; a rope that may be slack is free."""
     left = {"limits", "slack", "length"} if "slack" in keys else {"limits"}
-    kept = {key: value for key, value in keys.items() if key not in left}
-    return kept | {"free": True} if kind == "rope" and "length" not in kept else kept
+    unlimited = {key: value for key, value in keys.items() if key not in left}
+    return unlimited | {"free": True} if kind == "rope" and "length" not in unlimited else unlimited
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,8 +229,8 @@ class _Moving:
         if others.any():
             G = tangent_jacobian(self.system.rows, pose)[:, :-1, :6]
             left = np.einsum("mbi,bi->m", G, u)
-            own = G[:, others].reshape(len(G), -1)
-            u[others] = -np.linalg.lstsq(own, left, rcond=None)[0].reshape(-1, 6)
+            G_others = G[:, others].reshape(len(G), -1)
+            u[others] = -np.linalg.lstsq(G_others, left, rcond=None)[0].reshape(-1, 6)
         return self.start.changed(velocities=rates_of(pose, u.ravel()))
 
     def accelerations(self, state: State, *, dry: bool) -> Array:
@@ -301,7 +301,7 @@ class RigidMujoco:
         actuator acts."""
         import mujoco
 
-        model, data = copy.copy(compiled.given), copy.copy(compiled.data)
+        model, data = copy.copy(compiled.whole), copy.copy(compiled.data)
         off = mujoco.mjtDisableBit
         model.opt.timestep, model.opt.enableflags = SHORT_STEP, 0
         model.opt.integrator, model.opt.jacobian = int(mujoco.mjtIntegrator.mjINT_EULER), 0
@@ -420,9 +420,9 @@ class RigidMujoco:
         """The Jacobian (6, nv) of a frame's velocity; ω is in its own axes, or in others."""
         import mujoco
 
-        (place, own), J = self._pose(frame), np.zeros((2, 3, self.model.nv))
+        (place, rotation), J = self._pose(frame), np.zeros((2, 3, self.model.nv))
         mujoco.mj_jac(self.model, self.data, J[0], J[1], place, frame.number)
-        return np.concatenate([J[0], (own if axes is None else axes).T @ J[1]])
+        return np.concatenate([J[0], (rotation if axes is None else axes).T @ J[1]])
 
     def _acceleration(self, frame: CarriedFrame) -> Array:
         """The acceleration of a frame, (6,), from MuJoCo's q''. (mj_jacDot is wrong of a slide that a ball turns.)"""
@@ -454,9 +454,9 @@ class RigidMujoco:
             mujoco.mj_fwdPosition(self.model, self.data)
             sides.append(self._equalities())
         self.at(qpos, qvel)
-        kept = [number for number in here if all(number in side for side in sides)]
+        shared = [number for number in here if all(number in side for side in sides)]
         none = np.zeros((0, self.model.nv))
-        J, ahead, behind = (np.concatenate([none, *(side[at] for at in kept)]) for side in (here, *sides))
+        J, ahead, behind = (np.concatenate([none, *(side[at] for at in shared)]) for side in (here, *sides))
         return J, (ahead - behind) / (2.0 * h)
 
     def _equalities(self) -> dict[int, Array]:
@@ -479,13 +479,13 @@ class RigidMujoco:
 
 def _control(compiled: CompiledMjcf, data: Any, options: ImportOptions) -> None:
     """Set the control signals that the options give to their values at t = 0."""
-    model, signals = compiled.given, options.controls or {}
+    model, signals = compiled.whole, options.controls or {}
     for number in range(len(model.actuator_trntype)):
         name = compiled.name("actuator", number) or f"actuator_{number}"
         first = int(getattr(model, "actuator_ctrladr", np.arange(model.nu))[number])
-        for at, own in enumerate(inputs_of(compiled, number, name)):
-            if own in signals:
-                data.ctrl[first + at] = evaluate(parse(signals[own].text), {"t": Value(0.0, None)}).number
+        for at, input_name in enumerate(inputs_of(compiled, number, name)):
+            if input_name in signals:
+                data.ctrl[first + at] = evaluate(parse(signals[input_name].text), {"t": Value(0.0, None)}).number
 
 
 def _rotation(turn: Array) -> Array:

@@ -122,10 +122,10 @@ PID_KEYS = ("kp", "ki", "kd", "imax", "slewmax")
 @dataclass(frozen=True, eq=False)
 class CompiledMjcf:
     """MuJoCo's model and data at the pose of the start, with the source. `model` is without what the flags of the
-    model as it was `given` switch off. `places` are those of elements by kind and number."""
+    `whole` model switch off. `places` are those of elements by kind and number."""
 
     model: Any
-    given: Any
+    whole: Any
     data: Any
     source: MjcfSource
     places: Mapping[tuple[str, int], Place]
@@ -172,10 +172,10 @@ def compile_mjcf(source: MjcfSource, options: ImportOptions) -> CompiledMjcf:
     _refuse_without_mujoco(Place(source.root.place.file))
     if source.stand_ins:
         _refuse_mass_of_missing(source)
-    given = _model(source)
-    model = without_disabled(given)
+    whole = _model(source)
+    model = without_disabled(whole)
     data = _posed(model, source, options)
-    return CompiledMjcf(model, given, data, source, _places(model, source.root))
+    return CompiledMjcf(model, whole, data, source, _places(model, source.root))
 
 
 def _refuse_without_mujoco(place: Place) -> None:
@@ -231,11 +231,11 @@ def _place_of(source: MjcfSource, words: str) -> Place:
 def _refuse_mass_of_missing(source: MjcfSource) -> None:
     """Raises InputError where the mass of a body depends on a missing mesh: it then differs between a model with heavy
     spheres for missing meshes and one with massless spheres."""
-    given = [dict(element.attributes) for element in source.stand_ins]
+    attributes = [dict(element.attributes) for element in source.stand_ins]
     for element in source.stand_ins:
         element.attributes["size"] = "1"
     with_mass = _model(source).body_mass
-    for element, old in zip(source.stand_ins, given, strict=True):
+    for element, old in zip(source.stand_ins, attributes, strict=True):
         element.attributes.clear()
         element.attributes.update(old | {"mass": "0"})
     try:

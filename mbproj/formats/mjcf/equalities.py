@@ -73,8 +73,8 @@ def _add_joint(
         return
     inner = _frames_held(values, weld)
     points, turns = np.empty((2, 3)), np.empty((2, 3, 3))
-    for side, (frame, own, body) in enumerate(zip(frames, inner, bodies, strict=True)):
-        held, part = frame.then(own), mechanism.part(body)
+    for side, (frame, local, body) in enumerate(zip(frames, inner, bodies, strict=True)):
+        held, part = frame.then(local), mechanism.part(body)
         points[side], turns[side] = part.local(held.position), part.rotation.T @ held.rotation
     free_turn = weld and float(model.eq_data[at][10]) == 0.0
     kind = "fixed" if weld and not free_turn else "spherical"
@@ -141,13 +141,13 @@ def _sum(tendons: ModelTendons, number: int, of_tendons: bool, *, whole: bool) -
         if coordinate is None:
             return "it couples a joint that has no coordinate of its own"
         return TendonSum({".".join(coordinate): 1.0}, float(data.qpos[at] - model.qpos0[at]))
-    found_sum, rest = tendons.sum(number), float(model.tendon_length0[number])
-    if whole and isinstance(found_sum, TendonSum) and len(found_sum.weights) > 1:
+    tendon_sum, rest = tendons.sum(number), float(model.tendon_length0[number])
+    if whole and isinstance(tendon_sum, TendonSum) and len(tendon_sum.weights) > 1:
         measured = tendons.slider(number)
         if isinstance(measured, str):
             return measured
         return TendonSum({f"{measured.joint}.{measured.coordinate}": 1.0}, measured.constant - rest)
-    return found_sum if isinstance(found_sum, str) else TendonSum(found_sum.weights, found_sum.constant - rest)
+    return tendon_sum if isinstance(tendon_sum, str) else TendonSum(tendon_sum.weights, tendon_sum.constant - rest)
 
 
 def _fix_length(tendons: ModelTendons, at: int, number: int, place: Place | None, shown: str) -> bool:

@@ -296,9 +296,9 @@ def _pid(
     -kp length - kv velocity."""
     model = compiled.model
     chosen = [word for word, bit in INPUTS.items() if int(model.actuator_ctrlspec[number]) & bit]
-    given = {word: _command(compiled, number, name, signals, which) for which, word in enumerate(chosen)}
+    drives = {word: _command(compiled, number, name, signals, which) for which, word in enumerate(chosen)}
     still = ActuatorDrive(0.0, "0")
-    position, rate, ahead = (given.get(word, still) for word in INPUTS)
+    position, rate, ahead = (drives.get(word, still) for word in INPUTS)
     integral, (most, fastest) = float(model.actuator_gainprm[number][0]), model.actuator_dynprm[number][:2]
     states: list[StateOf] = []
     at = int(model.actuator_actadr[number])

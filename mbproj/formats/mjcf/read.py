@@ -89,9 +89,9 @@ def _contacts(compiled: CompiledMjcf, mechanism: ImportedMechanism, called: Call
     stopped = set[tuple[int, int]]()
     for plane in planes if options.contacts else []:
         for geom in moving:
-            made = _stops(compiled, mechanism, called, int(geom), int(plane))
-            stops += made
-            stopped |= {(int(plane), int(geom))} if made else set()
+            count = _stops(compiled, mechanism, called, int(geom), int(plane))
+            stops += count
+            stopped |= {(int(plane), int(geom))} if count else set()
     what = "left out: shapes pass through each other"
     if planes and not options.contacts:
         what += "; --contacts makes stops of spheres and capsules above planes"
@@ -112,8 +112,8 @@ def _touching_pairs(compiled: CompiledMjcf) -> set[tuple[int, int]]:
     if compiled.source.stand_ins:
         return set()
     data = compiled.data
-    found = (data.contact[at] for at in range(data.ncon))
-    return {(int(each.geom1), int(each.geom2)) for each in found if each.dist <= 0.0 and not each.exclude}
+    contacts = (data.contact[at] for at in range(data.ncon))
+    return {(int(each.geom1), int(each.geom2)) for each in contacts if each.dist <= 0.0 and not each.exclude}
 
 
 def _geom_name(compiled: CompiledMjcf, number: int) -> str:
@@ -243,10 +243,10 @@ ELSEWHERE = (
 
 def say_options(compiled: CompiledMjcf, mechanism: ImportedMechanism) -> None:
     """Add a row on each flag that switches something off, on other options by what they belong to, and on a medium."""
-    model, off, place = compiled.given, disabled(compiled.given), _place(compiled, "flag")
+    model, off, place = compiled.whole, disabled(compiled.whole), _place(compiled, "flag")
     for name in sorted(off & SWITCHES.keys()):
         mechanism.say(f"flag {name.lower()}", place, f"acts: the model turns {SWITCHES[name].what} off", Same.YES)
-    if off >= {"SPRING", "DAMPER"} and (compiled.given.ngravcomp or model.opt.density or model.opt.viscosity):
+    if off >= {"SPRING", "DAMPER"} and (compiled.whole.ngravcomp or model.opt.density or model.opt.viscosity):
         what = "act: without both MuJoCo computes no compensation of gravity and no medium either"
         mechanism.say("flags spring and damper", place, what, Same.YES)
     by_kind: dict[str, list[str]] = {}

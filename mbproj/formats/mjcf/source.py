@@ -39,8 +39,8 @@ def take_meshes(
             name = asset.get("name") or Path(file).stem
             if not file:
                 continue
-            own = settings.get("meshdir", assets) if asset.tag == "mesh" else assets
-            path = folder / own / (Path(file).name if strip else file)
+            asset_folder = settings.get("meshdir", assets) if asset.tag == "mesh" else assets
+            path = folder / asset_folder / (Path(file).name if strip else file)
             why = _read_mesh(files, folder, path, asset)
             if why:
                 gone[asset.tag].add(name)

@@ -130,8 +130,8 @@ def act_along(
     """Add a signal with the expression `force`, and forces along each coordinate that are factor times the signal."""
     signal = free_symbol(mechanism, f"{name}_force")
     mechanism.signals[signal] = Bare(force)
-    for own, each in zip(names, along, strict=True):
-        mechanism.forces[own] = {**each.entry, each.force: Bare(summed([(each.factor, signal)]))}
+    for force_name, each in zip(names, along, strict=True):
+        mechanism.forces[force_name] = {**each.entry, each.force: Bare(summed([(each.factor, signal)]))}
 
 
 # --- Springs, dampers, limits, dry friction and armature along tendons of an MJCF model -------------------------------
@@ -343,8 +343,8 @@ def _loaded(tendons: ModelTendons, number: int, left: set[str]) -> set[str] | st
     if not done:
         return set()
     measured: MeasuringCoordinate | str = tendons.measured(number, dry="dry friction" in left)
-    if isinstance(measured, str) and "armature" in left and not isinstance(own := tendons.measured(number), str):
-        why, measured = measured, own
+    if isinstance(measured, str) and "armature" in left and not isinstance(smooth := tendons.measured(number), str):
+        why, measured = measured, smooth
         mechanism.say(f"dry friction of tendon '{tendons.name(number)}'", tendons.place(number), why, Same.NO)
         done = {"armature"}
     if isinstance(measured, str):

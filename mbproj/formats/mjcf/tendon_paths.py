@@ -110,22 +110,22 @@ def _divided(compiled: CompiledMjcf, number: int) -> Iterator[tuple[float, list[
 def _branch(compiled: CompiledMjcf, called: Called, weight: float, items: list[_Item]) -> TendonBranch:
     model, data = compiled.model, compiled.data
     passed = [_called(compiled, each) for each in items if each.shape >= 0 and each.touches is None]
-    kept = [each for each in items if each.shape < 0 or each.touches is not None]
-    sites = [Spot(int(model.site_bodyid[each.site]), np.array(data.site_xpos[each.site])) for each in kept]
-    circles = [at for at, each in enumerate(kept) if each.shape >= 0]
+    on_path = [each for each in items if each.shape < 0 or each.touches is not None]
+    sites = [Spot(int(model.site_bodyid[each.site]), np.array(data.site_xpos[each.site])) for each in on_path]
+    circles = [at for at, each in enumerate(on_path) if each.shape >= 0]
     if not circles:
         length = sum(float(np.linalg.norm(end.point - start.point)) for start, end in pairwise(sites))
         return TendonBranch(weight, _without_repeats(called, sites), length, passed=passed)
-    axes = [_axis(compiled, kept[at], sites[at - 1].point, sites[at + 1].point) for at in circles]
+    axes = [_axis(compiled, on_path[at], sites[at - 1].point, sites[at + 1].point) for at in circles]
     normal = axes[0]
-    carrier = int(model.geom_bodyid[kept[circles[0]].shape])
+    carrier = int(model.geom_bodyid[on_path[circles[0]].shape])
     for at, axis in zip(circles, axes, strict=True):
-        circle, beside = kept[at], (sites[at - 1], sites[at + 1])
+        circle, beside = on_path[at], (sites[at - 1], sites[at + 1])
         wrong = _inside(compiled, circle) or _out_of_plane(compiled, circle, beside, normal, axis, carrier)
         if wrong:
             return TendonBranch(weight, sites, 0.0, wrong=wrong, passed=passed)
         sites[at] = _circle(compiled, circle, beside, normal)
-    length = _length(kept, sites, normal)
+    length = _length(on_path, sites, normal)
     return TendonBranch(weight, _without_repeats(called, sites), length, normal, carrier, passed=passed)
 
 
@@ -133,10 +133,10 @@ def _called(compiled: CompiledMjcf, item: _Item) -> str:
     return compiled.name("geom", item.shape) or f"geom {item.shape}"
 
 
-def _length(kept: list[_Item], spots: list[Spot], normal: Array) -> float:
+def _length(on_path: list[_Item], spots: list[Spot], normal: Array) -> float:
     """The length of a path in m, with the arcs on its circles, each less than a turn."""
     total, last = 0.0, spots[0].point
-    for item, spot in zip(kept, spots, strict=True):
+    for item, spot in zip(on_path, spots, strict=True):
         first, second = (spot.point, spot.point) if item.touches is None else item.touches
         total += float(np.linalg.norm(first - last))
         if item.touches is not None:
@@ -266,16 +266,16 @@ class TendonSum(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ModelTendons:
-    """The tendons of a model. `names` are those of the scene's joints, `made` the joints that were made for parts of
-    tendons. `acting` are the numbers of the tendons that have a counterpart in the scene."""
+    """The tendons of a model. `names` are those of the scene's joints, `joint_names` those of the joints that were
+    made for parts of tendons. `acting` are the numbers of the tendons that have a counterpart in the scene."""
 
     compiled: CompiledMjcf
     mechanism: ImportedMechanism
     called: Called
     coordinates: Coordinates
     names: ImportedNames
-    made: dict[tuple[str, int, int], str] = field(default_factory=dict)
-    found: dict[int, list[TendonBranch]] = field(default_factory=dict)
+    joint_names: dict[tuple[str, int, int], str] = field(default_factory=dict)
+    known_branches: dict[int, list[TendonBranch]] = field(default_factory=dict)
     acting: set[int] = field(default_factory=set)
 
     def name(self, number: int) -> str:
@@ -308,10 +308,10 @@ class ModelTendons:
         return any(each.normal is not None for each in self.branches(number))
 
     def _every(self, number: int) -> list[TendonBranch]:
-        if number not in self.found:
+        if number not in self.known_branches:
             over_sites = is_path(self.compiled, number)
-            self.found[number] = branches_of(self.compiled, self.called, number) if over_sites else []
-        return self.found[number]
+            self.known_branches[number] = branches_of(self.compiled, self.called, number) if over_sites else []
+        return self.known_branches[number]
 
     def wrong(self, number: int) -> str:
         """The reason why no rope can run as the tendon does; "" where one can."""
@@ -359,10 +359,10 @@ class ModelTendons:
     def rope(self, number: int, at: int) -> str:
         """The name of the rope that measures a branch. Its length is free, until `say_length` gives other keys."""
         self.acting.add(number)
-        if ("rope", number, at) in self.made:
-            return self.made["rope", number, at]
+        if ("rope", number, at) in self.joint_names:
+            return self.joint_names["rope", number, at]
         branch = self.branches(number)[at]
-        name = self.made["rope", number, at] = self._free_name(number, at, "rope")
+        name = self.joint_names["rope", number, at] = self._free_name(number, at, "rope")
         normal = _path_normal(branch, self._turns(branch)) if branch.normal is None else branch.normal
         keys: dict[str, Any] = {"path": [self._spot(spot) for spot in branch.spots], "normal": normal}
         if self.called[branch.carrier] != GROUND:
@@ -374,8 +374,8 @@ class ModelTendons:
     def say_length(self, joint: str, **keys: Any) -> None:
         """Set the keys of a measuring joint that fix or limit its length."""
         old = self.mechanism.joints[joint]
-        kept = {key: value for key, value in old.keys.items() if key not in LENGTH_KEYS}
-        self.mechanism.joints[joint] = replace(old, keys={**kept, **keys})
+        others = {key: value for key, value in old.keys.items() if key not in LENGTH_KEYS}
+        self.mechanism.joints[joint] = replace(old, keys={**others, **keys})
 
     def add_key(self, joint: str, key: str, value: Any) -> None:
         """Set another key of a joint."""
@@ -384,7 +384,7 @@ class ModelTendons:
 
     def is_held(self, number: int) -> bool:
         """Whether an equality fixes the length of the tendon's rope."""
-        name = self.made.get(("rope", number, 0), "")
+        name = self.joint_names.get(("rope", number, 0), "")
         return "length" in self.mechanism.joints[name].keys if name else False
 
     def measured(self, number: int, *, dry: bool = False) -> MeasuringCoordinate | str:
@@ -432,14 +432,14 @@ class ModelTendons:
     def slider(self, number: int) -> MeasuringCoordinate | str:
         """A massless body on a slide that a coupler moves: its displacement is the change of the tendon's length since
         the start. Or the reason why there is none."""
-        if ("slider", number, 0) in self.made:
-            return MeasuringCoordinate(self.made["slider", number, 0], "displacement", 1.0, self.length(number))
+        if ("slider", number, 0) in self.joint_names:
+            return MeasuringCoordinate(self.joint_names["slider", number, 0], "displacement", 1.0, self.length(number))
         coupled = self.sum(number)
         if isinstance(coupled, str):
             return coupled
         name = self.name(number)
         joint, row = self.names.unused(f"{name}_slider"), self.names.unused(f"{name}_sum")
-        self.made["slider", number, 0] = joint
+        self.joint_names["slider", number, 0] = joint
         body = ImportedNames(frozenset([*self.mechanism.parts, GROUND])).unused(joint)
         zero, axis, place = np.zeros(3), self._in_plane(number), self.place(number)
         velocity = float(self.compiled.data.ten_velocity[number]) * axis
@@ -458,15 +458,15 @@ class ModelTendons:
             if bodies[0] == bodies[1]:
                 continue
             key = (f"line_{part}", number, at)
-            if key not in self.made:
+            if key not in self.joint_names:
                 name = self._free_name(number, at, key[0])
-                self.made[key] = name
+                self.joint_names[key] = name
                 ends = [self.mechanism.part(body) for body in bodies]
                 points = np.array([end.local(spot.point) for end, spot in zip(ends, (start, end), strict=True)])
                 joint = Connection(name, "telescope", bodies, points, place=self.place(number))
                 self.mechanism.joints[name] = joint
                 self.mechanism.tree.add(name)
-            telescopes.append((self.made[key], float(np.linalg.norm(end.point - start.point))))
+            telescopes.append((self.joint_names[key], float(np.linalg.norm(end.point - start.point))))
         return telescopes
 
     def _turns(self, branch: TendonBranch) -> list[Array]:

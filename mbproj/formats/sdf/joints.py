@@ -203,16 +203,16 @@ def add_mimics(
             mimic = element.first("mimic")
             if mimic is None:
                 continue
-            own = joint.coordinate(element.tag)
+            follower = joint.coordinate(element.tag)
             leader = _leader(joints, joint, mimic).coordinate(mimic.get("axis") or "axis")
-            if own not in coordinates or leader not in coordinates:
+            if follower not in coordinates or leader not in coordinates:
                 what = "left out: a joint has no coordinate"
                 mechanism.say(f"mimic of joint '{joint.name}'", mimic.place, what, Same.NO)
                 continue
             ratio, offset = number(mimic, "multiplier"), number(mimic, "offset")
             start = ratio * (pose.get(leader, 0.0) - number(mimic, "reference"))
-            ends = (".".join(coordinates[own]), ".".join(coordinates[leader]))
-            follow(mechanism, names, ends, ratio, offset + start - pose.get(own, 0.0), mimic.place)
+            ends = (".".join(coordinates[follower]), ".".join(coordinates[leader]))
+            follow(mechanism, names, ends, ratio, offset + start - pose.get(follower, 0.0), mimic.place)
 
 
 def _leader(joints: Mapping[tuple[int, str], SdfJoint], joint: SdfJoint, mimic: XmlElement) -> SdfJoint:

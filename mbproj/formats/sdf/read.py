@@ -215,8 +215,8 @@ def _placed(
         for joint in tree.values():
             if link not in joint.links:
                 continue
-            (parent, child), (held, own) = joint.links, joint.frames
-            across = held.then(joint.pose_at(options.pose.get(joint.name, 0.0))).then(own.inverse())
+            (parent, child), (in_parent, in_child) = joint.links, joint.frames
+            across = in_parent.then(joint.pose_at(options.pose.get(joint.name, 0.0))).then(in_child.inverse())
             if link == child and parent in done:
                 poses[child] = poses[parent].then(across)
                 break
@@ -228,7 +228,7 @@ def _placed(
 
 def _meets(joint: SdfJoint, poses: Mapping[str, Frame]) -> bool:
     """Whether a joint's frames in its two links agree."""
-    first, second = (poses[link].then(own) for link, own in zip(joint.links, joint.frames, strict=True))
+    first, second = (poses[link].then(local) for link, local in zip(joint.links, joint.frames, strict=True))
     apart = np.abs(first.position - second.position).max()
     return bool(max(apart, np.abs(first.rotation - second.rotation).max()) < EXACT)
 
@@ -269,9 +269,9 @@ def visuals(
 
 def _colour(visual: XmlElement) -> str | None:
     material = visual.first("material")
-    given = text(material, "diffuse") if material is not None else ""
+    diffuse = text(material, "diffuse") if material is not None else ""
     try:
-        parts = [plain_number(part) for part in given.split()]
+        parts = [plain_number(part) for part in diffuse.split()]
     except ValueError:
         return None
     return colour(parts) if len(parts) >= 3 and np.isfinite(parts).all() else None
@@ -314,14 +314,14 @@ def inertia_of(link: XmlElement, shape_pose: Callable[[XmlElement], Frame]) -> I
         return Inertia(1.0, np.zeros(3), np.eye(3))
     if inertial.get("auto") in ("true", "1"):
         return _of_shapes(link, number(inertial, "density", DENSITY), shape_pose)
-    given, pose = inertial.first("inertia"), pose_in(inertial)
+    moments, pose = inertial.first("inertia"), pose_in(inertial)
     mass = number(inertial, "mass", 1.0)
     inertia = np.eye(3)
-    if given is not None:
-        xx, yy, zz = (number(given, tag, 1.0) for tag in ("ixx", "iyy", "izz"))
-        xy, xz, yz = (number(given, tag) for tag in ("ixy", "ixz", "iyz"))
+    if moments is not None:
+        xx, yy, zz = (number(moments, tag, 1.0) for tag in ("ixx", "iyy", "izz"))
+        xy, xz, yz = (number(moments, tag) for tag in ("ixy", "ixz", "iyz"))
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    check_inertia(mass, inertia, (inertial.first("mass") or inertial).place, (given or inertial).place)
+    check_inertia(mass, inertia, (inertial.first("mass") or inertial).place, (moments or inertial).place)
     turned = pose.rotation @ inertia @ pose.rotation.T
     return Inertia(mass, pose.position, 0.5 * (turned + turned.T))
 

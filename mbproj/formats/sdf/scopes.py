@@ -49,8 +49,8 @@ class Scope:
     @property
     def static(self) -> bool:
         """Whether this model, or one around it, is static."""
-        own = text(self.element, "static") in ("true", "1")
-        return own or (self.above is not None and self.above.static)
+        is_static = text(self.element, "static") in ("true", "1")
+        return is_static or (self.above is not None and self.above.static)
 
 
 def text(element: XmlElement, tag: str, default: str = "") -> str:
@@ -81,13 +81,13 @@ def pose_in(element: XmlElement) -> Frame:
     if pose is None or not pose.text:
         return IDENTITY
     quaternion = pose.get("rotation_format") == "quat_xyzw"
-    given = numbers(pose.text, 7 if quaternion else 6, pose.place, "<pose>")
+    values = numbers(pose.text, 7 if quaternion else 6, pose.place, "<pose>")
     if quaternion:
-        if not given[3:].any():
+        if not values[3:].any():
             raise InputError(Problem("the quaternion is zero", pose.place, "none is 0 0 0 1"))
-        return Frame(given[:3], from_quaternion(given[[6, 3, 4, 5]]))
-    turns = np.radians(given[3:]) if pose.get("degrees") in ("true", "1") else given[3:]
-    return Frame(given[:3], from_rpy(*turns))
+        return Frame(values[:3], from_quaternion(values[[6, 3, 4, 5]]))
+    turns = np.radians(values[3:]) if pose.get("degrees") in ("true", "1") else values[3:]
+    return Frame(values[:3], from_rpy(*turns))
 
 
 def scopes_of(root: XmlElement, path: Path) -> tuple[Scope, list[XmlElement]]:
@@ -175,9 +175,9 @@ class _Files:
             problem = Problem("a merged include has no placement frame", model.place, "give the pose of its own frame")
             raise InputError(problem)
         proxy = f"_merged__{model.get('name')}__model__"
-        given = model.first("pose")
-        said = {"relative_to": "__model__"} | (dict(given.attributes) if given else {})
-        placed = XmlElement("pose", said, model.place, [], given.text if given else "")
+        model_pose = model.first("pose")
+        said = {"relative_to": "__model__"} | (dict(model_pose.attributes) if model_pose else {})
+        placed = XmlElement("pose", said, model.place, [], model_pose.text if model_pose else "")
         frame = XmlElement("frame", {"name": proxy, "attached_to": _first_link(model)}, model.place, [placed])
         self._add(scope, proxy, frame, None)
         for child in model.children:
@@ -207,11 +207,11 @@ def _short_name(uri: str, file: Path) -> str:
 
 def _overridden(model: XmlElement, include: XmlElement) -> XmlElement:
     """The model with the elements of the include in the place of its own."""
-    own = {child.tag for child in include.children} & {"pose", "static", "placement_frame"}
-    children = [child for child in model.children if child.tag not in own]
+    replaced = {child.tag for child in include.children} & {"pose", "static", "placement_frame"}
+    children = [child for child in model.children if child.tag not in replaced]
     children += [child for child in include.children if child.tag in ("pose", "static", "plugin")]
     attributes = dict(model.attributes)
-    if "placement_frame" in own:
+    if "placement_frame" in replaced:
         attributes["placement_frame"] = text(include, "placement_frame")
     return XmlElement("model", attributes, model.place, children, model.text)
 
@@ -256,14 +256,14 @@ class SdfFrames:
 
     def _placed(self, scope: Scope) -> Frame:
         """The pose of a model in the scope around it."""
-        given, named = pose_in(scope.element), scope.element.first("pose")
+        pose, named = pose_in(scope.element), scope.element.first("pose")
         relative = _relative(named)
         if relative and scope.above is not None:
-            given = self.pose_in_model(scope.above, relative, scope.element.place).then(given)
+            pose = self.pose_in_model(scope.above, relative, scope.element.place).then(pose)
         placement = scope.element.get("placement_frame")
         if placement:
-            given = given.then(self.pose_in_model(scope, placement, scope.element.place).inverse())
-        return given
+            pose = pose.then(self.pose_in_model(scope, placement, scope.element.place).inverse())
+        return pose
 
     def pose_in_model(self, scope: Scope, name: str, place: Place) -> Frame:
         """The pose of a frame in the model of the scope. Raises InputError where nothing has the name."""
@@ -361,8 +361,8 @@ class _Once:
 
 def in_link(frames: SdfFrames, scope: Scope, at: Frame, shape: XmlElement) -> Frame:
     """The pose of a shape in its link's frame; `at` is the link's pose in the world."""
-    given = shape.first("pose")
-    named = "" if given is None else given.get("relative_to") or given.get("frame")
+    pose = shape.first("pose")
+    named = "" if pose is None else pose.get("relative_to") or pose.get("frame")
     if not named:
         return pose_in(shape)
     return at.inverse().then(frames.pose(scope, named, shape.place)).then(pose_in(shape))

@@ -122,8 +122,8 @@ class EquilibriumProblem:
     def _rate(self, q: Array, ξ: Array) -> Array:
         """Return the part of a displacement (6n,) that the rows allow at q, as a change of q."""
         pose = pose_of(q)
-        own, held = rows_at(self.system.rows, pose), rows_at(self.system.coordinates, pose).chosen(self.held.index)
-        N = tangent_space_of(self.system, pose, *self._scaled(own, held), self.lengths).N
+        rows, held = rows_at(self.system.rows, pose), rows_at(self.system.coordinates, pose).chosen(self.held.index)
+        N = tangent_space_of(self.system, pose, *self._scaled(rows, held), self.lengths).N
         return velocities(pose, N @ (N.T @ (ξ / self.lengths**2)))
 
     def _scaled(self, rows: Rows, held: Rows) -> tuple[Rows, Array]:

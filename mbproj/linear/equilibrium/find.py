@@ -360,7 +360,7 @@ def settled(system: System) -> System:
     known_channels = {(ChannelKind(kind), index): at for at, (kind, index) in enumerate(known)}
     rates = [states.programs.program(k) for k in range(states.size)]
     for entry, state in enumerate(actions.state.tolist()):
-        own = variable(CHANNELS + known_channels.setdefault((ChannelKind.STATE, state), len(known_channels)))
+        x = variable(CHANNELS + known_channels.setdefault((ChannelKind.STATE, state), len(known_channels)))
         to = actions.programs.program(entry)
-        rates[state] = replace(to, code=apply(Op.SUBTRACT, to.code, own))
+        rates[state] = replace(to, code=apply(Op.SUBTRACT, to.code, x))
     return replace(system, channels=Channels.of(list(known_channels)), states=replace(states, programs=flatten(rates)))

@@ -63,8 +63,8 @@ def lying_flat(system: System, motion: MotionAtTime) -> str | None:
     x = attached(motion.pose, *slots_of(system.joints))
     for group in system.joints.groups:
         if kind_of(group.primitive) == "wheel_height":
-            own = x[group.slots]
-            upright = np.linalg.norm(cross(own[:, 1], own[:, 3]), axis=1)
+            vectors = x[group.slots]
+            upright = np.linalg.norm(cross(vectors[:, 1], vectors[:, 3]), axis=1)
             if upright.min() < THRESHOLDS.rounded:
                 return system.names.joints[system.joints.owner[group.rows[int(np.argmin(upright)), 0]]]
     return None

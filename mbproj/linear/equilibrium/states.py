@@ -158,11 +158,11 @@ def _followed(balance: BalanceWithStates) -> Array | None:
     """Return K (f, f) of the bodies while all states stay at rest; None where some states have no rest nearby."""
     K, f = balance.stiffness[0], balance.space.freedom
     rests = f + np.flatnonzero(balance.at.problem.system.states.rests)
-    own = K[np.ix_(rests, rests)]
-    σ = np.linalg.svd(own, compute_uv=False)
+    K_states = K[np.ix_(rests, rests)]
+    σ = np.linalg.svd(K_states, compute_uv=False)
     if np.any(σ <= THRESHOLDS.rounding * σ.max(initial=0.0)):
         return None
-    return np.asarray(K[:f, :f] - K[:f, rests] @ np.linalg.solve(own, K[rests, :f]))
+    return np.asarray(K[:f, :f] - K[:f, rests] @ np.linalg.solve(K_states, K[rests, :f]))
 
 
 def at_rest(problem: EquilibriumProblem, q: Array, expected: Array) -> Array:

@@ -97,12 +97,12 @@ class Slope:
         """The slopes, (k,)."""
         return np.tensordot(self.formula[1], self.values, 1) / self.step
 
-    def rough(self, own: Array) -> Array:
-        """The slopes by a formula of lower order, (k,), with the scene's `own` values."""
+    def rough(self, centre: Array) -> Array:
+        """The slopes by a formula of lower order, (k,), from the values `centre` of the scene itself."""
         away, values = self.formula[0], self.values
         if len(away) == len(WIDE[0]):
             return (values[2] - values[1]) / (2.0 * self.step)
-        return (values[1] - own) / (away[1] * self.step)
+        return (values[1] - centre) / (away[1] * self.step)
 
 
 class Followed:
@@ -112,7 +112,7 @@ class Followed:
         self.mechanism, self.settings, self.measures = mechanism, settings, tuple(measures)
         self.steps: FollowedSteps = TracedSteps()
         self.event_times = np.zeros(0)
-        self._kept: list[Samples] = []
+        self._blocks: list[Samples] = []
         self.rows: Integers | None = None  # the samples that measures depend on; None for all
         self._models: dict[tuple[str, float], Model] = {}
         self._seen_ones = tuple(each for each in measures if not self.unseen(each))
@@ -135,7 +135,7 @@ class Followed:
 
     def write(self, block: Block) -> None:
         """Keep a block of samples."""
-        self._kept.append(block.samples)  # type: ignore[attr-defined]
+        self._blocks.append(block.samples)  # type: ignore[attr-defined]
 
     def events(self, events: Sequence[Event]) -> None:
         """Keep the times of the events."""
@@ -189,14 +189,14 @@ class Followed:
         """Return the slopes of `measure`, a function of a scene and its samples, by each of the numbers."""
         trace = self.trace
         assert trace is not None
-        own = Model(trace.compiled, self.mechanism)
-        columns = [self._alike(own, number, formulas) for number in numbers]
+        base = Model(trace.compiled, self.mechanism)
+        columns = [self._alike(base, number, formulas) for number in numbers]
         known = [k for k, each in enumerate(columns) if not isinstance(each, str)]
         slopes: list[Slope] = [Slope.unknown(each if isinstance(each, str) else "") for each in columns]
         if not known:
             return slopes
-        samples = join(self._kept) if self.rows is None else chosen_of(join(self._kept), self.rows)
-        y = own.states(samples)
+        samples = join(self._blocks) if self.rows is None else chosen_of(join(self._blocks), self.rows)
+        y = base.states(samples)
         chosen = [(numbers[k], *columns[k]) for k in known]
         directions = Directions(
             *(
@@ -210,18 +210,18 @@ class Followed:
             )
         )
         try:
-            along = slopes_along(trace, own.start, directions, samples.t, y)
+            along = slopes_along(trace, base.start, directions, samples.t, y)
             counted = coordinate_values(self.mechanism.system, pose_of(samples.q)) + 2.0 * np.pi * samples.turns
-            at_own: Array | None = None
+            at_base: Array | None = None
             for place, (number, formula, models) in enumerate(chosen):
                 values = []
                 for away, near in zip(formula[0], models, strict=True):
                     there = y + away * number.step * along[:, place]
-                    if near is not own or at_own is None:
+                    if near is not base or at_base is None:
                         value = measure(near.mechanism.scene, self._measured_samples(near, samples, counted, there))
-                        at_own = value if near is own else at_own
-                    values.append(at_own if near is own else value)
-                slopes[known[place]] = Slope(np.array(values), formula, number.step, _truncation(formula, models, own))
+                        at_base = value if near is base else at_base
+                    values.append(at_base if near is base else value)
+                slopes[known[place]] = Slope(np.array(values), formula, number.step, _truncation(formula, models, base))
         except InputError as error:
             return [Slope.unknown(error.problems[0].message)] * len(numbers)
         except SimulationError as error:
@@ -229,7 +229,7 @@ class Followed:
         return slopes
 
     def _alike(
-        self, own: Model, number: VariedNumber, formulas: Sequence[Formula]
+        self, base: Model, number: VariedNumber, formulas: Sequence[Formula]
     ) -> tuple[Formula, list[Model]] | str:
         """Return the first of the formulas whose neighbours have models of the same structure, with these models; else
         the reason why there is none."""
@@ -240,14 +240,14 @@ class Followed:
                 for away in formula[0]:
                     key = number.name, away * number.step
                     if away != 0.0 and key not in self._models:
-                        self._models[key] = self._neighbour(own, number.scene(key[1]))
-                    models.append(own if away == 0.0 else self._models[key])
+                        self._models[key] = self._neighbour(base, number.scene(key[1]))
+                    models.append(base if away == 0.0 else self._models[key])
                 return formula, models
             except InputError as error:
                 why = why or error.problems[0].message
         return why
 
-    def _neighbour(self, own: Model, scene: Scene) -> Model:
+    def _neighbour(self, base: Model, scene: Scene) -> Model:
         """Return the model of a neighbour. Raises InputError where its structure differs from the model that ran."""
         trace = self.trace
         assert trace is not None
@@ -261,9 +261,9 @@ class Followed:
         times = [each.time for each in breaks_of(system, state.t, trace.settings)]
         if times != [each.time for each in trace.leg.breaks]:
             raise InputError("it moves instants at which functions of time have kinks")
-        if not np.array_equal(model.structure, own.structure):
+        if not np.array_equal(model.structure, base.structure):
             raise InputError("it changes a curve, knots, a rope's path, what counts teeth, or the choice of rows")
-        if model.numbers.shape != own.numbers.shape:
+        if model.numbers.shape != base.numbers.shape:
             raise InputError("it changes the structure of the model")
         return model
 
@@ -271,8 +271,8 @@ class Followed:
         """Return the measured samples of a neighbour at its states y (T, S)."""
         measured, mechanism = MeasuredSamples(near.mechanism, self._seen_ones), near.mechanism
         with may_overflow():
-            own = near.samples(samples, counted, y, self._paths)
-            measured.write(Observer(mechanism.system, mechanism.state).at(own))
+            near_samples = near.samples(samples, counted, y, self._paths)
+            measured.write(Observer(mechanism.system, mechanism.state).at(near_samples))
         measured.event_times = self.event_times
         return measured
 
@@ -281,12 +281,12 @@ def _is_seen(path: str) -> bool:
     return path.startswith(SEEN) or path in SEEN_ENERGIES
 
 
-def _truncation(formula: Formula, models: Sequence[Model], own: Model) -> float:
+def _truncation(formula: Formula, models: Sequence[Model], base: Model) -> float:
     """The relative error of a formula for the numbers of models and their initial states: about the square of the
     difference to a formula of lower order."""
     worst = 0.0
     for of in ("numbers", "start"):
-        values, at = np.array([getattr(near, of) for near in models]), getattr(own, of)
+        values, at = np.array([getattr(near, of) for near in models]), getattr(base, of)
         better = np.tensordot(formula[1], values, 1)
         rough = 0.5 * (values[2] - values[1]) if len(values) == len(WIDE[0]) else (values[1] - at) / formula[0][1]
         usual = np.maximum(np.abs(better), CHANGES * np.maximum(np.abs(at), SMALL))

@@ -47,9 +47,9 @@ def points_of(spec: DesignSpec) -> tuple[Array, bool]:
     count = max(POINTS * spec.starts, 2)
     sampler = qmc.Sobol(len(spec.paths), rng=np.random.default_rng(spec.seed))
     points = sampler.random_base2(int(np.ceil(np.log2(count))))[:count]
-    own = (spec.own - spec.low) / (spec.high - spec.low)
-    within = bool(np.all((own >= 0.0) & (own <= 1.0)))
-    points = np.concatenate([own[None], points]) if within else points
+    scene_point = (spec.scene_numbers - spec.low) / (spec.high - spec.low)
+    within = bool(np.all((scene_point >= 0.0) & (scene_point <= 1.0)))
+    points = np.concatenate([scene_point[None], points]) if within else points
     return np.clip(points, INSIDE, 1.0 - INSIDE), within
 
 
@@ -147,9 +147,9 @@ class Watched:
         trial = self.trials(u)
         if trial.runs:
             broken = violation(trial, self._equal)
-            kept = 0.0 if broken <= np.linalg.norm(self._allowed) else broken
-            if self.best is None or (kept, value_of(trial)) < self.best[:2]:
-                self.best = kept, value_of(trial), u.copy()
+            excess = 0.0 if broken <= np.linalg.norm(self._allowed) else broken
+            if self.best is None or (excess, value_of(trial)) < self.best[:2]:
+                self.best = excess, value_of(trial), u.copy()
                 self.trace.append((self.trials.count, value_of(trial)))
         return trial
 
@@ -213,9 +213,9 @@ def _by_quadratic_programs(wish: Wish, watched: Watched, u: Array, seed: int) ->
         return all_of(watched(v))
 
     def value(v: Array) -> float:
-        own = float(both(v)[0])
-        if np.isfinite(own):
-            return own
+        merit = float(both(v)[0])
+        if np.isfinite(merit):
+            return merit
         return float(both(last)[0]) + 1.0 + float(np.linalg.norm(v - last))
 
     def slopes(v: Array) -> Array:
@@ -420,18 +420,18 @@ def find_design(
     stored."""
     chosen, why = engine_of(spec, engine)
     wish = Wish.of(spec)
-    kept = ValueCache(["design", _identity(spec), chosen], fresh)
-    points, first_is_own = points_of(spec)
+    cache = ValueCache(["design", _identity(spec), chosen], fresh)
+    points, scene_first = points_of(spec)
     blocks = {f"look {k}": points[k : k + TOGETHER].tolist() for k in range(0, len(points), TOGETHER)}
-    ranks = resumable(looked_at, wish, blocks, kept, where, "blocks of starting points", tell)
+    ranks = resumable(looked_at, wish, blocks, cache, where, "blocks of starting points", tell)
     order = sorted(range(len(points)), key=lambda k: [rank for block in ranks.values() for rank in block][k])
-    if first_is_own:
+    if scene_first:
         order.sort(key=bool)  # the scene's own numbers are always among the starts
     _check_effects(spec, wish, [points[k] for k in order])
     tasks = {f"start {k}": SearchTask(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
-    reused = sum(key in kept for key in tasks)
+    reused = sum(key in cache for key in tasks)
     search, best = (front_of, None) if chosen == FRONT else (searched, partial(_so_far, spec))
-    records = resumable(search, wish, tasks, kept, where, "searches", tell, best)
+    records = resumable(search, wish, tasks, cache, where, "searches", tell, best)
     runs = len(points) + sum(each["runs"] for each in records.values())
     if chosen == FRONT:
         searches = _on_the_front(spec, wish, [*records.values()])
@@ -441,7 +441,7 @@ def find_design(
         causes = [each.cause for each in searches]
         message = f"no design runs; most often: {max(causes, key=causes.count)}"
         raise InputError(Problem(message, spec.place("vary"), "widen the bounds, or mend the scene"))
-    return _found_design(spec, wish, tuple(searches), (chosen, why), reused, runs)
+    return _best_design(spec, wish, tuple(searches), (chosen, why), reused, runs)
 
 
 def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> None:
@@ -508,7 +508,7 @@ def _identity(spec: DesignSpec) -> list[Any]:
     return [spec.text, spec.scene.whole, data]
 
 
-def _found_design(
+def _best_design(
     spec: DesignSpec,
     wish: Wish,
     searches: tuple[Search, ...],
@@ -575,16 +575,16 @@ def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
     for first in range(0, count, POPULATION):
         asked = [study.ask(shares) for _ in range(min(POPULATION, count - first))]
         points = [np.array([trial.params[path] for path in wish.paths]) for trial in asked]
-        for trial, u, trial_made in zip(asked, points, tried_by_arrays(wish, points), strict=True):
-            lack = lacking(trial_made, equal)
+        for trial, u, result in zip(asked, points, tried_by_arrays(wish, points), strict=True):
+            lack = lacking(result, equal)
             trial.set_constraint("lacking", lack)
-            study.tell(trial, trial_made.goals.tolist() if trial_made.runs else [WORST] * len(wish.goals))
+            study.tell(trial, result.goals.tolist() if result.runs else [WORST] * len(wish.goals))
             if lack == 0.0:
                 ends.append(u.tolist())
-                goals.append(trial_made.goals.tolist())
+                goals.append(result.goals.tolist())
     best = undominated(np.array(goals).reshape(-1, len(wish.goals)))
-    kept = np.flatnonzero(best).tolist()
-    return {"ends": [ends[k] for k in kept], "goals": [goals[k] for k in kept], "runs": count}
+    on_front = np.flatnonzero(best).tolist()
+    return {"ends": [ends[k] for k in on_front], "goals": [goals[k] for k in on_front], "runs": count}
 
 
 def undominated(goals: Array) -> Flags:
@@ -688,17 +688,19 @@ def _in_words(paths: Sequence[str], x: Array, width: Array, unseen: Array) -> li
     names = [column_of(path) for path in paths]
     sentences = []
     for direction in _sparse(unseen):
-        own = np.flatnonzero(np.abs(direction) > NOTHING * np.abs(direction).max())
-        if len(own) == 1:
-            sentences.append(f"'{names[own[0]]}' has no effect on what is matched")
+        involved = np.flatnonzero(np.abs(direction) > NOTHING * np.abs(direction).max())
+        if len(involved) == 1:
+            sentences.append(f"'{names[involved[0]]}' has no effect on what is matched")
             continue
-        exponents = _whole(direction[own] * width[own] / x[own]) if np.all(x[own] != 0.0) else None
+        exponents = _whole(direction[involved] * width[involved] / x[involved]) if np.all(x[involved] != 0.0) else None
         if exponents is not None:
-            sentences.append(f"only {_constant_products([names[k] for k in own], exponents)} is seen, not its factors")
+            sentences.append(
+                f"only {_constant_products([names[k] for k in involved], exponents)} is seen, not its factors"
+            )
             continue
-        shares = direction[own] * width[own]
+        shares = direction[involved] * width[involved]
         moved = ", ".join(
-            f"{names[k]} {share / np.abs(shares).max():+.3g}" for k, share in zip(own, shares, strict=True)
+            f"{names[k]} {share / np.abs(shares).max():+.3g}" for k, share in zip(involved, shares, strict=True)
         )
         sentences.append(f"nothing changes where these move together: {moved}")
     return sentences

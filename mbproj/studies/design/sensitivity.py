@@ -55,14 +55,14 @@ def slopes_of(work: DifferenceWork, x: Array, scale: Array, where: Where) -> Dif
     """Return the slopes at the numbers x (d,) of sizes `scale` (d,). Where dual numbers give no slope for a measure or
     a number, differences of runs do. Raises InputError or SimulationError where the scene's own run fails."""
     first = tight(work, FOLLOWED)
-    own, followed = _own_run(first)
+    centre, followed = _scene_run(first)
     seen = [k for k, each in enumerate(work.measures) if not followed.unseen(each)]
     why = np.array([[followed.why or followed.unseen(each)] * len(x) for each in work.measures], dtype=object)
     slopes, off = np.full((2, *why.shape), np.nan)
     runs = 1
     if seen and not followed.why:
         first = replace(first, measures=tuple(work.measures[k] for k in seen))
-        for j, (each, uncertain) in enumerate(_by_duals(first, followed, own[seen], x, scale)):
+        for j, (each, uncertain) in enumerate(_by_duals(first, followed, centre[seen], x, scale)):
             why[seen, j] = each.why
             if not each.why:
                 slopes[seen, j], off[seen, j] = each.slopes, uncertain
@@ -77,10 +77,10 @@ def slopes_of(work: DifferenceWork, x: Array, scale: Array, where: Where) -> Dif
         off[:, left] = np.where(missing, others.uncertainty, off[:, left])
         all_of_them = bool((why != "").all())
         runs += others.runs - 1 if all_of_them else others.runs
-        own = others.values if all_of_them else own
+        centre = others.values if all_of_them else centre
         for j, cause in zip(left.tolist(), others.failed, strict=True):
             failed[j] = cause
-    return DifferenceSlopes(own, slopes, off, runs, tuple(failed), tuple(map(tuple, why)))
+    return DifferenceSlopes(centre, slopes, off, runs, tuple(failed), tuple(map(tuple, why)))
 
 
 def _by_differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> DifferenceSlopes:
@@ -99,7 +99,7 @@ def _by_differences(work: DifferenceWork, x: Array, scale: Array, where: Where) 
     return slopes
 
 
-def _own_run(work: DifferenceWork) -> tuple[Array, Followed]:
+def _scene_run(work: DifferenceWork) -> tuple[Array, Followed]:
     """The measures (k,) of the scene's own run, and the run. Raises InputError or SimulationError where it fails."""
     followed = Followed(Mechanism.of(work.scene), work.settings, work.measures)
     samples = followed.run()
@@ -128,7 +128,7 @@ def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Integers | None:
 
 
 def _by_duals(
-    work: DifferenceWork, followed: Followed, own: Array, x: Array, scale: Array, *, rough_ones: bool = False
+    work: DifferenceWork, followed: Followed, centre: Array, x: Array, scale: Array, *, rough_ones: bool = False
 ) -> list[tuple[Slope, Array]]:
     """Return the slopes along the run by each number, and their uncertainty without the error of steps. Where the
     relative uncertainty exceeds CERTAIN, a formula of higher order is taken, unless `rough_ones` are enough."""
@@ -144,33 +144,33 @@ def _by_duals(
         return followed.slopes([number(j) for j in numbers], measure, formulas)
 
     slopes = by([*range(len(x))], FORMULAS)
-    off = [_uncertainty(each, own) if not each.why else np.zeros(0) for each in slopes]
+    off = [_uncertainty(each, centre) if not each.why else np.zeros(0) for each in slopes]
 
     def uncertain(j: int) -> bool:
         slope = slopes[j]
-        return not slope.why and bool(np.any(off[j] > CERTAIN * np.abs(slope.slopes) + 10.0 * _grain(slope, own)))
+        return not slope.why and bool(np.any(off[j] > CERTAIN * np.abs(slope.slopes) + 10.0 * _grain(slope, centre)))
 
     rough = [j for j in range(len(x)) if not rough_ones and uncertain(j)]
     for j, better in zip(rough, by(rough, (WIDE,)), strict=True):
         if not better.why:
-            slopes[j], off[j] = better, _uncertainty(better, own)
+            slopes[j], off[j] = better, _uncertainty(better, centre)
     rough = [j for j in rough if uncertain(j)]
     # the effect of errors in the slopes of the model's numbers
     for j, side in zip(rough, by(rough, SIDES), strict=True):
         if not side.why:
             less = off_by(slopes[j].slopes, side.slopes)
-            off[j] = np.minimum(off[j], _uncertainty(replace(slopes[j], cut=0.0), own) + less)
+            off[j] = np.minimum(off[j], _uncertainty(replace(slopes[j], cut=0.0), centre) + less)
     return list(zip(slopes, off, strict=True))
 
 
-def _grain(slope: Slope, own: Array) -> Array:
+def _grain(slope: Slope, centre: Array) -> Array:
     """The error of a slope by round-off of the measures (k,)."""
-    return np.asarray(GRAIN * np.abs(own) / slope.step)
+    return np.asarray(GRAIN * np.abs(centre) / slope.step)
 
 
-def _uncertainty(slope: Slope, own: Array) -> Array:
+def _uncertainty(slope: Slope, centre: Array) -> Array:
     """The uncertainty of a slope, (k,), without the error of steps."""
-    return off_by(slope.slopes, slope.rough(own)) + slope.cut * np.abs(slope.slopes) + _grain(slope, own)
+    return off_by(slope.slopes, slope.rough(centre)) + slope.cut * np.abs(slope.slopes) + _grain(slope, centre)
 
 
 def _add_discretisation(

@@ -225,24 +225,24 @@ def differences(work: DifferenceWork, x: Array, scale: Array, where: Where) -> D
     fails."""
     first = tight(work, FOLLOWED)
     steps = FollowedSteps()
-    own = _values(first, -1, _run(first, (-1, 0.0), steps)[0])
+    centre = _values(first, -1, _run(first, (-1, 0.0), steps)[0])
     if steps.are_recorded or is_exact(work.settings):
-        slopes = _beside(replace(first, steps=steps), x, scale, own, where)
+        slopes = _beside(replace(first, steps=steps), x, scale, centre, where)
         fails = np.array([bool(each) for each in slopes.failed], dtype=bool)
         left = np.flatnonzero(np.isnan(slopes.slopes).all(axis=0) & ~fails)
         if not len(left):
             return slopes
     else:
-        left, nothing = np.arange(len(x)), np.full((len(own), len(x)), np.nan)
-        slopes = DifferenceSlopes(own, nothing, nothing.copy(), 0, ("",) * len(x))
-    own_paths = tuple(work.paths[j] for j in left)
-    free = replace(tight(work, TOLERANCE), paths=own_paths)
-    own = _values(free, -1, _run(free, (-1, 0.0))[0])
-    others = _beside(free, x[left], scale[left], own, where)
+        left, nothing = np.arange(len(x)), np.full((len(centre), len(x)), np.nan)
+        slopes = DifferenceSlopes(centre, nothing, nothing.copy(), 0, ("",) * len(x))
+    paths = tuple(work.paths[j] for j in left)
+    free = replace(tight(work, TOLERANCE), paths=paths)
+    centre = _values(free, -1, _run(free, (-1, 0.0))[0])
+    others = _beside(free, x[left], scale[left], centre, where)
     slopes.slopes[:, left], slopes.uncertainty[:, left] = others.slopes, others.uncertainty
     failed = np.array(slopes.failed, dtype=object)
     failed[left] = others.failed
-    return DifferenceSlopes(own, slopes.slopes, slopes.uncertainty, slopes.runs + others.runs, tuple(failed))
+    return DifferenceSlopes(centre, slopes.slopes, slopes.uncertainty, slopes.runs + others.runs, tuple(failed))
 
 
 def tight(work: DifferenceWork, tolerance: float) -> DifferenceWork:
@@ -253,18 +253,18 @@ def tight(work: DifferenceWork, tolerance: float) -> DifferenceWork:
     return replace(work, settings=replace(settings, tolerance=min(settings.tolerance, tolerance)))
 
 
-def _beside(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Where) -> DifferenceSlopes:
-    """Return the slopes by runs with changed numbers, which follow the steps of the scene's `own` run if these are
-    known."""
-    noise, made = _noise(work, x, scale, own, where)
-    part = float(np.max(noise / np.where(own == 0.0, np.inf, np.abs(own)), initial=_grain(work)))
+def _beside(work: DifferenceWork, x: Array, scale: Array, centre: Array, where: Where) -> DifferenceSlopes:
+    """Return the slopes by runs with changed numbers, which follow the steps of the scene's own run if these are
+    known. The measures of that run are `centre` (k,)."""
+    noise, noise_runs = _noise(work, x, scale, centre, where)
+    part = float(np.max(noise / np.where(centre == 0.0, np.inf, np.abs(centre)), initial=_grain(work)))
     h = min(part, NOISIEST) ** CENTRAL * scale
-    runs = _Runs(work, x, h, own, where)
+    runs = _Runs(work, x, h, centre, where)
     runs.make([(j, shift) for j in range(len(x)) for shift in PAIR])
     failed = tuple(runs.failure(j) for j in range(len(x)))
     everything = [j for j in range(len(x)) if not failed[j]]
     runs.make([(j, 2.0 * side) for j in everything if (side := runs.side(j)) != 0.0])
-    slopes, off = np.full((2, len(own), len(x)), np.nan)
+    slopes, off = np.full((2, len(centre), len(x)), np.nan)
     for j in everything:
         if not runs.has_left(j):
             slopes[:, j], off[:, j] = runs.slope(j)
@@ -276,16 +276,16 @@ def _beside(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Whe
     for j in again:
         slopes[:, j], error = runs.better_slope(j)
         off[:, j] = error + np.maximum(noise, runs.noise(j)) / h[j]
-    return DifferenceSlopes(own, slopes, off, 1 + made + runs.count, failed)
+    return DifferenceSlopes(centre, slopes, off, 1 + noise_runs + runs.count, failed)
 
 
-def _noise(work: DifferenceWork, x: Array, scale: Array, own: Array, where: Where) -> tuple[Array, int]:
+def _noise(work: DifferenceWork, x: Array, scale: Array, centre: Array, where: Where) -> tuple[Array, int]:
     """Return the deviation of the measures (k,) from smooth functions, estimated by runs with one of the numbers, and
     the count of these runs. Runs with fixed steps are exact to round-off."""
-    least = _grain(work) * np.abs(own)
+    least = _grain(work) * np.abs(centre)
     if is_exact(work.settings):
         return least, 0
-    runs = _Runs(work, x, _grain(work) ** CENTRAL * scale, own, where)
+    runs = _Runs(work, x, _grain(work) ** CENTRAL * scale, centre, where)
     for j in range(len(x)):
         runs.make([(j, shift) for shift in (*PAIR, *FARTHER)])
         if not runs.failure(j):
@@ -302,49 +302,49 @@ def _grain(work: DifferenceWork) -> float:
 class _Runs:
     """Runs with one number shifted by multiples of its step in `h` (d,): each run is made once."""
 
-    def __init__(self, work: DifferenceWork, x: Array, h: Array, own: Array, where: Where) -> None:
-        self._work, self._x, self._h, self._own, self._where = work, x, h, own, where
-        self._found: dict[tuple[int, float], tuple[list[float] | str, bool]] = {}
+    def __init__(self, work: DifferenceWork, x: Array, h: Array, centre: Array, where: Where) -> None:
+        self._work, self._x, self._h, self._centre, self._where = work, x, h, centre, where
+        self._ended: dict[tuple[int, float], tuple[list[float] | str, bool]] = {}
 
     @property
     def count(self) -> int:
         """The number of runs."""
-        return len(self._found)
+        return len(self._ended)
 
     def make(self, wanted: Sequence[tuple[int, float]]) -> None:
         """Make the wanted runs (number, shift) that are not made yet."""
-        items = [each for each in dict.fromkeys(wanted) if each not in self._found]
+        items = [each for each in dict.fromkeys(wanted) if each not in self._ended]
         moved = [(j, float(self._x[j] + shift * self._h[j])) for j, shift in items]
         for number, values in in_parallel(_run, self._work, moved, self._where):
-            self._found[items[number]] = values
+            self._ended[items[number]] = values
 
     def failure(self, j: int) -> str:
         """The reason why neither side of number j runs; empty where one does."""
-        first, second = (self._found[j, shift][0] for shift in PAIR)
+        first, second = (self._ended[j, shift][0] for shift in PAIR)
         return first if isinstance(first, str) and isinstance(second, str) else ""
 
     def has_left(self, j: int) -> bool:
         """Whether runs with another value of number j could not follow the steps."""
-        return any(self._found[j, shift][1] for shift in PAIR)
+        return any(self._ended[j, shift][1] for shift in PAIR)
 
     def side(self, j: int) -> float:
         """The side ±1 of its own value on which number j runs; 0 for both sides."""
-        fails = [isinstance(self._found[j, shift][0], str) for shift in PAIR]
+        fails = [isinstance(self._ended[j, shift][0], str) for shift in PAIR]
         return float(fails[0]) - float(fails[1])
 
     def at(self, j: int, shift: float) -> Array:
         """The measures (k,) of the run with number j shifted by this multiple of its step."""
-        return self._own if shift == 0.0 else _values(self._work, j, self._found[j, shift][0])
+        return self._centre if shift == 0.0 else _values(self._work, j, self._ended[j, shift][0])
 
     def slope(self, j: int) -> tuple[Array, Array]:
         """The slope of second order and its uncertainty, (k,) each."""
         side, h = self.side(j), float(self._h[j])
         if side == 0.0:
             slope = (self.at(j, 1.0) - self.at(j, -1.0)) / (2.0 * h)
-            return slope, off_by(slope, (self.at(j, 1.0) - self._own) / h)
+            return slope, off_by(slope, (self.at(j, 1.0) - self._centre) / h)
         near, far = self.at(j, side), self.at(j, 2.0 * side)
-        slope = side * (4.0 * near - 3.0 * self._own - far) / (2.0 * h)
-        return slope, off_by(slope, side * (near - self._own) / h)
+        slope = side * (4.0 * near - 3.0 * self._centre - far) / (2.0 * h)
+        return slope, off_by(slope, side * (near - self._centre) / h)
 
     def better_slope(self, j: int) -> tuple[Array, Array]:
         """The slope of fourth order and its uncertainty, (k,) each."""
@@ -380,15 +380,16 @@ def _run(
     """The measures of a run with another value of one number, or the reason of its failure; and whether it could not
     follow the steps."""
     j, value = item
-    own = steps or (work.steps.of_another() if work.steps.are_recorded else None)
+    steps = steps or (work.steps.of_another() if work.steps.are_recorded else None)
     try:
         scene = work.scene if j < 0 else work.scene.with_({work.paths[j]: value})
         mechanism = Mechanism.of(scene)
         samples = MeasuredSamples(mechanism, work.measures)
-        simulate(mechanism.system, mechanism.state, work.settings, samples, accounts=False, steps=own)
+        simulate(mechanism.system, mechanism.state, work.settings, samples, accounts=False, steps=steps)
     except InputError as error:
         return error.problems[0].message, False
     except SimulationError as error:
         return str(error), False
     values = [measured(each, samples, work.settings.duration) for each in work.measures]
-    return [float("nan") if each is None else float(each.values[0]) for each in values], own is not None and own.left
+    has_left = steps is not None and steps.left
+    return [float("nan") if each is None else float(each.values[0]) for each in values], has_left

@@ -113,7 +113,7 @@ class DesignLimit:
 @dataclass(frozen=True, eq=False)
 class DesignSpec:
     """The content of a design's file. d numbers with these `paths` vary between `low` and `high` (d,), in `units`.
-    `own` (d,): their values in the scene, NaN where unknown. `notes`: remarks on possible mistakes."""
+    `scene_numbers` (d,): their values in the scene, NaN where unknown. `notes`: remarks on possible mistakes."""
 
     path: Path
     text: str = field(repr=False)
@@ -121,7 +121,7 @@ class DesignSpec:
     paths: tuple[str, ...]
     low: Array
     high: Array
-    own: Array
+    scene_numbers: Array
     units: tuple[str, ...]
     targets: tuple[Target, ...]
     goals: tuple[Goal, ...]
@@ -152,7 +152,7 @@ def read_spec(path: Path) -> DesignSpec:
     if reading.problems:
         raise InputError(in_text_order(reading.problems))
     limits = tuple(_limits(blocks.get("subject_to", {}), base, scene, reading))
-    matches = [Match(name, given, base, path.parent, reading) for name, given in blocks.get("match", {}).items()]
+    matches = [Match(name, entry, base, path.parent, reading) for name, entry in blocks.get("match", {}).items()]
     targets = tuple(target for match in matches if (target := match.target()) is not None)
     data = sum(target.values.size for target in targets)
     if targets and data < len(blocks["vary"]) and not reading.problems:
@@ -168,7 +168,7 @@ def read_spec(path: Path) -> DesignSpec:
         paths=tuple(bounds),
         low=np.array([each.low for each in bounds.values()]),
         high=np.array([each.high for each in bounds.values()]),
-        own=np.array(scene.numbers(tuple(bounds))),
+        scene_numbers=np.array(scene.numbers(tuple(bounds))),
         units=tuple(units.values()),
         targets=targets,
         goals=tuple(_goals(blocks, base)),
@@ -198,14 +198,14 @@ def _check_wanted(blocks: Mapping[str, Any], root: MappingNode, reading: Reading
 def _check_measures(blocks: Mapping[str, Any], base: Scene, reading: Reading) -> None:
     """Report measures of goals and constraints that the scene does not have, and times without a sample."""
     for block in ("minimise", "maximise", "subject_to"):
-        given = {name: each for name, each in blocks.get(block, {}).items() if "expression" not in each}
-        for name, each in given.items():
+        measures = {name: each for name, each in blocks.get(block, {}).items() if "expression" not in each}
+        for name, each in measures.items():
             if "at" not in each:
                 reading.report("missing key 'at'", reading.places[(block, name)], "add it: end, maximum, largest, ..")
             if not {"quantity", "diagnostic"} & each.keys():
                 reading.report("missing key 'quantity'", reading.places[(block, name)], "add it")
         whole = {
-            name: each for name, each in given.items() if "at" in each and {"quantity", "diagnostic"} & each.keys()
+            name: each for name, each in measures.items() if "at" in each and {"quantity", "diagnostic"} & each.keys()
         }
         settings = settings_to_run(base, by_options=False)
         for complaint in (*complaints(whole, base), *untimely(whole, settings)):
@@ -235,8 +235,8 @@ def _goals(blocks: Mapping[str, Any], base: Scene) -> Iterator[Goal]:
             yield Goal(measure, sign)
 
 
-def _limits(given: Mapping[str, Given], base: Scene, scene: SceneText, reading: Reading) -> Iterator[DesignLimit]:
-    measures = {name: each for name, each in given.items() if "expression" not in each}
+def _limits(limits: Mapping[str, Given], base: Scene, scene: SceneText, reading: Reading) -> Iterator[DesignLimit]:
+    measures = {name: each for name, each in limits.items() if "expression" not in each}
     known = {measure.name: measure for measure in measures_of(measures, base)}
     names = {name: Value(number, None) for name, number in base.parameters.items()}
     units = units_of({f"parameters.{name}": None for name in names}, scene)
@@ -244,7 +244,7 @@ def _limits(given: Mapping[str, Given], base: Scene, scene: SceneText, reading: 
         name: Value(each.number, dimension_of(unit) if unit else None)
         for (name, each), unit in zip(names.items(), units.values(), strict=True)
     }
-    for name, each in given.items():
+    for name, each in limits.items():
         side = next(side for side in SIDES if side in each)
         bound: Value = each[side]
         measure, unit = known.get(name), ""

@@ -136,14 +136,14 @@ AXES = ("x", "y", "z")
 
 
 class Match:
-    """A match under `name` with the keys `given`, for the scene `base`. Its files are relative to `folder`. Problems
+    """A match under `name` with the keys `entry`, for the scene `base`. Its files are relative to `folder`. Problems
     are reported at their places."""
 
-    def __init__(self, name: str, given: Given, base: Scene, folder: Path, reading: Reading) -> None:
-        self._name, self._given, self._base, self._reading = name, given, base, reading
-        self._of = next(key for key in OBSERVABLES if key in given)
-        self._path = folder / given["through"]
-        self._over: str = given.get("over", TIME)
+    def __init__(self, name: str, entry: Given, base: Scene, folder: Path, reading: Reading) -> None:
+        self._name, self._entry, self._base, self._reading = name, entry, base, reading
+        self._of = next(key for key in OBSERVABLES if key in entry)
+        self._path = folder / entry["through"]
+        self._over: str = entry.get("over", TIME)
         self.notes: list[str] = []  # on possible mistakes
 
     def target(self) -> Target | None:
@@ -177,15 +177,15 @@ class Match:
             self._reading.problems += error.problems
             return None
         if unit and not any(columns.headings[number][1] for number in numbers.values()):
-            self.notes.append(f"'{self._given['through']}' has no unit for '{quantity}': it is read in {unit}")
-        deviation, weight = self._deviation(unit), self._given.get("weight", 1.0)
+            self.notes.append(f"'{self._entry['through']}' has no unit for '{quantity}': it is read in {unit}")
+        deviation, weight = self._deviation(unit), self._entry.get("weight", 1.0)
         if len(self._reading.problems) > before:
             return None
-        return Target(self._name, chosen, unit, self._over, abscissa, values, deviation, weight, self._given["through"])
+        return Target(self._name, chosen, unit, self._over, abscissa, values, deviation, weight, self._entry["through"])
 
     @property
     def _item(self) -> str:
-        return str(self._given[self._of])
+        return str(self._entry[self._of])
 
     def _at(self, *keys: str) -> Place:
         """The place of a key of this match, or of the match itself."""
@@ -193,7 +193,7 @@ class Match:
 
     def _quantity(self) -> str | None:
         usual = self._item if self._of == "diagnostic" else USUAL.get(self._of, "")
-        quantity, able = self._given.get("quantity", usual), self._able
+        quantity, able = self._entry.get("quantity", usual), self._able
         if quantity in able:
             return str(quantity)
         message = f"a {self._of} has no '{quantity}'" if quantity else "missing key 'quantity'"
@@ -245,13 +245,13 @@ class Match:
         before = len(self._reading.problems)
         known = [name for name, _ in columns.headings]
         lower = [name.lower() for name in known]
-        own = [name for part in self._components(quantity) for name in self._names(quantity, part)]
+        expected = [name for part in self._components(quantity) for name in self._names(quantity, part)]
         for what, heading in self._headings.items():
-            if what not in (*own, self._over):
+            if what not in (*expected, self._over):
                 message = f"'{what}' is no column of this match"
-                self._reading.report(message, self._at("columns", what), choose_from(what, [*own, self._over]))
+                self._reading.report(message, self._at("columns", what), choose_from(what, [*expected, self._over]))
             elif heading not in known and (what != self._over or heading.lower() not in lower):
-                message = f"'{self._given['through']}' has no column '{heading}'"
+                message = f"'{self._entry['through']}' has no column '{heading}'"
                 self._reading.report(message, self._at("columns", what), choose_from(heading, known))
         return len(self._reading.problems) == before
 
@@ -273,7 +273,7 @@ class Match:
 
     @property
     def _headings(self) -> Mapping[str, str]:
-        headings: Mapping[str, str] = self._given.get("columns", {})
+        headings: Mapping[str, str] = self._entry.get("columns", {})
         return headings
 
     def _abscissa(self, columns: CsvTable, place: Place) -> Array:
@@ -303,13 +303,13 @@ class Match:
 
     def _deviation(self, unit: str) -> float:
         """The deviation that makes a residual of 1, in the quantity's unit."""
-        given = self._given.get("deviation")
-        if given is None:
+        deviation = self._entry.get("deviation")
+        if deviation is None:
             return 1.0
-        if not agrees(unit, given.dimension):
+        if not agrees(unit, deviation.dimension):
             what = f"is in {unit}" if unit else "has no unit"
             self._reading.report(f"'deviation' {what}, like the matched quantity", self._at("deviation"))
-        return float(given.number)
+        return float(deviation.number)
 
 
 def _values(columns: CsvTable, number: int, unit: str, place: Place) -> Array:

@@ -162,13 +162,13 @@ def from_csv(system: System, path: Path) -> GivenMotion:
         raise InputError(Problem("it needs a column 'time (s)' and one of the motion", place, _columns_hint(system)))
     rows = table.rows * [factor for _, _, factor in columns]
     at = names.index("time")
-    given = GivenMotion(
+    motion = GivenMotion(
         tuple(name for name in names if name != "time"),
         tuple(unit for name, unit, _ in columns if name != "time"),
         rows[:, at],
         np.delete(rows, at, axis=1),
     )
-    return _checked(given, path, table)
+    return _checked(motion, path, table)
 
 
 def from_results(system: System, results: Results) -> GivenMotion:
@@ -203,15 +203,15 @@ def _columns_hint(system: System) -> str:
     return choose_from("", known_columns(system), "columns may be")
 
 
-def _checked(given: GivenMotion, path: Path, columns: CsvTable | None) -> GivenMotion:
-    if len(given.time) < FEWEST:
-        message = f"it has {len(given.time)} samples, and a spline of degree 5 needs {FEWEST}"
+def _checked(motion: GivenMotion, path: Path, columns: CsvTable | None) -> GivenMotion:
+    if len(motion.time) < FEWEST:
+        message = f"it has {len(motion.time)} samples, and a spline of degree 5 needs {FEWEST}"
         raise InputError(Problem(message, Place(str(path)), "give more samples"))
-    wrong = np.flatnonzero(~(np.diff(given.time) > 0.0))
+    wrong = np.flatnonzero(~(np.diff(motion.time) > 0.0))
     if len(wrong):
         place = Place(str(path), None if columns is None else columns.lines[int(wrong[0]) + 1])
         raise InputError(Problem("its time is not after the one before", place, "sort the samples by time"))
-    return given
+    return motion
 
 
 # --- Splines of degree 5 through measured samples, whose second derivatives are smooth --------------------------------

@@ -59,11 +59,11 @@ class Actuators:
 
     def _own_forces(self, motion: MotionAtTime) -> Array:
         forces, instant = self.system.forces, motion.instant(self.system)
-        given, by_name = forces.on_bodies, dict[str, float]()
+        on_bodies, by_name = forces.on_bodies, dict[str, float]()
         if forces.laws.size:
             by_name |= dict(zip(forces.law_owners, law_state(instant).force.tolist(), strict=False))
-        if given.size:
-            programs, values = given.program.ravel().tolist(), given_components(instant).ravel().tolist()
+        if on_bodies.size:
+            programs, values = on_bodies.program.ravel().tolist(), given_components(instant).ravel().tolist()
             names = [f"{forces.program_owners[p]}.{'xyz'[row % 3]}" for row, p in enumerate(programs)]
             by_name |= dict(zip(names, values, strict=True))
         return np.array([by_name.get(entry, 0.0) for entry in self.entries])
@@ -160,10 +160,10 @@ def balance(actuators: Actuators, motions: Sequence[MotionAtTime]) -> PowerBalan
 def _at(actuators: Actuators, motion: MotionAtTime) -> _Sample:
     system = actuators.system
     space = tangent_space(system, rows_at(system.rows, motion.pose).dense())
-    B, own = actuators.columns(motion)
+    B, own_forces = actuators.columns(motion)
     weights = np.sqrt(actuators.weights)
     A = (space.N.T @ B) / weights
-    wanted = -(space.N.T @ (tangent_force(system, motion) - B @ own))
+    wanted = -(space.N.T @ (tangent_force(system, motion) - B @ own_forces))
     U, σ, V = np.linalg.svd(A, full_matrices=False)
     alone = np.linalg.norm(space.lengths[:, None] * B, axis=0) / weights
     rank = int(np.count_nonzero(σ > DEAD * alone.max(initial=0.0)))
@@ -171,7 +171,7 @@ def _at(actuators: Actuators, motion: MotionAtTime) -> _Sample:
     force = V[:rank].T @ ((reached.T @ wanted) / σ[:rank]) / weights
     left = wanted - A @ (weights * force)
     size = _size(system, motion)
-    gained = _power_terms(system, motion, own, B)
+    gained = _power_terms(system, motion, own_forces, B)
     return _Sample(force, B.T @ motion.u, gained, float(np.linalg.norm(left)), size, rank, space, reached)
 
 
@@ -187,7 +187,7 @@ def _size(system: System, motion: MotionAtTime) -> float:
     return max(*largest, *(float(np.abs(part).max(initial=0.0)) for part in turns), float(np.finfo(float).tiny))
 
 
-def _power_terms(system: System, motion: MotionAtTime, own: Array, B: Array) -> Array:
+def _power_terms(system: System, motion: MotionAtTime, own_forces: Array, B: Array) -> Array:
     """The terms of the power that the actuators supply, W: the changes of kinetic energy by translation, rotation and
     reflected inertias, and the negative powers of gravity and of the scene's other forces. It does not use the tangent
     space."""
@@ -206,7 +206,7 @@ def _power_terms(system: System, motion: MotionAtTime, own: Array, B: Array) -> 
             np.sum(ω * turning),
             np.sum(system.reflected.inertia * rate * faster),
             -np.sum(system.mass[:, None] * velocity * system.gravity),
-            -(others - own @ (B.T @ motion.u)),
+            -(others - own_forces @ (B.T @ motion.u)),
         ]
     )
 
@@ -362,7 +362,7 @@ def loads_of_results(
 
 def loads_of_given(
     scene: Scene,
-    given: GivenMotion,
+    motion: GivenMotion,
     names: Sequence[str] = (),
     weights: Mapping[str, float] = _NOTHING,
     noise: Mapping[str, float] = _NOTHING,
@@ -376,14 +376,15 @@ def loads_of_given(
     system = compile_system(scene)
     free = replace(system, motions=NO_MOTIONS)
     splines = [
-        smoothed(given.time, values, noise.get(unit)) for values, unit in zip(given.values.T, given.units, strict=True)
+        smoothed(motion.time, values, noise.get(unit))
+        for values, unit in zip(motion.values.T, motion.units, strict=True)
     ]
-    followed = follow(free, assembled_start(scene, system), given.names, splines, given.time)
+    followed = follow(free, assembled_start(scene, system), motion.names, splines, motion.time)
     chosen = tuple(names) or system.names.motions
     if not chosen:
-        if not set(given.names) <= set(system.names.coordinates):
+        if not set(motion.names) <= set(system.names.coordinates):
             raise _unnamed(system)
-        chosen = given.names
+        chosen = motion.names
     shared = _loads(system, followed.motions, chosen, weights, states_known=False)
     if not names and not system.driven and len(chosen) > shared.freedom:
         raise _unnamed(system)
@@ -393,11 +394,11 @@ def loads_of_given(
             unit,
             spline.noise,
             float(np.abs(off).max()),
-            float(given.time[np.argmax(np.abs(off))]),
+            float(motion.time[np.argmax(np.abs(off))]),
             float(np.sqrt(np.mean(off**2))),
         )
         for name, unit, spline, off in zip(
-            given.names, given.units, splines, followed.off.T + [each.change for each in splines], strict=True
+            motion.names, motion.units, splines, followed.off.T + [each.change for each in splines], strict=True
         )
     ]
     return replace(shared, smoothing=tuple(changes))
@@ -419,12 +420,12 @@ def _loads(
     free = replace(system, motions=NO_MOTIONS)
     for motion in motions:
         refuse_unknown_forces(free, motion, states_known=states_known)
-    own = actuators(system, free, motions[0], names, weights)
-    balanced = balance(own, motions)
+    driving = actuators(system, free, motions[0], names, weights)
+    balanced = balance(driving, motions)
     time = np.array([motion.t for motion in motions])
     return ActuatorLoads(
-        own.names,
-        own.units,
+        driving.names,
+        driving.units,
         time,
         balanced.force,
         balanced.rate,
@@ -433,7 +434,7 @@ def _loads(
         np.array([motion.expected for motion in motions]).reshape(len(motions), -1),
         balanced.freedom,
         balanced.rank,
-        own.weights,
+        driving.weights,
         float(balanced.off.max()),
         time[balanced.dead],
     )

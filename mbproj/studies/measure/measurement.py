@@ -163,14 +163,14 @@ def time_settings(
 
 
 def kept_timings(
-    kept: ValueCache, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
+    cache: ValueCache, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
 ) -> list[Timing]:
     """The timings of runs to `until` (s) that record only their end. They come from the store, or are taken together,
     because settings are timed in turn."""
     key = " ".join([f"{repetitions} timings", *(setting.command_line() for setting in settings)])
-    if key not in kept:
-        kept.add(key, time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell))
-    timings: list[Timing] = kept[key]
+    if key not in cache:
+        cache.add(key, time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell))
+    timings: list[Timing] = cache[key]
     return timings
 
 
@@ -210,12 +210,12 @@ def attempt(
     mechanism: Mechanism,
     settings: Sequence[Setting],
     reference: Reference,
-    kept: ValueCache | None = None,
+    cache: ValueCache | None = None,
     processes: Where = None,
     tell: Tell = silent,
 ) -> list[Measurement]:
     """Measure each setting against the reference; return the measurements in the order of `settings`. Those in the
-    store `kept` are not run again."""
+    store `cache` are not run again."""
     keys = [f"measurement {setting.command_line()}" for setting in settings]
     items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
-    return [*resumable(Yardstick.measure, yardstick, items, kept or ValueCache(), processes, "runs", tell).values()]
+    return [*resumable(Yardstick.measure, yardstick, items, cache or ValueCache(), processes, "runs", tell).values()]

@@ -395,11 +395,11 @@ SHOWN = 3
 
 
 def certain_reference(
-    mechanism: Mechanism, until: float, own: Setting, names: Sequence[str], tell: Tell = silent
+    mechanism: Mechanism, until: float, scene_setting: Setting, names: Sequence[str], tell: Tell = silent
 ) -> tuple[Reference, list[str]]:
     """The reference up to `until` (s), or to the last time at which it is certain to `CERTAIN`, and notes on it. It
-    serves to compare the integrators `names` and the setting `own`. Raises InputError where no time is certain."""
-    steps = [own.step] if own.step is not None and own.step <= until else []
+    serves to compare the integrators `names` and `scene_setting`. Raises InputError where no time is certain."""
+    steps = [scene_setting.step] if scene_setting.step is not None and scene_setting.step <= until else []
     tell("reference", 0, 1)
     known = reference(mechanism, common_times(until, steps), names)
     limit, notes = CERTAIN * mechanism.system.length, list[str]()

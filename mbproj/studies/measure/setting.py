@@ -80,13 +80,13 @@ class Setting:
         and step or tolerance. `read_scene` takes them as `simulation`."""
         base = asdict(Setting.of(over or Settings()))
         taking = self.projection in PROJECTIONS
-        own = {name: value for name, value in asdict(self).items() if not taking or takes(self.projection, name)}
+        taken = {name: value for name, value in asdict(self).items() if not taking or takes(self.projection, name)}
         named = ("integrator", "tolerance" if self.step is None else "step", "projection")
-        given = {name: own[name] for name in named}
-        given |= {name: value for name, value in own.items() if value is not None and value != base[name]}
-        if self.threshold is None and base["threshold"] is not None and "threshold" in own:
-            given["threshold"] = NO_THRESHOLD
-        return given
+        options = {name: taken[name] for name in named}
+        options |= {name: value for name, value in taken.items() if value is not None and value != base[name]}
+        if self.threshold is None and base["threshold"] is not None and "threshold" in taken:
+            options["threshold"] = NO_THRESHOLD
+        return options
 
     def command_line(self, over: Settings | None = None) -> str:
         """The options of `mbproj run` as one string, e.g. "--integrator dop853 --tolerance 1e-8 --projection gpopm".
@@ -121,8 +121,8 @@ class Setting:
         Raises InputError where the values do not fit each other, or `output_step` is no multiple of the step.
         """
         reading = Reading()
-        given = {**self.options(), "duration": duration, "output_step": output_step}
-        values = read_options(given, reading) or {}
+        options = {**self.options(), "duration": duration, "output_step": output_step}
+        values = read_options(options, reading) or {}
         problems = reading.problems or list(check_settings(Merged(values, values, reading.places)))
         if problems:
             raise InputError(problems)

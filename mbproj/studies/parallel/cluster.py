@@ -108,11 +108,11 @@ def _address_in(file: Path, place: Place) -> str:
 def workplace(jobs: int | Cluster | None, scheduler: str | None, scheduler_file: Path | None) -> int | Cluster | None:
     """The place where the work is done: a number of processes, or a cluster. Raises InputError where two are given, or
     the cluster cannot be reached."""
-    given = [name for name, value in (("--jobs", jobs), ("--scheduler", scheduler)) if value is not None]
-    given += [] if scheduler_file is None else ["--scheduler-file"]
-    if len(given) > 1:
-        what = f"'{given[0]}' and '{given[1]}' exclude each other"
-        raise InputError(Problem(what, Place(given[1]), "a cluster has its own workers"))
+    options = [name for name, value in (("--jobs", jobs), ("--scheduler", scheduler)) if value is not None]
+    options += [] if scheduler_file is None else ["--scheduler-file"]
+    if len(options) > 1:
+        what = f"'{options[0]}' and '{options[1]}' exclude each other"
+        raise InputError(Problem(what, Place(options[1]), "a cluster has its own workers"))
     if scheduler is None and scheduler_file is None:
         return jobs
     cluster = Cluster(scheduler or "", scheduler_file)
@@ -153,10 +153,10 @@ def on_cluster(
     where it ends."""
     with connected(cluster) as client, interruption() as asked:
         out = _Out(client, cluster, pickle.dumps((__version__, function, shared)))
-        given, suspects, index = iter(items), deque[_Task](), -1
+        remaining, suspects, index = iter(items), deque[_Task](), -1
         try:
             while True:
-                while out.room > 0 and (item := next(given, _NONE)) is not _NONE:
+                while out.room > 0 and (item := next(remaining, _NONE)) is not _NONE:
                     index += 1
                     out.send(index, item, timeout(item) if callable(timeout) else timeout)
                 if not out.tasks and suspects:
@@ -326,8 +326,8 @@ class _Out:
             return None
 
     def _lost(self) -> ClusterLost:
-        kept = "what was computed is kept: start it again, and go on with the same command"
-        return ClusterLost(f"the scheduler at '{self._cluster}' is gone; {kept}")
+        advice = "what was computed is kept: start it again, and go on with the same command"
+        return ClusterLost(f"the scheduler at '{self._cluster}' is gone; {advice}")
 
     def withdraw(self) -> None:
         """Cancel all tasks that are out."""

@@ -19,7 +19,7 @@ READY = "ready"
 def main() -> None:
     """Answer READY, then each item with (result, None, notes), or (None, the exception, notes). The notes are mbproj's
     warnings, which the caller shows."""
-    notes = _kept_warnings()
+    notes = _collected_warnings()
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # printed text of a function must not mix with the answers
     messages: SimpleQueue[Any] = SimpleQueue()
@@ -47,19 +47,19 @@ def _answer(answers: BinaryIO, what: Any) -> None:
         os._exit(0)
 
 
-def _kept_warnings() -> list[str]:
+def _collected_warnings() -> list[str]:
     """A list to which mbproj's own warnings are added from now on; other warnings are shown as before."""
-    kept: list[str] = []
+    messages: list[str] = []
     others = warnings.showwarning
 
     def take(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
         if issubclass(category, MbprojWarning):
-            kept.append(str(message))
+            messages.append(str(message))
         else:
             others(message, category, *place, **more)
 
     warnings.showwarning = take
-    return kept
+    return messages
 
 
 def _listen(messages: SimpleQueue[Any]) -> None:

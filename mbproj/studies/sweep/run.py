@@ -138,15 +138,15 @@ def _run(work: CaseWork, task: CaseTask) -> CaseRow:
     if work.keep == "all":
         return _recorded(work, task, scene)
     mechanism, settings = Mechanism.of(scene), sparse(settings_to_run(scene), work.measures)
-    kept = MeasuredSamples(mechanism, work.measures)
+    samples = MeasuredSamples(mechanism, work.measures)
     try:
-        report = simulate(mechanism.system, mechanism.state, settings, kept, accounts=False)
+        report = simulate(mechanism.system, mechanism.state, settings, samples, accounts=False)
     except SimulationError:
         if work.keep != "failed":
             raise
         return _recorded(work, task, scene)
-    found = (measured(each, kept, settings.duration) for each in work.measures)
-    return _done((None if one is None else one.values for one in found), report)
+    values = (measured(each, samples, settings.duration) for each in work.measures)
+    return _done((None if one is None else one.values for one in values), report)
 
 
 def scene_of(work: CaseWork, task: CaseTask) -> Scene:

@@ -173,8 +173,8 @@ def design_of(
     if name in SAMPLERS:
         _check_samples(name, samples, reading)
         return Sampled(name, ranges, samples or 1, seed or 0) if len(reading.problems) == before else None
-    for key, given in (("samples", samples), ("seed", seed)):
-        if given is not None:
+    for key, value in (("samples", samples), ("seed", seed)):
+        if value is not None:
             hint = f"leave it out, or combine: {', '.join(SAMPLERS)}"
             reading.report(f"'{name}' takes no '{key}'", reading.places[(key,)], hint)
     points = {path: each for path, each in ranges.items() if isinstance(each, Points)}

@@ -85,12 +85,12 @@ def from_stored(columns: Sequence[Any]) -> tuple[dict[str, float | None], CaseRo
     kinds = _KINDS.values()
     if len(columns) != len(kinds) or not all(map(isinstance, columns, kinds)):
         raise ValueError("a column has another type")
-    _, parameters, status, measures, message, time, joint, formulation, seconds, kept = columns
+    _, parameters, status, measures, message, time, joint, formulation, seconds, has_file = columns
     values = json.loads(measures)
     numbers = values.values() if isinstance(values, dict) else [""]
     if not isinstance(json.loads(parameters), dict) or not all(isinstance(each, float | None) for each in numbers):
         raise ValueError("parameters or measures are not what they should be")
-    return values, CaseRow(Status(status), (), message, time, joint, formulation, seconds, bool(kept))
+    return values, CaseRow(Status(status), (), message, time, joint, formulation, seconds, bool(has_file))
 
 
 class Keys:
@@ -323,7 +323,7 @@ def _replace(path: Path, old: sqlite3.Connection | None, aside: bool) -> None:
     try:
         with closing(sqlite3.connect(draft, isolation_level=None)) as new:
             make(new)
-            kept = _copy(old, new)
+            cases = _copy(old, new)
         if old is not None:
             old.close()
         name = next(name for name in _names(path) if not name.exists())
@@ -337,10 +337,10 @@ def _replace(path: Path, old: sqlite3.Connection | None, aside: bool) -> None:
             old.close()
         draft.unlink(missing_ok=True)
     if aside:
-        what = f"is damaged: {kept} of its cases are whole, and all others are computed again"
+        what = f"is damaged: {cases} of its cases are whole, and all others are computed again"
         warn_once(f"'{path}' {what}; the damaged file is now '{name.name}'")
-    elif kept:
-        what = f"is of format 1, without checksums: its {kept} cases are taken as they are, and have one from now on"
+    elif cases:
+        what = f"is of format 1, without checksums: its {cases} cases are taken as they are, and have one from now on"
         warn_once(f"'{path}' {what}")
 
 
@@ -357,8 +357,8 @@ def _copy(old: sqlite3.Connection | None, new: sqlite3.Connection) -> int:
             row = sealed(values)
             new.execute(f"INSERT OR REPLACE INTO {table} VALUES ({', '.join('?' * len(row))})", row)
     new.execute("COMMIT")
-    kept: int = new.execute("SELECT count(*) FROM cases").fetchone()[0]
-    return kept
+    cases: int = new.execute("SELECT count(*) FROM cases").fetchone()[0]
+    return cases
 
 
 def _whole(old: sqlite3.Connection, table: str) -> Iterator[Sequence[Any]]:

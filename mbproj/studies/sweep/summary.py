@@ -73,8 +73,8 @@ def entries(spec: SweepSpec, folder: Folder) -> Iterator[CaseEntry]:
         key = keys.of(values)
         row = folder.store.row(key)
         file = folder.file_of(key)
-        kept = row is not None and row.kept and file.exists()
-        yield CaseEntry(values, row, str(file.relative_to(folder.path)) if kept else "")
+        has_file = row is not None and row.kept and file.exists()
+        yield CaseEntry(values, row, str(file.relative_to(folder.path)) if has_file else "")
 
 
 def headings(spec: SweepSpec) -> list[str]:
@@ -213,12 +213,12 @@ def _variable(
     import h5py
 
     kind = h5py.string_dtype() if values.dtype == object else None
-    made = file.create_dataset(name, data=values, dtype=kind, track_order=True)
-    stamp(made, crc32(values))
-    describe(made, {"long_name": said, **({"units": unit} if unit else {})})
+    variable = file.create_dataset(name, data=values, dtype=kind, track_order=True)
+    stamp(variable, crc32(values))
+    describe(variable, {"long_name": said, **({"units": unit} if unit else {})})
     for number, axis in enumerate(axes):
-        made.dims[number].attach_scale(axis)
-    return made
+        variable.dims[number].attach_scale(axis)
+    return variable
 
 
 # --- Checks all files of a sweep against their checksums (`info --check DIR`) -----------------------------------------

@@ -34,13 +34,13 @@ def scene_of(wanted: Wanted, mechanism: Linkage | SpatialFourBar, numbers: Mappi
     follows, bodies, joints = parts
     marked = "" if spatial or wanted.kind == FUNCTION else "\n".join(_markers(wanted, mechanism)) + "\n"
     drive, simulation = _motion(wanted)
-    given = [f"  {name}: {shortest(value)} {unit_of(name)}".rstrip() for name, value in numbers.items()]
+    parameters = [f"  {name}: {shortest(value)} {unit_of(name)}".rstrip() for name, value in numbers.items()]
     return "\n".join(
         [
             "mbproj: 1",
             "gravity: [0, 0, 0]",
             "parameters:",
-            *given,
+            *parameters,
             *(f"  {name}: {text}" for name, text in follows),
             "bodies:",
             *(f"  {line}" for line in bodies),
@@ -108,7 +108,10 @@ def _planar(linkage: Linkage) -> tuple[Sequence[tuple[str, str]], Sequence[str],
         at[point] = (f"{point}_x", f"{point}_z")
 
     origin = at[crank.origin]
-    place(crank.toward, *(f"{own} + {crank.length}*{f}(start)" for own, f in zip(origin, ("cos", "sin"), strict=True)))
+    place(
+        crank.toward,
+        *(f"{coordinate} + {crank.length}*{f}(start)" for coordinate, f in zip(origin, ("cos", "sin"), strict=True)),
+    )
     for step in linkage.steps:
         links = (
             [linkage.link(step.link)] if isinstance(step, Slide) else [*map(linkage.link, (step.first, step.second))]

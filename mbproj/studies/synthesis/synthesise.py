@@ -96,8 +96,8 @@ def synthesise(
             message = f"no topology for {wanted.kind} is called '{name}'"
             raise InputError(Problem(message, Place("--topologies"), choose_from(name, able)))
     chosen = tuple(dict.fromkeys(names)) or able
-    kept = ValueCache(["synthesis", wanted.text, wanted.values.tolist(), _as_list(wanted.times)], fresh)
-    looked = resumable(candidates, wanted, {name: name for name in chosen}, kept, where, "topologies", tell)
+    cache = ValueCache(["synthesis", wanted.text, wanted.values.tolist(), _as_list(wanted.times)], fresh)
+    looked = resumable(candidates, wanted, {name: name for name in chosen}, cache, where, "topologies", tell)
     results = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
     if not any(each.design for each in results):
         raise InputError(
@@ -191,12 +191,12 @@ def _fixed_numbers(wanted: Wanted, mechanism: Linkage | SpatialFourBar, free: in
     pivots stay, and then points that links carry."""
     if wanted.kind != POSITIONS or isinstance(mechanism, SpatialFourBar):
         return set()
-    given = 4 * len(wanted.values)
+    conditions = 4 * len(wanted.values)
     pivots = {name for place in mechanism.pivots.values() for name in place}
-    if free <= given and len(wanted.values) > THREE:
+    if free <= conditions and len(wanted.values) > THREE:
         return set()
     carried = {x for link in mechanism.links for name, place in link.carries.items() if name != "P" for x in place}
-    return pivots if free - len(pivots) <= given else pivots | carried
+    return pivots if free - len(pivots) <= conditions else pivots | carried
 
 
 def _matches(wanted: Wanted, mechanism: Linkage | SpatialFourBar) -> Iterator[tuple[dict[str, str], str]]:

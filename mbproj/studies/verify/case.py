@@ -126,8 +126,8 @@ class ShortRuns:
         not shorten. None where fewer than three runs are left."""
         low = np.flatnonzero(~(values > ABOVE * self.floor))
         above = values[: low[0]] if len(low) else values
-        own = self.steps[: len(above)] > CROWDED * self.events[: len(above)]
-        return order_of(self.steps[: len(above)][own][-FITTED:], above[own][-FITTED:])
+        uncrowded = self.steps[: len(above)] > CROWDED * self.events[: len(above)]
+        return order_of(self.steps[: len(above)][uncrowded][-FITTED:], above[uncrowded][-FITTED:])
 
 
 def order_of(steps: Array, values: Array) -> Order | None:
@@ -170,11 +170,11 @@ def short_runs(mechanism: Mechanism, rate: float, slow: bool) -> ShortRuns:
 
 def _runs_over(mechanism: Mechanism, span: float, slow: bool) -> ShortRuns:
     """The runs over a span in s, with each number of steps."""
-    own, times = Setting.of(mechanism.scene.settings), sample_times(span, 1)
-    own = replace(own, integrator=with_fixed_steps(own.integrator))
+    setting, times = Setting.of(mechanism.scene.settings), sample_times(span, 1)
+    setting = replace(setting, integrator=with_fixed_steps(setting.integrator))
     done, solutions, failure = [], [], None
     for steps in STEPS[:FEWER] if slow else STEPS:
-        solution = solve(mechanism, replace(own, step=span / steps, tolerance=None), times)
+        solution = solve(mechanism, replace(setting, step=span / steps, tolerance=None), times)
         if solution.failure is None:
             done.append(steps)
             solutions.append(solution)
@@ -182,7 +182,7 @@ def _runs_over(mechanism: Mechanism, span: float, slow: bool) -> ShortRuns:
             failure = solution.failure
     projection = mechanism.scene.settings.projection
     floor = max(_left_open(projection) / mechanism.system.length, STEPS[-1] * EPS)
-    coarsest = mechanism.settings(replace(own, step=span / STEPS[0], tolerance=None), span, span)
+    coarsest = mechanism.settings(replace(setting, step=span / STEPS[0], tolerance=None), span, span)
     splits = splits_of(mechanism.system, mechanism.state.t, coarsest)
     split = splits[0].owner if splits else ""
     return ShortRuns(np.array(done), tuple(solutions), failure, mechanism.system.length, span, floor, split)

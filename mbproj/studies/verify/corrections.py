@@ -49,11 +49,11 @@ def no_alpha(case: Case) -> Found:
         return case.too_large
     M, C_q, violation = _with_violation(case)
     known = _method("gpopm").correction(M.value, C_q.value, violation.value)
-    own = correction(penalised(M, C_q, 1.0), C_q, violation).error
+    rounding = correction(penalised(M, C_q, 1.0), C_q, violation).error
     differences, departures = [], []
     for alpha in ALPHAS:
         other = _method("mmopm", alpha=alpha).correction(M.value, C_q.value, violation.value)
-        bound = correction(penalised(M, C_q, alpha), C_q, violation).error + own
+        bound = correction(penalised(M, C_q, alpha), C_q, violation).error + rounding
         differences.append(difference(other, known, bound, _scale(case)))
         departures.append(f"{np.abs((other - known) / _scale(case)).max():.0e} at α = {alpha:.0e}")
     return _remarked(worse(differences), f"departs by {', '.join(departures)}")
@@ -139,9 +139,9 @@ def kernel_correction(case: Case) -> Found:
 
 def _method(name: str, alpha: float | None = None) -> Projection:
     """The projection method of this name, which must be one that corrects."""
-    made = make_method(ProjectionSettings(method=name, alpha=alpha))
-    assert isinstance(made, Projection)
-    return made
+    method = make_method(ProjectionSettings(method=name, alpha=alpha))
+    assert isinstance(method, Projection)
+    return method
 
 
 def _weight(name: str, M: Rounded, C_q: Rounded) -> Rounded:

@@ -60,17 +60,17 @@ class Rounded:
     def __matmul__(self, other: Rounded) -> Rounded:
         left, right = np.abs(self.value), np.abs(other.value)
         inherited = self.error @ right + left @ other.error
-        own: Array = self.value.shape[-1] * EPS * (left @ right)
-        return Rounded(self.value @ other.value, inherited + own)
+        round_off: Array = self.value.shape[-1] * EPS * (left @ right)
+        return Rounded(self.value @ other.value, inherited + round_off)
 
     def __getitem__(self, index: Any) -> Rounded:
         return Rounded(self.value[index], self.error[index])
 
 
-def product(factor: float, given: Rounded) -> Rounded:
+def product(factor: float, x: Rounded) -> Rounded:
     """The product factor · x of a number and a vector or matrix."""
-    value: Array = factor * given.value
-    error: Array = abs(factor) * given.error + EPS * np.abs(value)
+    value: Array = factor * x.value
+    error: Array = abs(factor) * x.error + EPS * np.abs(value)
     return Rounded(value, error)
 
 

@@ -56,12 +56,12 @@ def _change_of_gopm(case: Case, scene: Scene, scale: Array) -> str:
     """Say by how much the change of unit changes GOPM's correction."""
     known, other = case.equations, _equations_of(case, scene, np.diag(scale), np.zeros(len(scale)))
     unit, shift = _scale(case.system), case.displacement
-    own = Gopm().correction(known.M.value, known.C_q.value, known.C_q.value @ shift) / unit
+    before = Gopm().correction(known.M.value, known.C_q.value, known.C_q.value @ shift) / unit
     try:
-        theirs = Gopm().correction(other.M.value, other.C_q.value, other.C_q.value @ (scale * shift)) / (scale * unit)
+        after = Gopm().correction(other.M.value, other.C_q.value, other.C_q.value @ (scale * shift)) / (scale * unit)
     except np.linalg.LinAlgError:
         return "gopm has no correction there: C_qC_qᵀ is singular to working precision"
-    return f"gopm's correction changes by {100.0 * np.abs(theirs - own).max() / np.abs(own).max():.2g} %"
+    return f"gopm's correction changes by {100.0 * np.abs(after - before).max() / np.abs(before).max():.2g} %"
 
 
 def rotation(case: Case) -> Found:

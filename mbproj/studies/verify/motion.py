@@ -44,15 +44,18 @@ def reduced_is_bordered(case: Case) -> Found:
     solved = case.reduced.equations().accelerations(y, case.state.t, case.reference.tolist())
     if solved is None:
         return "in space the start is a singular pose"
-    full, own = tangent(case), _through_joints(case)
+    full, schur = tangent(case), _through_joints(case)
     length = np.tile([system.length] * 3 + [1.0] * 3, n)
     motion = difference(
-        np.asarray(solved[0]).ravel(), full.acceleration.value, full.acceleration.error + own.acceleration.error, length
+        np.asarray(solved[0]).ravel(),
+        full.acceleration.value,
+        full.acceleration.error + schur.acceleration.error,
+        length,
     )
     if case.redundant or not len(full.multipliers.value):
         return motion
     scale = 1.0 / system.row_scale[n:]
-    bound = full.multipliers.error + own.multipliers.error
+    bound = full.multipliers.error + schur.multipliers.error
     return worse([motion, difference(np.asarray(solved[1]), full.multipliers.value, bound, scale)])
 
 
@@ -67,10 +70,10 @@ def planar_is_bordered(case: Case) -> Found:
     solved = compiled.equations().accelerations(y, case.state.t, at.tolist())
     if solved is None:
         return "the start is a singular pose"
-    full, own = tangent(case), _through_joints(case)
+    full, schur = tangent(case), _through_joints(case)
     A = rotation_matrix(case.state.q.reshape(-1, 7)[:, 3:])
     value = _in_plane(full.acceleration.value, plane.axes, A)
-    bound = _in_plane(full.acceleration.error + own.acceleration.error, np.abs(plane.axes), np.abs(A))
+    bound = _in_plane(full.acceleration.error + schur.acceleration.error, np.abs(plane.axes), np.abs(A))
     return difference(np.asarray(solved[0]), value, bound, np.array([system.length] * 2 + [1.0]))
 
 
@@ -110,10 +113,10 @@ def _through_joints(case: Case) -> TangentSolution:
     T = _to_tangent(case)
     back = np.asarray(np.linalg.pinv(T), dtype=float)  # δΛ = ½ Lᵀ δθ
     mass = Rounded.exact(tangent_mass_matrix(system, pose_of(case.state.q)))
-    kept = np.zeros((n, 7))  # the part of Λ'' that does not depend on ω': it keeps |Λ| constant
+    centripetal = np.zeros((n, 7))  # the part of Λ'' that does not depend on ω': it keeps |Λ| constant
     at, rate = case.state.q.reshape(-1, 7)[:, 3:], case.state.v.reshape(-1, 7)[:, 3:]
-    kept[:, 3:] = -np.sum(rate**2, axis=1, keepdims=True) * at
-    C_q, gamma = known.C_q[n:], known.gamma[n:] - known.C_q[n:] @ Rounded.exact(kept.ravel())
+    centripetal[:, 3:] = -np.sum(rate**2, axis=1, keepdims=True) * at
+    C_q, gamma = known.C_q[n:], known.gamma[n:] - known.C_q[n:] @ Rounded.exact(centripetal.ravel())
     G = C_q @ Rounded.exact(back)
     force = Rounded.exact(back.T) @ known.Q
     X, free = solve(mass, G.T), solve(mass, force)
@@ -154,14 +157,14 @@ def power(case: Case) -> Found:
     drive, rows = drive_at(system, case.state.t), _motion_multipliers(case)
     if rows is None:
         return "redundant rows: the forces of motions are not unique"
-    given = -float(rows[0] @ drive.rate)
+    supplied = -float(rows[0] @ drive.rate)
     turning, turning_off, rate = _reflected(case)  # ½ Σ I s'² grows by Σ I s'' s'
-    terms = np.concatenate([(inertial * speed).ravel(), (acting * speed).ravel(), turning * rate, [given]])
+    terms = np.concatenate([(inertial * speed).ravel(), (acting * speed).ravel(), turning * rate, [supplied]])
     off = np.concatenate([system.mass[:, None] * bound[:, :3], _spun(np.abs(system.inertia), bound[:, 3:])], axis=1)
     allowed = np.sum(np.abs(speed) * off) + turning_off @ np.abs(rate)
     allowed += len(terms) * EPS * np.abs(terms).sum() + _leak(case)
     allowed += float(rows[1] @ np.abs(drive.rate))
-    total = float(np.sum(inertial * speed) - np.sum(acting * speed) + turning @ rate - given)
+    total = float(np.sum(inertial * speed) - np.sum(acting * speed) + turning @ rate - supplied)
     size = max(float(np.abs(terms).max()), case.rate * float(kinetic_energy(system, pose, twist)))
     return difference(np.array([total]), np.zeros(1), np.array([allowed]), 1.0, size)
 
@@ -250,8 +253,8 @@ def _motion_multipliers(case: Case) -> tuple[Array, Array] | None:
     driven, solution = case.system.driven, tangent(case).multipliers
     if not driven:
         return np.zeros(0), np.zeros(0)
-    kept = case.equations.rows >= case.system.constraints - driven
-    if np.count_nonzero(kept) < driven:
+    driven_rows = case.equations.rows >= case.system.constraints - driven
+    if np.count_nonzero(driven_rows) < driven:
         return None
     return solution.value[-driven:], solution.error[-driven:]
 

@@ -92,12 +92,12 @@ def _compared(case: Case, order: Order, remark: str) -> Found:
 
 def joints_closed(case: Case) -> Found:
     """Compare the largest |C| after any step with the tolerance of the stop test."""
-    own = case.scene.settings.projection
-    if not PROJECTIONS[own.method].corrects:
-        return f"'{own.method}' does not close the joints"
-    if not own.position or own.every > 1 or own.threshold is not None:
+    projection = case.scene.settings.projection
+    if not PROJECTIONS[projection.method].corrects:
+        return f"'{projection.method}' does not close the joints"
+    if not projection.position or projection.every > 1 or projection.threshold is not None:
         return "the scene does not project its positions after every step"
-    if own.test == "paper":
+    if projection.test == "paper":
         return "the paper's stop test measures corrections, not how far joints are open"
     if not case.runs.solutions:
         return _stopped(case, case.runs)
@@ -105,7 +105,7 @@ def joints_closed(case: Case) -> Found:
     worst = max((report.position_violation for report in reports), key=lambda each: each.value)
     largest = max(float(np.abs(each.body_position).max()) for each in case.runs.solutions) + case.system.length
     return Finding(
-        worst.value, own.tolerance or max(THRESHOLDS.closed_to, 4.0 * EPS * largest), f"m or rad, {worst.owner}"
+        worst.value, projection.tolerance or max(THRESHOLDS.closed_to, 4.0 * EPS * largest), f"m or rad, {worst.owner}"
     )
 
 
@@ -179,12 +179,12 @@ def _driven_angles(system: System) -> Integers:
 
 def _short(case: Case) -> Settings:
     """The scene's own settings, shortened to its first steps."""
-    own = settings_to_run(case.scene)
-    assert own.duration is not None
-    if own.step is not None:
-        return replace(own, duration=min(own.duration, TURN_STEPS * own.step), output_step=None)
-    duration = min(own.duration, RADIANS / case.rate)
-    return replace(own, duration=duration, output_step=duration / TURN_STEPS)
+    settings = settings_to_run(case.scene)
+    assert settings.duration is not None
+    if settings.step is not None:
+        return replace(settings, duration=min(settings.duration, TURN_STEPS * settings.step), output_step=None)
+    duration = min(settings.duration, RADIANS / case.rate)
+    return replace(settings, duration=duration, output_step=duration / TURN_STEPS)
 
 
 class TurnRecorder:
