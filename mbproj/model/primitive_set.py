@@ -249,9 +249,9 @@ def _layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
     for index, primitive in enumerate(primitives):
         alike.setdefault(primitive, []).append(index)
     groups, is_point, is_length = [], np.zeros(len(attachments)), np.zeros(first_row[-1], dtype=bool)
-    for primitive, own in alike.items():
-        slots = first_slot[own][:, None] + np.arange(len(primitive.slots))
-        rows = first_row[own][:, None] + np.arange(primitive.rows)
+    for primitive, indices in alike.items():
+        slots = first_slot[indices][:, None] + np.arange(len(primitive.slots))
+        rows = first_row[indices][:, None] + np.arange(primitive.rows)
         is_point[slots] = [float(kind == "point") for kind in primitive.slots]
         is_length[rows] = primitive.unit == "m"
         groups.append(Group(primitive, slots, rows))

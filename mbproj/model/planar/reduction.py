@@ -481,10 +481,10 @@ def _friction_obstacle(system: System, plane: Plane) -> str | None:
         bindings(frictions.coordinates),
         sides(frictions.coordinates, _in_plane(system, plane, frictions.coordinates)),
     )
-    kept = np.flatnonzero((frictions.partner < 0) | ((side != OUTSIDE) & (side != BESIDE)))
-    along = bind([replace(bound[k], owner=at) for at, k in enumerate(kept)])
-    owners = [f"{frictions.owners[k]} acts" for k in kept]
-    return _leaves_plane(system, plane, along, frictions.joint_coordinate[kept], owners)
+    in_plane = np.flatnonzero((frictions.partner < 0) | ((side != OUTSIDE) & (side != BESIDE)))
+    along = bind([replace(bound[k], owner=at) for at, k in enumerate(in_plane)])
+    owners = [f"{frictions.owners[k]} acts" for k in in_plane]
+    return _leaves_plane(system, plane, along, frictions.joint_coordinate[in_plane], owners)
 
 
 def _leaves_plane(
