@@ -299,8 +299,8 @@ def escape(bound: PrimitiveSet, seen: Seen, outside: RowMap, names: tuple[str, .
     """Return, in words, a body that the rows outside do not hold in the plane; None where they hold all."""
     rows = _rows(bound, seen, outside, len(names), length)
     free = _not_reached(rows, len(names))
-    for piece, own_rows in _pieces(rows, free):
-        body = _moving(own_rows, piece)
+    for piece, piece_rows in _pieces(rows, free):
+        body = _moving(piece_rows, piece)
         if body is not None:
             return f"nothing but symmetry keeps body '{names[body]}' in the plane"
     return None
