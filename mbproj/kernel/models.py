@@ -117,12 +117,8 @@ def bound(primitive_set: PrimitiveSet | PlanarSet) -> Bound:
     """A set as the kernel takes it: an instance for each primitive, and for a coupling one for each coordinate."""
     primitives: Sequence[Primitive]
     if isinstance(primitive_set, PlanarSet):
-        primitives, first, row, owner = (
-            primitive_set.primitives,
-            primitive_set.first_slot.tolist(),
-            primitive_set.row,
-            primitive_set.owner,
-        )
+        primitives, first = primitive_set.primitives, primitive_set.first_slot.tolist()
+        row, owner = primitive_set.row, primitive_set.owner
     else:
         members = primitive_set.layout.members
         primitives, first = [member.primitive for member in members], [member.slots[0] for member in members]
@@ -278,9 +274,8 @@ class _InPlane(_InSpace):
 
     def axes(self) -> Array:
         on_bodies = self.system.forces.on_bodies
-        return np.where(
-            on_bodies.in_body[:, None, None], self._reference(on_bodies.body) @ on_bodies.turn, self.plane.axes.T
-        )
+        turn = self._reference(on_bodies.body) @ on_bodies.turn
+        return np.where(on_bodies.in_body[:, None, None], turn, self.plane.axes.T)
 
     def bushings(self) -> dict[str, Array]:
         return bushings_in_plane(self.plane, self.system.forces.bushings)

@@ -250,10 +250,8 @@ class System:
         """The system with its rows at position level alone, which determine the admissible poses."""
         if not self.rolls:
             return self
-        integrable = [each for each in bindings(self.joints) if each.primitive.integrable]
-        return replace(
-            self, joints=bind(integrable), couplings=compile_couplings(integrable, bindings(self.coordinates))
-        )
+        joints = [each for each in bindings(self.joints) if each.primitive.integrable]
+        return replace(self, joints=bind(joints), couplings=compile_couplings(joints, bindings(self.coordinates)))
 
     @property
     def constraints(self) -> int:

@@ -72,9 +72,8 @@ def without_elements(scene: Scene) -> tuple[System, list[Element]]:
         if kind.frame == "path":
             place = scene.place("joints", joint.name)
             wound = load("mbproj.model.compile.ropes:wound")
-            joint_coordinates = ropes.setdefault(
-                joint.name, wound(joint, owner, groups.seats, poses, place)
-            ).coordinates
+            rope = ropes.setdefault(joint.name, wound(joint, owner, groups.seats, poses, place))
+            joint_coordinates = rope.coordinates
         else:
             joint_coordinates = coordinates_of(owner, joint, symbols[joint.name])
         coordinates += joint_coordinates.values()
