@@ -56,9 +56,9 @@ def pressing(stops: Stops, by: Array, gap: Numbers, rate: Numbers) -> Numbers:
     """Return the forces of compliant stops at these gaps (..., S) and rates, in N or N m; 0 for rigid ones. `by` (S,)
     are their coefficients of damping, `Stops.pushes_by`."""
     δ = np.maximum(-gap, 0.0)
-    elastic, given = _stiffness(stops) * δ**stops.exponent, np.isnan(stops.restitution)
+    elastic, damped = _stiffness(stops) * δ**stops.exponent, np.isnan(stops.restitution)
     speed = np.sqrt(rate**2 + by * δ ** (stops.exponent + 1.0) + np.finfo(float).tiny)
-    part = np.where(given, by, stops.resistance / speed) * rate
+    part = np.where(damped, by, stops.resistance / speed) * rate
     return np.asarray(np.where(δ > 0.0, elastic * np.maximum(1.0 - part, 0.0), 0.0))
 
 

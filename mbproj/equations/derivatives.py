@@ -256,8 +256,8 @@ def bushing_derivatives(forces: Forces, pose: Pose, twist: Twist, force: Array) 
     steps = 1j * COMPLEX_STEP * np.eye(12).reshape(12, 1, 2, 6)  # of the first body, then of the second
     turns = 0.5 * (np.swapaxes(matrix_L(at.orientation), -1, -2) @ steps[..., 3:, None])[..., 0]
     moved, bent = at.deflect(steps[..., :3], turns)  # bent (12, B, 6, 12)
-    own = force[forces.laws.size :].reshape(count, len(COORDINATES))
-    geometric = np.einsum("ebcu,bc->bue", bent.imag / COMPLEX_STEP, own)
+    bushing_force = force[forces.laws.size :].reshape(count, len(COORDINATES))
+    geometric = np.einsum("ebcu,bc->bue", bent.imag / COMPLEX_STEP, bushing_force)
     thicker = np.einsum("ebcd,bd->bce", viscous(bushings, moved).imag / COMPLEX_STEP, rate)
     transposed = np.swapaxes(g, -1, -2)
     D = transposed @ damping @ g
@@ -304,8 +304,10 @@ def channel_slopes(instant: Instant) -> tuple[Array, Array]:
         of_laws[law] = slopes_by_channels(
             programs, int(forces.laws.program[law]), instant.values(value[law], rate[law])
         )
-    given = [slopes_by_channels(programs, each, instant.values()) for each in forces.on_bodies.program.ravel().tolist()]
-    all_slopes = np.concatenate([of_laws, np.array(given).reshape(-1, rates.shape[1])])
+    on_bodies = [
+        slopes_by_channels(programs, each, instant.values()) for each in forces.on_bodies.program.ravel().tolist()
+    ]
+    all_slopes = np.concatenate([of_laws, np.array(on_bodies).reshape(-1, rates.shape[1])])
     return tuple(np.nan_to_num(part, nan=0.0, posinf=0.0, neginf=0.0) for part in (all_slopes, rates))  # type: ignore[return-value]
 
 
@@ -336,28 +338,29 @@ def slopes_by_channels(programs: ProgramSet, program: int, at: list[Numbers]) ->
 def given_rows(forces: Forces, pose: Pose) -> Rows:
     """Return the generalised force of a unit of each of the three components of each given force and torque, (3W,
     6n)."""
-    given, turn = forces.on_bodies, pose.rotation[forces.on_bodies.body]
-    unit = np.where(given.in_body[:, None, None], np.swapaxes(given.turn, -1, -2), turn)  # (W, 3, 3) in body axes
+    on_bodies, turn = forces.on_bodies, pose.rotation[forces.on_bodies.body]
+    # The three directions of each, (W, 3, 3), in body axes.
+    unit = np.where(on_bodies.in_body[:, None, None], np.swapaxes(on_bodies.turn, -1, -2), turn)
     value = np.concatenate([np.zeros_like(unit), unit], axis=-1)
-    moment, acts = np.cross(given.point[:, None, :], unit), ~given.is_torque
+    moment, acts = np.cross(on_bodies.point[:, None, :], unit), ~on_bodies.is_torque
     value[acts] = np.concatenate([unit @ np.swapaxes(turn, -1, -2), moment], axis=-1)[acts]
-    count = 3 * given.size
-    return Rows.of(count, len(pose.position) - 1, np.arange(count), np.repeat(given.body, 3), value.reshape(-1, 6))
+    count = 3 * on_bodies.size
+    return Rows.of(count, len(pose.position) - 1, np.arange(count), np.repeat(on_bodies.body, 3), value.reshape(-1, 6))
 
 
 def given_derivative(instant: Instant) -> Blocks:
     """Return the derivative by ξ of the given forces and torques on the bodies, without the part through channels."""
-    given, pose, vector = instant.system.forces.on_bodies, instant.pose, given_components(instant)
+    on_bodies, pose, vector = instant.system.forces.on_bodies, instant.pose, given_components(instant)
     bodies = len(pose.position) - 1
-    carried = (given.turn @ vector[..., None])[..., 0]
-    turn = pose.rotation[given.body]
-    in_axes = np.where(given.in_body[:, None], carried, (np.swapaxes(turn, -1, -2) @ vector[..., None])[..., 0])
-    value = np.zeros((given.size, 6, 6))
-    follows, acts = given.in_body, ~given.is_torque
+    carried = (on_bodies.turn @ vector[..., None])[..., 0]
+    turn = pose.rotation[on_bodies.body]
+    in_axes = np.where(on_bodies.in_body[:, None], carried, (np.swapaxes(turn, -1, -2) @ vector[..., None])[..., 0])
+    value = np.zeros((on_bodies.size, 6, 6))
+    follows, acts = on_bodies.in_body, ~on_bodies.is_torque
     value[follows & acts, :3, 3:] = -(turn @ tilde(in_axes))[follows & acts]
-    value[~follows & acts, 3:, 3:] = (tilde(given.point) @ tilde(in_axes))[~follows & acts]
+    value[~follows & acts, 3:, 3:] = (tilde(on_bodies.point) @ tilde(in_axes))[~follows & acts]
     value[~follows & ~acts, 3:, 3:] = tilde(in_axes)[~follows & ~acts]
-    return Blocks.of(bodies, given.body, given.body, value)
+    return Blocks.of(bodies, on_bodies.body, on_bodies.body, value)
 
 
 # --- Derivatives of rows at velocity level by the pose ----------------------------------------------------------------

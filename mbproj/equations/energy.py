@@ -47,7 +47,7 @@ class EnergyAtStart:
     def energy(self) -> float:
         """T + V in J."""
         system, state = self._system, self._state
-        return system.kept("energy", (state.t, state.y), lambda: total_energy(system, state))
+        return system.cached("energy", (state.t, state.y), lambda: total_energy(system, state))
 
     @cached_property
     def of_elements(self) -> tuple[Numbers, Numbers]:
@@ -92,12 +92,12 @@ def potential(instant: Instant, laws: LawState) -> Numbers:
 
 def stored(instant: Instant, laws: LawState, turns: Callable[[], Integers]) -> Numbers:
     """Return V in J of gravity, springs, elements and compliant stops; `turns` gives those of the joints' angles."""
-    own, stops = potential(instant, laws), instant.system.stops
+    V, stops = potential(instant, laws), instant.system.stops
     if stops is None:
-        return own
+        return V
     from mbproj.equations.contacts import gaps, stored_energy
 
-    return own + stored_energy(stops, gaps(stops, instant.pose, turns()))
+    return V + stored_energy(stops, gaps(stops, instant.pose, turns()))
 
 
 def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
@@ -109,15 +109,15 @@ def of_elements(instant: Instant) -> tuple[Numbers, Numbers]:
     from mbproj.functions.values import values
 
     variables = instant.values()
-    kept, lost = (
+    stores, lost = (
         sum(values(programs, range(programs.size), variables), np.zeros(instant.pose.position.shape[:-2]))
         for programs in (energies.stored, energies.lost)
     )
-    return kept, lost
+    return stores, lost
 
 
 def account(instant: Instant, at_start: tuple[Numbers, Numbers], work: Array) -> tuple[Numbers, Numbers]:
     """Return W and D since the start, (T,), with the `work` (T, 2 + ...) of all forces. Elements may store and lose
     more energy than their forces take from the mechanism; this energy counts as work W from outside."""
-    kept, lost = (now - then for now, then in zip(of_elements(instant), at_start, strict=True))
-    return work[:, 0] + kept + lost, work[:, 1] + lost
+    stores, lost = (now - then for now, then in zip(of_elements(instant), at_start, strict=True))
+    return work[:, 0] + stores + lost, work[:, 1] + lost

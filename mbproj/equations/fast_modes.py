@@ -45,10 +45,10 @@ class ForceSlopes:
     def matrices(self, chosen: Integers) -> tuple[Array, Array]:
         """Return k and c along the `chosen` coordinates, (e, e)."""
         k, c = np.diag(self.stiffness[chosen]), np.diag(self.damping[chosen])
-        bushing, own = np.divmod(chosen - (len(self.stiffness) - self.bushings.preload.size), len(COORDINATES))
+        bushing, component = np.divmod(chosen - (len(self.stiffness) - self.bushings.preload.size), len(COORDINATES))
         row, column = np.nonzero((bushing[:, None] == bushing) & (bushing >= 0))
         for matrix, blocks in ((k, self.bushings.stiffness), (c, self.bushings.damping)):
-            matrix[row, column] = blocks[bushing[row], own[row], own[column]]
+            matrix[row, column] = blocks[bushing[row], component[row], component[column]]
         return k, c
 
     @property
@@ -128,12 +128,12 @@ def _pulls(forces: Forces, pose: Pose) -> tuple[Integers, Integers, Array, Array
     if not forces.bushings.size:
         return of_laws
     unit = deflection(forces.bushings, pose).gradient  # (B, 2, 6, 6), rows are the wrenches of unit forces
-    own, count = forces.bushings.body, len(COORDINATES)
-    turned = unit[..., 3:] @ pose.rotation[own]
-    number = forces.laws.size + count * np.arange(len(own))[:, None, None] + np.arange(count)
+    ends, count = forces.bushings.body, len(COORDINATES)
+    turned = unit[..., 3:] @ pose.rotation[ends]
+    number = forces.laws.size + count * np.arange(len(ends))[:, None, None] + np.arange(count)
     more = (
         np.broadcast_to(number, unit.shape[:3]).ravel(),
-        np.repeat(own.ravel(), count),
+        np.repeat(ends.ravel(), count),
         unit[..., :3].reshape(-1, 3),
         turned.reshape(-1, 3),
     )

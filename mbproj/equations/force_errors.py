@@ -79,8 +79,8 @@ def cause_of(instant: Instant, programs: ProgramSet, index: int, variables: Sequ
 
 def _code(programs: ProgramSet, index: int) -> bytes:
     """Return the instructions of a program as bytes."""
-    own = slice(int(programs.start[index]), int(programs.start[index + 1]))
-    return np.column_stack([programs.op[own].astype(float), programs.operand[own]]).tobytes()
+    instructions = slice(int(programs.start[index]), int(programs.start[index + 1]))
+    return np.column_stack([programs.op[instructions].astype(float), programs.operand[instructions]]).tobytes()
 
 
 def _signals_in(signals: ProgramSet, programs: ProgramSet, index: int) -> Iterator[int]:
@@ -93,8 +93,8 @@ def _signals_in(signals: ProgramSet, programs: ProgramSet, index: int) -> Iterat
 def _inputs(instant: Instant, programs: ProgramSet, index: int) -> str:
     """Return the channels that a program names with their values, in words."""
     channels, names = instant.system.channels, instant.system.names
-    own = range(int(programs.start[index]), int(programs.start[index + 1]))
-    read = {int(programs.operand[at]) - CHANNELS for at in own if programs.op[at] == Op.VARIABLE}
+    instructions = range(int(programs.start[index]), int(programs.start[index + 1]))
+    read = {int(programs.operand[at]) - CHANNELS for at in instructions if programs.op[at] == Op.VARIABLE}
     said = []
     for channel in sorted(number for number in read if number >= 0):
         kind, at = ChannelKind(int(channels.kind[channel])), int(channels.index[channel])

@@ -29,14 +29,14 @@ class LawState:
     rate: Numbers
     spring: Numbers
     damper: Numbers
-    given: Numbers
+    function: Numbers
     stored: Numbers
     bent: Deflection | None = None
 
     @property
     def force(self) -> Numbers:
         """The sum of the forces, (..., F), in N or N m."""
-        return self.spring + self.damper + self.given
+        return self.spring + self.damper + self.function
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
         return LawState(none, none, none, none, none, stored=np.zeros(shape))
     laws = forces.laws
     value, rate = law_coordinates(instant)
-    given, damper = np.zeros_like(value), -laws.damping * rate
+    function, damper = np.zeros_like(value), -laws.damping * rate
     for law in np.flatnonzero(laws.program >= 0):
         from mbproj.functions.values import value as value_of
 
@@ -81,19 +81,19 @@ def law_state(instant: Instant, held: Array | None = None, carried: Numbers | No
         if laws.loses[law]:
             damper[..., law] += force
         else:
-            given[..., law] = force
+            function[..., law] = force
     extension = value - laws.free
     stored = 0.5 * total(laws.stiffness * extension**2)
-    own = LawState(value, rate, -laws.stiffness * extension, damper, given, stored)
-    return _with_bushings(forces, own, instant) if forces.bushings.size else own
+    state = LawState(value, rate, -laws.stiffness * extension, damper, function, stored)
+    return _with_bushings(forces, state, instant) if forces.bushings.size else state
 
 
 def _along_sliding(laws: Laws, rate: Numbers, law: int) -> Numbers:
     """Return the component of the unit direction of friction in a plane along a law's tangent. The direction is that of
     the velocity, or its opposite where the velocity has reversed: a step may then pass through rest."""
-    own, across, direction = rate[..., law], rate[..., laws.partner[law]], laws.sliding[law]
-    speed, back = np.hypot(own, across), direction[0] * own + direction[1] * across < 0.0
-    part = np.where(back, -own, own) / np.where(speed > 0.0, speed, 1.0)
+    along, across, direction = rate[..., law], rate[..., laws.partner[law]], laws.sliding[law]
+    speed, back = np.hypot(along, across), direction[0] * along + direction[1] * across < 0.0
+    part = np.where(back, -along, along) / np.where(speed > 0.0, speed, 1.0)
     shares: Numbers = np.where(speed > 0.0, part, direction[0])
     return shares
 
@@ -115,14 +115,14 @@ def _with_bushings(forces: Forces, laws: LawState, instant: Instant) -> LawState
     s, rate = bent.value, rates(bushings, bent, instant.pose, instant.twist)
     elastic = (bushings.stiffness @ s[..., None])[..., 0]
     damper = (-viscous(bushings, bent) @ rate[..., None])[..., 0]
-    own = s, rate, bushings.preload - elastic, damper, np.zeros_like(s)
-    before = laws.value, laws.rate, laws.spring, laws.damper, laws.given
-    value, speed, spring, damped, given = (
+    after = s, rate, bushings.preload - elastic, damper, np.zeros_like(s)
+    before = laws.value, laws.rate, laws.spring, laws.damper, laws.function
+    value, speed, spring, damped, function = (
         np.concatenate([first, last.reshape(*last.shape[:-2], -1)], axis=-1)
-        for first, last in zip(before, own, strict=True)
+        for first, last in zip(before, after, strict=True)
     )
     stored = total(total((0.5 * elastic - bushings.preload) * s))
-    return LawState(value, speed, spring, damped, given, laws.stored + stored, bent)
+    return LawState(value, speed, spring, damped, function, laws.stored + stored, bent)
 
 
 def applied(instant: Instant, held: Array | None = None, carried: Array | None = None) -> Applied:
@@ -145,7 +145,7 @@ def applied(instant: Instant, held: Array | None = None, carried: Array | None =
         raise turns_too_far(forces, np.where(too_far, state.bent.cosine, 1.0), t)
     given_force, given_torque = _on_bodies(instant, held)
     omega = body_rates(pose, instant.twist)
-    power = np.sum(given_force * instant.twist.velocity) + np.sum(given_torque * omega) + state.given @ state.rate
+    power = np.sum(given_force * instant.twist.velocity) + np.sum(given_torque * omega) + state.function @ state.rate
     lost = -state.damper * state.rate
     apart = lost[: forces.laws.size][forces.laws.apart]
     return Applied(force + given_force, torque + given_torque, float(power), float(lost.sum()), apart)
@@ -184,13 +184,13 @@ def action_values(instant: Instant, action: int) -> Array:
 
     system = instant.system
     sets = system.actions.sets(action)
-    given = np.array(values(system.actions.programs, sets, instant.values()))
-    if not np.isfinite(given).all():
-        k = sets[int(np.flatnonzero(~np.isfinite(given))[0])]
+    assigned = np.array(values(system.actions.programs, sets, instant.values()))
+    if not np.isfinite(assigned).all():
+        k = sets[int(np.flatnonzero(~np.isfinite(assigned))[0])]
         from mbproj.equations.force_errors import program_fails
 
         raise program_fails(instant, k, system.actions.names[action], instant.variables(), system.actions.programs)
-    return given
+    return assigned
 
 
 def generalised(pose: Pose, force: Array, torque: Array) -> Array:
@@ -222,8 +222,8 @@ def _along_coordinates(forces: Forces, pose: Pose, size: Numbers, bent: Deflecti
     np.add.at(force, body, bound.is_point[bound.entry_slot, None] * pull)
     np.add.at(torque, body, cross(local, _in_body(pose, body, pull)))
     if bent is not None:
-        bushings, own = forces.bushings, size[forces.laws.size :]
-        pulls = wrenches(bushings, bent, pose, own.reshape(bushings.size, -1))
+        bushings, bushing_force = forces.bushings, size[forces.laws.size :]
+        pulls = wrenches(bushings, bent, pose, bushing_force.reshape(bushings.size, -1))
         for total, part in zip((force, torque), pulls, strict=True):
             np.add.at(total, bushings.body, part)
     return force, torque
@@ -240,39 +240,39 @@ def given_components(instant: Instant, held: Array | None = None) -> Array:
 
     forces, samples = instant.system.forces, np.shape(instant.t)
     programs = forces.on_bodies.program.ravel().tolist()
-    each = [np.broadcast_to(own, samples) for own in values(forces.programs, programs, instant.values(), held)]
+    each = [np.broadcast_to(value, samples) for value in values(forces.programs, programs, instant.values(), held)]
     return np.moveaxis(numbers(each), 0, -1).reshape(*samples, len(programs) // 3, 3)
 
 
 def given_vectors(instant: Instant, held: Array | None = None) -> Array:
     """Return the given forces and torques in global axes, (W, 3). Raises SimulationError where one is not finite."""
-    given, vector = instant.system.forces.on_bodies, given_components(instant, held)
+    on_bodies, vector = instant.system.forces.on_bodies, given_components(instant, held)
     if not np.all(np.isfinite(vector)):
         from mbproj.equations.force_errors import force_fails
 
-        raise force_fails(instant, int(given.program[~np.isfinite(vector)][0]))
+        raise force_fails(instant, int(on_bodies.program[~np.isfinite(vector)][0]))
     return in_global_axes(instant, vector)
 
 
 def in_global_axes(instant: Instant, vector: Array) -> Array:
     """Return components (..., W, 3) of the given forces and torques in global axes; those in body axes are turned."""
-    given = instant.system.forces.on_bodies
-    carried = (given.turn @ vector[..., None])[..., 0]
-    turned = (instant.pose.rotation[..., given.body, :, :] @ carried[..., None])[..., 0]
-    vectors: Array = np.where(given.in_body[:, None], turned, vector)
+    on_bodies = instant.system.forces.on_bodies
+    carried = (on_bodies.turn @ vector[..., None])[..., 0]
+    turned = (instant.pose.rotation[..., on_bodies.body, :, :] @ carried[..., None])[..., 0]
+    vectors: Array = np.where(on_bodies.in_body[:, None], turned, vector)
     return vectors
 
 
 def _on_bodies(instant: Instant, held: Array | None) -> tuple[Array, Array]:
     """Return the forces and torques on the bodies of the given forces and torques."""
-    given, pose = instant.system.forces.on_bodies, instant.pose
+    on_bodies, pose = instant.system.forces.on_bodies, instant.pose
     force, torque = np.zeros_like(pose.position), np.zeros_like(pose.position)
-    if not given.size:
+    if not on_bodies.size:
         return force, torque
     vector = given_vectors(instant, held)
-    np.add.at(force, given.body, np.where(given.is_torque[:, None], 0.0, vector))
-    in_body = _in_body(pose, given.body, vector)
-    np.add.at(torque, given.body, np.where(given.is_torque[:, None], in_body, cross(given.point, in_body)))
+    np.add.at(force, on_bodies.body, np.where(on_bodies.is_torque[:, None], 0.0, vector))
+    in_body = _in_body(pose, on_bodies.body, vector)
+    np.add.at(torque, on_bodies.body, np.where(on_bodies.is_torque[:, None], in_body, cross(on_bodies.point, in_body)))
     return force, torque
 
 

@@ -27,7 +27,7 @@ def of_signals(instant: Instant) -> Numbers:
 
     programs = instant.system.signals
     each = values(programs, range(programs.size), instant.values())
-    return np.stack([np.broadcast_to(own, instant.channels.shape[:-1]) for own in each], axis=-1)
+    return np.stack([np.broadcast_to(signal, instant.channels.shape[:-1]) for signal in each], axis=-1)
 
 
 def no_states() -> Array:
@@ -58,15 +58,15 @@ class Instant:
         channels, bound = self.system.channels, self.system.coordinates
         like = like_of(self.pose.position, bound.local, self.x)
         channel_values = np.empty((*self.pose.position.shape[:-2], channels.size), like=like)
-        given = {ChannelKind.STATE: self.x}
+        by_kind = {ChannelKind.STATE: self.x}
         if not channels.is_state.all():
             value = bound.value(self.pose.places(bound))
             if self.expected.shape[-1]:
                 from mbproj.equations.turning import near
 
                 value = near(self.system, value, self.expected)
-            given |= {ChannelKind.COORDINATE: value, ChannelKind.RATE: self.speed}
-        for kind, values in given.items():
+            by_kind |= {ChannelKind.COORDINATE: value, ChannelKind.RATE: self.speed}
+        for kind, values in by_kind.items():
             here, index = channels.places[kind]
             channel_values[..., here] = values[..., index]
         return channel_values
@@ -78,10 +78,10 @@ class Instant:
 
     def values(self, s: Numbers | float = 0.0, rate: Numbers | float = 0.0) -> list[Numbers]:
         """Return the variables of a program that acts along a coordinate s with this rate, (...) each."""
-        given: list[Any] = [numbers(each) for each in (self.t, s, rate)]
+        variables: list[Any] = [numbers(each) for each in (self.t, s, rate)]
         shape = self.channels.shape[:-1]
-        own = (each if each.shape == shape else np.broadcast_to(each, shape) for each in given)
-        return [*own, *self._each]
+        broadcast = (each if each.shape == shape else np.broadcast_to(each, shape) for each in variables)
+        return [*broadcast, *self._each]
 
     @cached_property
     def _each(self) -> list[Numbers]:

@@ -44,9 +44,9 @@ def drive_at(system: System, t: Numbers | float, teeth: Teeth | None = None) -> 
 
     time, programs = time_series(np.asarray(t)), system.motions.programs
     series = [run(programs, index, [time]) for index in range(system.driven)]
-    drive = np.empty((3, *np.shape(t), system.driven), like=like_of(*(each for own in series for each in own)))
-    for index, own in enumerate(series):
-        for order, each in enumerate(own):
+    drive = np.empty((3, *np.shape(t), system.driven), like=like_of(*(each for terms in series for each in terms)))
+    for index, terms in enumerate(series):
+        for order, each in enumerate(terms):
             drive[order, ..., index] = each
     if not np.isfinite(drive).all():
         raise _not_finite(system, np.asarray(t), np.all(np.isfinite(drive), axis=0))

@@ -43,12 +43,12 @@ def reactions_with_teeth(system: System, pose: Pose, multipliers: Numbers) -> tu
 def applied_seen(instant: Instant) -> Mapping[str, Numbers]:
     """Return, by dataset, the given forces in N and torques in N m, in global axes, (T, W, 3), and their power in W,
     (T, W). The power is that along the velocity of the point, or along the angular velocity of the body."""
-    given, pose = instant.system.forces.on_bodies, instant.pose
+    on_bodies, pose = instant.system.forces.on_bodies, instant.pose
     vectors = in_global_axes(instant, given_components(instant))
-    velocity = attached_velocity(instant.twist, given.body, given.point, np.ones(given.size))
-    rates = body_rates(pose, instant.twist)[..., given.body, :]
-    omega = (pose.rotation[..., given.body, :, :] @ rates[..., None])[..., 0]
-    power = dot(vectors, np.where(given.is_torque[:, None], omega, velocity))
+    velocity = attached_velocity(instant.twist, on_bodies.body, on_bodies.point, np.ones(on_bodies.size))
+    rates = body_rates(pose, instant.twist)[..., on_bodies.body, :]
+    omega = (pose.rotation[..., on_bodies.body, :, :] @ rates[..., None])[..., 0]
+    power = dot(vectors, np.where(on_bodies.is_torque[:, None], omega, velocity))
     return {"forces/applied": vectors, "forces/applied_power": power}
 
 
@@ -79,9 +79,9 @@ def on_bearings(system: System, pose: Pose, force: Numbers, torque: Numbers) -> 
         aside = np.sign(second) * np.abs(turning)[..., None] / radius * np.tan(gear.pressure_angle) * out / radius
         push = along - aside
         both = (-push, turning * (first / second)), (push, turning)
-        for joint, centre, axis, (own, about) in zip(gear.joints, centres, axes, both, strict=True):
-            force[..., joint, :] -= own
-            torque[..., joint, :] += about[..., None] * axis - cross(pitch - centre, own)
+        for joint, centre, axis, (load, about) in zip(gear.joints, centres, axes, both, strict=True):
+            force[..., joint, :] -= load
+            torque[..., joint, :] += about[..., None] * axis - cross(pitch - centre, load)
         force[..., gear.joint, :] = push
         torque[..., gear.joint, :] = cross(pitch - places[..., gear.joint, :], push)
     return force, torque

@@ -71,13 +71,13 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
     def __init__(self, observer: Observer, samples: Samples) -> None:
         self.observer, self.system, self.samples = observer, observer.system, samples
         self._seen = samples if len(samples.t) > 1 else join([samples, samples])
-        self._found: dict[str, npt.NDArray[Any]] = {}
+        self._datasets: dict[str, npt.NDArray[Any]] = {}
 
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
-        if path not in self._found:
+        if path not in self._datasets:
             with may_overflow():
-                self._found[path] = contiguous(self._computed(path)[: len(self.samples.t)])
-        return self._found[path]
+                self._datasets[path] = contiguous(self._computed(path)[: len(self.samples.t)])
+        return self._datasets[path]
 
     def __iter__(self) -> Iterator[str]:
         yield from QUANTITIES
@@ -169,8 +169,8 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
         from mbproj.equations.of_motion import inertial_reaction
 
         turned = inertial_reaction(self.system.reflected, self.pose, self.twist, self.change)
-        own = self.coordinate[:, self.system.reflected.joint_coordinate]
-        pairs = (laws.value, own), (laws.rate, turned.rate), (laws.force, turned.force)
+        value = self.coordinate[:, self.system.reflected.joint_coordinate]
+        pairs = (laws.value, value), (laws.rate, turned.rate), (laws.force, turned.force)
         return tuple(np.concatenate(pair, axis=-1) for pair in pairs)
 
     @cached_property
@@ -196,8 +196,10 @@ class Observation(Mapping[str, npt.NDArray[Any]]):
 
     def points(self, kind: str) -> tuple[Integers, Array]:
         """Return the carriers of markers or bodies, and their places on these."""
-        own = self.system
-        return (own.marker_body, own.marker_local) if kind == "markers" else (own.body_carrier, own.body_offset)
+        system = self.system
+        if kind == "markers":
+            return system.marker_body, system.marker_local
+        return system.body_carrier, system.body_offset
 
     def position(self, kind: str) -> Numbers:
         """Return the positions of markers or bodies, (T, k, 3)."""

@@ -51,8 +51,8 @@ def kept_fields(
     scale = np.linalg.norm(fields(state.q) / _lengths(system), axis=-1)
     resisted = np.concatenate([_resistance(system, state, q, fields(q)) / scale for q in poses])
     _, sizes, basis = np.linalg.svd(resisted)
-    kept = basis[np.count_nonzero(sizes > THRESHOLDS.dependent) :]
-    return np.ascontiguousarray(kept / scale)
+    conserved = basis[np.count_nonzero(sizes > THRESHOLDS.dependent) :]
+    return np.ascontiguousarray(conserved / scale)
 
 
 def _lengths(system: System) -> Array:
@@ -75,10 +75,10 @@ def _resistance(system: System, state: State, q: Array, fields: Array) -> Array:
     C_q = jacobian(system, pose) / system.row_scale[:, None]
     for u in fields:
         twist = twist_of(pose, u)
-        own = [system.forces.laws.coordinates]
-        own += [part.coordinates for part in (system.stops, system.frictions) if part is not None]
-        own += [system.reflected.rows] if system.reflected.size else []
-        changes = [C_q @ u, *(set_velocity(each, pose, twist) / _row_lengths(system, each) for each in own)]
+        sets = [system.forces.laws.coordinates]
+        sets += [part.coordinates for part in (system.stops, system.frictions) if part is not None]
+        sets += [system.reflected.rows] if system.reflected.size else []
+        changes = [C_q @ u, *(set_velocity(each, pose, twist) / _row_lengths(system, each) for each in sets)]
         if system.forces.bushings.size:
             bushings = system.forces.bushings
             changes.append(rates(bushings, deflection(bushings, pose), pose, twist).ravel() / system.length)
@@ -101,9 +101,9 @@ def _by_gravity(system: System, u: Array) -> Array:
 
 def _of_pushed(system: System, pose: Pose, u: Array) -> Array:
     """Return the velocities of bodies with given forces and torques, which may do work on any motion."""
-    given, twist = system.forces.on_bodies, twist_of(pose, u)
-    if not given.size:
+    on_bodies, twist = system.forces.on_bodies, twist_of(pose, u)
+    if not on_bodies.size:
         return np.zeros(0)
-    omega = body_rates(pose, twist)[given.body]
-    moved = twist.velocity[given.body] + (pose.rotation[given.body] @ cross(omega, given.point)[..., None])[..., 0]
-    return np.concatenate([np.where(given.is_torque[:, None], omega, moved / system.length).ravel()])
+    omega, turn = body_rates(pose, twist)[on_bodies.body], pose.rotation[on_bodies.body]
+    moved = twist.velocity[on_bodies.body] + (turn @ cross(omega, on_bodies.point)[..., None])[..., 0]
+    return np.concatenate([np.where(on_bodies.is_torque[:, None], omega, moved / system.length).ravel()])

@@ -86,8 +86,8 @@ def _number(kind: type[Primitive]) -> int:
     """The kernel's number of a primitive. Raises ValueError where the kernel takes other slots or parameters."""
     name = name_of(kind)
     number, slots, parameters = _forms()[name]
-    own = slots if kind.follows == "rope" else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
-    if (own, len(kind.parameters)) != (slots, parameters):
+    count = slots if kind.follows == "rope" else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
+    if (count, len(kind.parameters)) != (slots, parameters):
         raise ValueError(f"the primitive '{name}' of the kernel takes {slots} slots and {parameters} parameters")
     return number
 
@@ -113,16 +113,17 @@ def joined(parts: Sequence[Bound]) -> Bound:
     return Bound(first_slot=np.concatenate(shifted), follows=[each for part in parts for each in part.follows], **rest)
 
 
-def bound(own: PrimitiveSet | PlanarSet) -> Bound:
+def bound(primitive_set: PrimitiveSet | PlanarSet) -> Bound:
     """A set as the kernel takes it: an instance for each primitive, and for a coupling one for each coordinate."""
     primitives: Sequence[Primitive]
-    if isinstance(own, PlanarSet):
-        primitives, first, row, owner = own.primitives, own.first_slot.tolist(), own.row, own.owner
+    if isinstance(primitive_set, PlanarSet):
+        primitives, first = primitive_set.primitives, primitive_set.first_slot.tolist()
+        row, owner = primitive_set.row, primitive_set.owner
     else:
-        members = own.layout.members
+        members = primitive_set.layout.members
         primitives, first = [member.primitive for member in members], [member.slots[0] for member in members]
         row = np.array([member.rows[0] for member in members], dtype=np.intp)
-        owner = own.owner[row]
+        owner = primitive_set.owner[row]
     width = max(parameters for *_, parameters in _forms().values())
     kind, slot, parameters, weight, joins, follows, member = [], [], [], [], [], [], []
     for number, (primitive, start) in enumerate(zip(primitives, first, strict=True)):
@@ -140,14 +141,14 @@ def bound(own: PrimitiveSet | PlanarSet) -> Bound:
         kind=np.array(kind, dtype=np.intp),
         first_slot=np.array(slot, dtype=np.intp),
         parameters=numbers(parameters).reshape(-1, width),
-        offset=np.where(are_joined, 0.0, own.offset[row[of]]),
+        offset=np.where(are_joined, 0.0, primitive_set.offset[row[of]]),
         weight=numbers(weight),
         joins=are_joined,
         follows=follows,
         owner=owner[of],
-        body=own.body,
-        is_point=own.is_point,
-        local=own.local,
+        body=primitive_set.body,
+        is_point=primitive_set.is_point,
+        local=primitive_set.local,
     )
 
 
@@ -214,9 +215,9 @@ class _InSpace:
         """The numbers of the joints' rows."""
         return row
 
-    def along(self, own: PrimitiveSet, joint_coordinate: Integers) -> Bound:
-        """The coordinates `own` along which forces or stops act, some of which are joint coordinates."""
-        return bound(own)
+    def along(self, coordinates: PrimitiveSet, joint_coordinate: Integers) -> Bound:
+        """The `coordinates` along which forces or stops act, some of which are joint coordinates."""
+        return bound(coordinates)
 
     def in_bodies(self, body: Integers, vectors: Array) -> Array:
         """Vectors in the axes of these bodies (k, 3) as the model has them."""
@@ -224,8 +225,8 @@ class _InSpace:
 
     def axes(self) -> Array:
         """The rotations (W, 3, 3) of the components of given forces."""
-        given = self.system.forces.on_bodies
-        return np.where(given.in_body[:, None, None], given.turn, np.eye(3))
+        on_bodies = self.system.forces.on_bodies
+        return np.where(on_bodies.in_body[:, None, None], on_bodies.turn, np.eye(3))
 
     def bushings(self) -> dict[str, Array]:
         """What bushings have in place of the system's: rotations for Euler parameters."""
@@ -257,10 +258,10 @@ class _InPlane(_InSpace):
         rows = self.plane.rows.tolist()
         return np.array([rows.index(at) for at in row.tolist()], dtype=np.intp)
 
-    def along(self, own: PrimitiveSet, joint_coordinate: Integers) -> Bound:
-        flat = bound(own)._replace(local=locals_in_plane(self.plane, own))
+    def along(self, coordinates: PrimitiveSet, joint_coordinate: Integers) -> Bound:
+        flat = bound(coordinates)._replace(local=locals_in_plane(self.plane, coordinates))
         number, count = self.number(joint_coordinate), len(self.coordinates.kind)
-        return joined([self.coordinates, flat]).only(np.where(number >= 0, number, count + np.arange(own.size)))
+        return joined([self.coordinates, flat]).only(np.where(number >= 0, number, count + np.arange(coordinates.size)))
 
     def _reference(self, body: Integers) -> Array:
         """The rotations from the axes of bodies (k,) to those of the plane, at angle zero, (k, 3, 3)."""
@@ -272,8 +273,9 @@ class _InPlane(_InSpace):
         return (self._reference(body) @ vectors[..., None])[:, :2, 0]
 
     def axes(self) -> Array:
-        given = self.system.forces.on_bodies
-        return np.where(given.in_body[:, None, None], self._reference(given.body) @ given.turn, self.plane.axes.T)
+        on_bodies = self.system.forces.on_bodies
+        turn = self._reference(on_bodies.body) @ on_bodies.turn
+        return np.where(on_bodies.in_body[:, None, None], turn, self.plane.axes.T)
 
     def bushings(self) -> dict[str, Array]:
         return bushings_in_plane(self.plane, self.system.forces.bushings)
@@ -337,11 +339,11 @@ def _record(core: ModuleType, seen: _InSpace, layout: Layout) -> dict[str, Any]:
 def _loads(seen: _InSpace) -> dict[str, Any]:
     """All forces but gravity."""
     forces = seen.system.forces
-    laws, given, joint_coordinate = forces.laws, forces.on_bodies, forces.laws.joint_coordinate
+    laws, on_bodies, joint_coordinate = forces.laws, forces.on_bodies, forces.laws.joint_coordinate
     along, number = seen.along(laws.coordinates, joint_coordinate), seen.number(joint_coordinate)
     return {
         "laws": by_name(laws, coordinates=along, joint_coordinate=number),
-        "on_bodies": by_name(given, point=seen.in_bodies(given.body, given.point), axes=seen.axes()),
+        "on_bodies": by_name(on_bodies, point=seen.in_bodies(on_bodies.body, on_bodies.point), axes=seen.axes()),
         "bushings": by_name(forces.bushings, turns_freely=forces.bushings.turns_freely, **seen.bushings()),
     }
 
@@ -374,11 +376,11 @@ def _followers(seen: _InSpace) -> Integers:
     """The followers of curves: kind, number in its list, 1 on the second of two curves, and program, (k, 4). A
     coordinate that is constant in the plane has no sign to change."""
     following = seen.system.following
-    found = np.array([(*each, program) for program, each in following.items()], dtype=np.intp).reshape(-1, 4)
+    followers = np.array([(*each, program) for program, each in following.items()], dtype=np.intp).reshape(-1, 4)
     for kind, number_in in ((FollowedKind.ROW, seen.row), (FollowedKind.COORDINATE, seen.number)):
-        here = found[:, 0] == kind
-        found[here, 1] = number_in(found[here, 1])
-    return found[found[:, 1] >= 0]
+        here = followers[:, 0] == kind
+        followers[here, 1] = number_in(followers[here, 1])
+    return followers[followers[:, 1] >= 0]
 
 
 def _switches(functions: ProgramSet) -> Integers:

@@ -49,12 +49,12 @@ class AddedLaw:
 def with_laws(before: Forces, added: Sequence[AddedLaw]) -> Forces:
     """Return the forces with the laws `added` after the laws that they have."""
     laws = before.laws
-    own = [replace(law.along, owner=laws.size + at, offset=0.0) for at, law in enumerate(added)]
+    along = [replace(law.along, owner=laws.size + at, offset=0.0) for at, law in enumerate(added)]
     none, owners = np.zeros(len(added)), tuple(law.owner for law in added)
     return replace(
         before,
         laws=Laws(
-            coordinates=bind([*bindings(laws.coordinates), *own]),
+            coordinates=bind([*bindings(laws.coordinates), *along]),
             joint_coordinate=np.append(laws.joint_coordinate, [law.joint_coordinate for law in added]).astype(np.intp),
             stiffness=np.append(laws.stiffness, none),
             damping=np.append(laws.damping, none),
@@ -307,7 +307,7 @@ def at_walls(system: System, contacts: Contacts, closed: Iterable[int]) -> Conta
         return contacts
     along = stops.joint_coordinate
     rub = {k: [j for j in range(frictions.size) if 0 <= along[k] == frictions.joint_coordinate[j]] for k in closed}
-    walls = {k: own[0] for k, own in rub.items() if len(own) == 1 and own[0] not in contacts.sliding}
+    walls = {k: rubbing[0] for k, rubbing in rub.items() if len(rubbing) == 1 and rubbing[0] not in contacts.sliding}
     stuck = {j: at for j, at in contacts.stuck.items() if j not in walls.values()}
     bearing = {**contacts.bearing, **dict.fromkeys(walls.values(), 0.0)}
     return replace(contacts, held=tuple(sorted({*contacts.held, *walls})), stuck=stuck, bearing=bearing)
@@ -340,9 +340,9 @@ def in_contact(system: System, contacts: Contacts) -> System:
 
 def _with_bounds(system: System, frictions: Frictions) -> System:
     """Return the system with the static bounds of changing frictions as the last programs of its forces."""
-    forces, own = system.forces, frictions.varies
-    names = tuple(_quoted_name(frictions.owners[k]) for k in own)
-    bounds = flatten([static for _, static in own.values()])
+    forces, varying = system.forces, frictions.varies
+    names = tuple(_quoted_name(frictions.owners[k]) for k in varying)
+    bounds = flatten([static for _, static in varying.values()])
     programs, owners = joined([forces.programs, bounds]), (*forces.program_owners, *names)
     return replace(system, forces=replace(forces, programs=programs, program_owners=owners))
 
@@ -426,20 +426,20 @@ def push_numbers(system: System, contacts: Contacts) -> dict[int, int]:
 
 def _with_pushes(system: System, stops: Stops, contacts: Contacts) -> Bearings | None:
     """Return the bearings of joints, followed by the pushes of stops, which consist of their `parts` alone."""
-    pushes, own, joints = push_numbers(system, contacts), system.bearings, len(system.names.joints)
+    pushes, bearings, joints = push_numbers(system, contacts), system.bearings, len(system.names.joints)
     if not pushes:
-        return own
+        return bearings
     held = {stop: joints + at for at, stop in enumerate(contacts.held)}
     shares = (contacts.shares.get(stop, ((stop, 1.0),)) for stop in pushes)
     parts = tuple(tuple((held[at], 0, -float(stops.side[at]) * part) for at, part in each) for each in shares)
     none = np.zeros(len(pushes))
     first = np.full(len(pushes), joints, dtype=np.intp)
     pushing = Bearings(first, np.zeros((len(pushes), 3)), none, none, np.full(len(pushes), np.inf), none, parts)
-    if own is None:
+    if bearings is None:
         return pushing
     arrays = [each.name for each in fields(Bearings) if each.name != "parts"]
-    joined = {name: np.concatenate([getattr(own, name), getattr(pushing, name)]) for name in arrays}
-    return Bearings(**joined, parts=own.parts + parts)
+    joined = {name: np.concatenate([getattr(bearings, name), getattr(pushing, name)]) for name in arrays}
+    return Bearings(**joined, parts=bearings.parts + parts)
 
 
 def friction_laws(contacts: Contacts) -> list[int]:

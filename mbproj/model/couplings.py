@@ -61,8 +61,8 @@ class Couplings:
     @property
     def curved(self) -> list[tuple[int, int]]:
         """The row and the coordinate of each function, in the order of the programs."""
-        own = self.program >= 0
-        return list(zip(self.row[own].tolist(), self.coordinate[self.first[own]].tolist(), strict=True))
+        is_curved = self.program >= 0
+        return list(zip(self.row[is_curved].tolist(), self.coordinate[self.first[is_curved]].tolist(), strict=True))
 
     def sums(self, coordinate: Numbers) -> Numbers:
         """Return the sums of the rows, without multiples of periods, (..., k), of the system's coordinates (...,

@@ -53,15 +53,15 @@ def _curves(distance: Profile | Face | Gap | BesideFirst) -> tuple[PlaneCurveSha
 def rows_on_branches(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array) -> PrimitiveSet:
     """Return the rows with the branches `held` of their switches, one for each instruction of the programs; `of` gives
     the row of each program."""
-    own = bindings(rows)
+    members = bindings(rows)
     for program, (row, second) in of.items():
         at, branches = rows.layout.member[row], programs.branches(program, held)
-        own[at] = replace(own[at], primitive=_on_branch(own[at].primitive, branches, second))
-        if not isinstance(own[at].primitive, Coupling):
-            for number, each in enumerate(own):
-                if each.owner == own[at].owner and isinstance(each.primitive, Coupling | BesideSecond):
-                    own[number] = replace(each, primitive=_on_branch(each.primitive, branches))
-    return bind(own)
+        members[at] = replace(members[at], primitive=_on_branch(members[at].primitive, branches, second))
+        if not isinstance(members[at].primitive, Coupling):
+            for number, each in enumerate(members):
+                if each.owner == members[at].owner and isinstance(each.primitive, Coupling | BesideSecond):
+                    members[number] = replace(each, primitive=_on_branch(each.primitive, branches))
+    return bind(members)
 
 
 def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places: Numbers) -> dict[int, float]:
@@ -69,8 +69,8 @@ def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places
     gives the row of each program; `places` (S, 3) are the points and vectors of the rows' slots."""
     by_program, on_pieces = {}, dict[int, Primitive]()
     for program, (row, second) in of.items():
-        own = on_pieces.get(row, rows.layout.members[rows.layout.member[row]].primitive)
-        on_pieces[row] = _on_branch(own, programs.branches(program, held), second)
+        primitive = on_pieces.get(row, rows.layout.members[rows.layout.member[row]].primitive)
+        on_pieces[row] = _on_branch(primitive, programs.branches(program, held), second)
     for program, (row, second) in of.items():
         distance = on_pieces[row]
         assert isinstance(distance, DISTANCES)

@@ -217,7 +217,7 @@ class PrimitiveSet:
 def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
     """Return the set of these primitives; rows are in the order of the bindings."""
     bound = tuple([(each.primitive, each.owner, *[slot[:2] for slot in each.slots]) for each in bindings])
-    layout = _kept_layout(bound) if len(bound) <= MOST_KEPT else _layout(bound)
+    layout = _cached_layout(bound) if len(bound) <= MOST_KEPT else _layout(bound)
     return PrimitiveSet(
         layout,
         local=numbers([slot[2] for each in bindings for slot in each.slots]).reshape(-1, 3),
@@ -226,7 +226,7 @@ def bind(bindings: Sequence[Binding]) -> PrimitiveSet:
 
 
 @lru_cache(LAYOUTS)
-def _kept_layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
+def _cached_layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
     """Return a layout from the cache. Sets share it, so that nobody may write to it."""
     layout = _layout(bound)
     arrays = [part for part in vars(layout).values() if isinstance(part, np.ndarray)]
@@ -249,9 +249,9 @@ def _layout(bound: tuple[tuple[Any, ...], ...]) -> SetLayout:
     for index, primitive in enumerate(primitives):
         alike.setdefault(primitive, []).append(index)
     groups, is_point, is_length = [], np.zeros(len(attachments)), np.zeros(first_row[-1], dtype=bool)
-    for primitive, own in alike.items():
-        slots = first_slot[own][:, None] + np.arange(len(primitive.slots))
-        rows = first_row[own][:, None] + np.arange(primitive.rows)
+    for primitive, indices in alike.items():
+        slots = first_slot[indices][:, None] + np.arange(len(primitive.slots))
+        rows = first_row[indices][:, None] + np.arange(primitive.rows)
         is_point[slots] = [float(kind == "point") for kind in primitive.slots]
         is_length[rows] = primitive.unit == "m"
         groups.append(Group(primitive, slots, rows))

@@ -148,26 +148,26 @@ class System:
 
     __repr__ = brief
 
-    def kept(self, what: str, given: Sequence[Any], of: Callable[[], Result]) -> Result:
-        """Return of(), and keep it under the name `what` until another `given` is asked for: studies run one mechanism
-        many times from one state. Arrays in `given` are compared by their bytes. With nothing `given` the result is a
+    def cached(self, what: str, inputs: Sequence[Any], of: Callable[[], Result]) -> Result:
+        """Return of(), and keep it under the name `what` until other `inputs` are asked for: studies run one mechanism
+        many times from one state. Arrays in `inputs` are compared by their bytes. Without `inputs` the result is a
         constant of the structure. A system does not change, so that nothing invalidates it."""
-        if cases_in(given) is not None:
+        if cases_in(inputs) is not None:
             return of()
-        key = [each.tobytes() if isinstance(each, np.ndarray) else each for each in given]
-        last = self._kept.get(what)
+        key = [each.tobytes() if isinstance(each, np.ndarray) else each for each in inputs]
+        last = self._cache.get(what)
         if last is None or last[0] != key:
-            self._kept[what] = last = (key, of())
+            self._cache[what] = last = (key, of())
         result: Result = last[1]
         return result
 
     @cached_property
-    def _kept(self) -> dict[str, tuple[list[Any], Any]]:
+    def _cache(self) -> dict[str, tuple[list[Any], Any]]:
         return {}
 
     def __getstate__(self) -> dict[str, Any]:
         """Another process gets a copy without what is kept, because the kernel's objects belong to one process."""
-        return {name: value for name, value in self.__dict__.items() if name != "_kept"}
+        return {name: value for name, value in self.__dict__.items() if name != "_cache"}
 
     @cached_property
     def layout(self) -> Layout:
@@ -231,9 +231,9 @@ class System:
         """The rows of C after the norm rows: the joints', then the motions', each with an owner of its own."""
         if not self.driven:
             return self.joints
-        own, first = bindings(self.coordinates), len(self.names.joints)
+        coordinates, first = bindings(self.coordinates), len(self.names.joints)
         driven = enumerate(self.motions.joint_coordinate.tolist(), first)
-        return bind([*bindings(self.joints), *(replace(own[at], owner=owner) for owner, at in driven)])
+        return bind([*bindings(self.joints), *(replace(coordinates[at], owner=owner) for owner, at in driven)])
 
     @cached_property
     def is_velocity(self) -> Flags:
@@ -250,8 +250,8 @@ class System:
         """The system with its rows at position level alone, which determine the admissible poses."""
         if not self.rolls:
             return self
-        kept = [each for each in bindings(self.joints) if each.primitive.integrable]
-        return replace(self, joints=bind(kept), couplings=compile_couplings(kept, bindings(self.coordinates)))
+        joints = [each for each in bindings(self.joints) if each.primitive.integrable]
+        return replace(self, joints=bind(joints), couplings=compile_couplings(joints, bindings(self.coordinates)))
 
     @property
     def constraints(self) -> int:

@@ -186,8 +186,8 @@ class _Part:
         """Return the mark from which a longer run continues."""
         if self.final is not None:
             return self.final
-        own = self.marks.newest()
-        return {**own, "plan": self.plan} if own else self.before
+        mark = self.marks.newest()
+        return {**mark, "plan": self.plan} if mark else self.before
 
 
 class AutomaticMarch:
@@ -205,9 +205,9 @@ class AutomaticMarch:
     ) -> Iterator[Samples | None]:
         """Yield samples from a start, or from a mark on."""
 
-        def by(method: str, own: Marks, counted: Tally, pauses: Pauses | None) -> Iterator[Samples | None]:
+        def by(method: str, part_marks: Marks, counted: Tally, pauses: Pauses | None) -> Iterator[Samples | None]:
             of_method = replace(settings, integrator=method)
-            return kernel_run.march(choice, system, start, of_method, tally=counted, marks=own, pauses=pauses)
+            return kernel_run.march(choice, system, start, of_method, tally=counted, marks=part_marks, pauses=pauses)
 
         def modes(standing: Standing) -> FastModes:
             if not system.has_contacts:
@@ -295,17 +295,17 @@ def decide(
     """Decide whether the other method makes the steps from here on in a leg; the plan records the look."""
     t, evaluations = standing.mark["t"], standing.evaluations
     sampled = int((t - plan.since.time) / leg.interval)  # samples cost the same with any method
-    own = _speed((plan.since.time, plan.since.evaluations), (t, evaluations - sampled))
+    speed = _speed((plan.since.time, plan.since.evaluations), (t, evaluations - sampled))
     result = LookResult()
-    if plan.is_due(own, standing.attempts, evaluations):
+    if plan.is_due(speed, standing.attempts, evaluations):
         other = WHERE_SMOOTH if plan.is_stiff else WHERE_STIFF
-        pays, shaped = _pays(plan, standing, own, other, march, leg.end)
+        pays, shaped = _pays(plan, standing, speed, other, march, leg.end)
         switch = None
         if pays:
             stiff = _fastest(standing, modes(standing)) if other == WHERE_STIFF else ("", 0.0)
             switch = Switch(t, other, *stiff)
             plan.take(switch)
-        plan.begin(own, standing.attempts)
+        plan.begin(speed, standing.attempts)
         result = LookResult(switch, shaped)
     plan.due = standing.attempts + max(THRESHOLDS.look_steps, int(THRESHOLDS.look_part * standing.attempts))
     plan.since = Since(t, standing.steps, evaluations)
@@ -319,12 +319,12 @@ def _fastest(standing: Standing, modes: FastModes) -> tuple[str, float]:
     return ("", 0.0) if fastest is None else (fastest[0], against(WHERE_SMOOTH, standing.mark["h"], *fastest).omega_h)
 
 
-def _pays(plan: Plan, standing: Standing, own: float, other: str, march: March, end: float) -> tuple[bool, bool]:
-    """Return whether a trial of the other method is faster than this one, at the speed `own`. Return also whether the
+def _pays(plan: Plan, standing: Standing, speed: float, other: str, march: March, end: float) -> tuple[bool, bool]:
+    """Return whether a trial of the other method is faster than this one, at its `speed`. Return also whether the
     run's end has cut the trial short. A trial goes on while its speed grows, and may end before at an event."""
     tally, reached = Tally(), [(standing.mark["t"], standing.evaluations)]
     dearer = 1.0 / THRESHOLDS.implicit_cost if plan.is_stiff else THRESHOLDS.implicit_cost
-    enough, shaped = THRESHOLDS.quicker * dearer * own, False
+    enough, shaped = THRESHOLDS.quicker * dearer * speed, False
 
     def look(there: Standing) -> bool:
         nonlocal shaped

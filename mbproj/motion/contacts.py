@@ -96,10 +96,10 @@ def _stop_laws(system: System) -> list[tuple[float, ...]]:
     stops = system.stops
     if stops is None:
         return []
-    sizes, yields, given = stop_sizes(system), ~stops.is_rigid, np.isnan(stops.restitution)
+    sizes, yields, damped = stop_sizes(system), ~stops.is_rigid, np.isnan(stops.restitution)
     number = np.where(yields, system.forces.laws.size + np.cumsum(yields) - 1, -1)
-    damping = np.where(yields & given, stops.damping, 0.0)
-    per_mass = np.where(yields & ~given, stops.gives_by, 0.0)
+    damping = np.where(yields & damped, stops.damping, 0.0)
+    per_mass = np.where(yields & ~damped, stops.gives_by, 0.0)
     slack = THRESHOLDS.stop_slack * sizes
     rows = zip(stops.side, stops.restitution, slack, sizes, number, damping, per_mass, strict=True)
     return [tuple(each.item() for each in row) for row in rows]
@@ -118,7 +118,7 @@ def _friction_laws(system: System) -> list[tuple[float, ...]]:
     programs = system.forces.programs.size + len(_all_push(system)) + frictions.size + len(frictions.varies)
     bounds = [frictions.bound_of(k, programs) for k in range(frictions.size)]
     places = zip(frictions.stop.tolist(), frictions.partner.tolist(), bounds, strict=True)
-    return [(*own, *law, *at) for own, law, at in zip(numbers, laws.tolist(), places, strict=True)]
+    return [(*number, *law, *at) for number, law, at in zip(numbers, laws.tolist(), places, strict=True)]
 
 
 def _all_push(system: System) -> dict[int, float]:
@@ -146,7 +146,7 @@ def contacts_of(system: System, state: Mapping[str, Any]) -> Contacts:
         dict(state["sliding"]),
         dict(state["stuck"]),
         dict(state.get("bearing", ())),
-        shares={k: tuple((own, part) for own, part in parts) for k, parts in state.get("shares", ())},
+        shares={k: tuple((stop, part) for stop, part in parts) for k, parts in state.get("shares", ())},
         **{name: frozenset(state.get(name, ())) for name in MARKED},
     )
     return at_walls(system, contacts, held)
@@ -286,10 +286,10 @@ def never_ends(t: float, system: System, which: Sequence[int]) -> SimulationErro
     """Return the error of contacts that close and open again and again at one time. `which`: their numbers, stops
     first, then frictions."""
     stops = len(system.names.stops)
-    own = [stop_names(system, [k]) if k < stops else f"friction '{system.names.frictions[k - stops]}'" for k in which]
+    names = [stop_names(system, [k]) if k < stops else f"friction '{system.names.frictions[k - stops]}'" for k in which]
     cause = "it is met and released again and again at one time"
     hint = "make it compliant with 'stiffness', or use a smaller step or tolerance"
-    return SimulationError(t, cause, where=", ".join(own) or None, hint=hint)
+    return SimulationError(t, cause, where=", ".join(names) or None, hint=hint)
 
 
 def pushes_along(t: float, system: System, which: Sequence[int]) -> SimulationError:
@@ -314,7 +314,7 @@ def loaded_joints(
     def loaded(t: float, y: Array, forces: Array) -> list[int]:
         q, v = compiled.coordinates(compiled.bodies_of(y))
         freedom = Freedom.at(system, State.of(system, t, positions=q, velocities=v))
-        owners = [own.coordinates for own in (system.stops, system.frictions) if own is not None]
+        owners = [contact.coordinates for contact in (system.stops, system.frictions) if contact is not None]
         gradients = np.vstack([freedom.gradients_of(along) for along in owners])
         force, torque = reactions(system, freedom.pose, forces.T @ freedom.multipliers_of(gradients))
         size = np.linalg.norm(force, axis=-1) * system.length + np.linalg.norm(torque, axis=-1)

@@ -344,10 +344,10 @@ def _locked(system: System, t: float, drive: Drive, missed: Array) -> Simulation
 def _lost(system: System, start: Array, t: float, q: Array) -> str | None:
     """Return in words the motion of least inertia, followed both ways from q to where it has next to none; None without
     one."""
-    drive, own = drive_at(system, t), least_inertia(system, pose_of(start))
-    if own is None:
+    drive, motion = drive_at(system, t), least_inertia(system, pose_of(start))
+    if motion is None:
         return None
-    ways = (_followed(system, drive, q, way, THRESHOLDS.rounded * own.inertia) for way in (1.0, -1.0))
+    ways = (_followed(system, drive, q, way, THRESHOLDS.rounded * motion.inertia) for way in (1.0, -1.0))
     return next((name for name in ways if name is not None), None)
 
 

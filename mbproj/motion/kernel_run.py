@@ -194,8 +194,9 @@ def march(
             is_trial = pauses is not None and not pauses.sampled
             inside, steps = Inside(choice, system, state, output_interval(settings), halts=is_trial), None
         is_smooth = is_explicit(settings.integrator) or settings.kinematic is True
-        own = steps if is_smooth and choice.name != "full" else None  # stages solved to a tolerance are not smooth
-        yield from march_in_kernel(choice.compiled, state, settings, tally, marks, pauses, inside, outside, own)
+        # Stages solved to a tolerance are not smooth.
+        smooth = steps if is_smooth and choice.name != "full" else None
+        yield from march_in_kernel(choice.compiled, state, settings, tally, marks, pauses, inside, outside, smooth)
     else:  # a run in the kernel does not need these imports
         from mbproj.motion import numpy_loop
         from mbproj.motion.formulations.full import FullFormulation

@@ -44,12 +44,12 @@ class LawSwitches:
         on_curves = self._feet(instant, free)
         with np.errstate(all="ignore"):
             for program in dict.fromkeys(self.program):
-                own: tuple[Numbers, ...] = (value[laws[program]], rate[laws[program]]) if program in laws else ()
+                along: tuple[Numbers, ...] = (value[laws[program]], rate[laws[program]]) if program in laws else ()
                 if program in rows:
-                    own = (coordinate[rows[program][1]],)
+                    along = (coordinate[rows[program][1]],)
                 if program in on_curves:
-                    own = (np.asarray(on_curves[program]),)
-                for at, stack in walk(programs, program, instant.variables(*own), free):
+                    along = (np.asarray(on_curves[program]),)
+                for at, stack in walk(programs, program, instant.variables(*along), free):
                     if at in self.at:
                         value_at = argument(programs, at, FREE, [each[0] for each in stack[-2:]])
                         values[at] = natural(programs, at, value_at)
@@ -64,8 +64,8 @@ class LawSwitches:
             value = system.coordinates.value(instant.pose.places(system.coordinates))
             values |= {program: float(value[at]) for program, (at, _) in signs.items()}
         for kind, bound in ((FollowedKind.ROW, system.joints), (FollowedKind.LAW, system.forces.laws.coordinates)):
-            if own := _following(system, kind):
-                values |= feet(bound, self.programs, own, held, instant.pose.places(bound))
+            if following := _following(system, kind):
+                values |= feet(bound, self.programs, following, held, instant.pose.places(bound))
         return values
 
     @cached_property
@@ -143,13 +143,13 @@ def on_branches(system: System, held: Array) -> System:
     if rows:
         held_system = replace(held_system, joints=rows_on_branches(system.joints, system.programs, rows, held))
     if laws:
-        own = system.forces.laws
-        along = rows_on_branches(own.coordinates, system.programs, laws, held)
-        held_system = replace(held_system, forces=replace(system.forces, laws=replace(own, coordinates=along)))
+        all_laws = system.forces.laws
+        along = rows_on_branches(all_laws.coordinates, system.programs, laws, held)
+        held_system = replace(held_system, forces=replace(system.forces, laws=replace(all_laws, coordinates=along)))
     return held_system
 
 
 def _following(system: System, kind: FollowedKind) -> dict[int, tuple[int, int]]:
     """Return the number of each distance from a curve among the rows, the laws or the stops, by program. The second
     number tells which of two curves has the foot."""
-    return {program: (at, second) for program, (own, at, second) in system.following.items() if own is kind}
+    return {program: (at, second) for program, (followed, at, second) in system.following.items() if followed is kind}

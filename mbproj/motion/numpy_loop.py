@@ -60,7 +60,7 @@ from mbproj.motion.time_events import BreakCursor, Leg
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """An accepted y at time t, with the accelerations, λ and powers `found` there, by its formulation.
+    """An accepted y at time t, with the `accelerations`, λ and powers there, by its formulation.
 
     `coordinate` are the joints' coordinates without turns; `turning` are those with turns, and the data from which the
     next step counts them."""
@@ -68,20 +68,20 @@ class Point:
     formulation: FullFormulation
     t: float
     y: Array
-    found: Accelerations
+    accelerations: Accelerations
     coordinate: Array
     turning: Turning
 
     @classmethod
     def at(cls, formulation: FullFormulation, y: Array, coordinate: Array, turning: Turning) -> Point:
         """Return the point at y at the time of `turning`."""
-        found = formulation.accelerations(turning.t, y, turning.coordinate)
-        return cls(formulation, turning.t, y, found, coordinate, turning)
+        accelerations = formulation.accelerations(turning.t, y, turning.coordinate)
+        return cls(formulation, turning.t, y, accelerations, coordinate, turning)
 
     @cached_property
     def slope(self) -> Array:
         """y'."""
-        return self.formulation.slope(self.t, self.y, self.found)
+        return self.formulation.slope(self.t, self.y, self.accelerations)
 
     @property
     def state(self) -> State:
@@ -91,21 +91,21 @@ class Point:
 
     def sample(self, step_size: float, tally: Tally) -> Sample:
         """Return this point as a sample."""
-        acceleration, multipliers, power, _ = self.found
+        acceleration, multipliers, power, _ = self.accelerations
         work = self.y[self.formulation.layout["quadratures"]] if len(power) else np.zeros(2)
         rows = multipliers[self.formulation.system.bodies :]
         return Sample(self.state, acceleration, rows, step_size, work, tally.counters())
 
     def save(self) -> dict[str, Any]:
         """Return this point as plain data."""
-        found, turning = self.found, self.turning
+        accelerations, turning = self.accelerations, self.turning
         return {
             "t": self.t,
             "y": self.y,
-            "acceleration": found.acceleration,
-            "multipliers": found.multipliers,
-            "power": found.power,
-            "nearness": found.nearness,
+            "acceleration": accelerations.acceleration,
+            "multipliers": accelerations.multipliers,
+            "power": accelerations.power,
+            "nearness": accelerations.nearness,
             "coordinate": self.coordinate,
             "turned": turning.coordinate,
             "speed": turning.speed,
@@ -131,9 +131,11 @@ class Point:
             if saved[name].shape != (size,) or not np.isfinite(saved[name]).all():
                 raise ValueError(f"an array of {size} numbers is not there")
         t = float(saved["t"])
-        found = Accelerations(saved["acceleration"], saved["multipliers"], saved["power"], float(saved["nearness"]))
+        accelerations = Accelerations(
+            saved["acceleration"], saved["multipliers"], saved["power"], float(saved["nearness"])
+        )
         turning = Turning(t, saved["turned"], saved["speed"], saved["prescribed"])
-        return cls(formulation, t, saved["y"], found, saved["coordinate"], turning)
+        return cls(formulation, t, saved["y"], accelerations, saved["coordinate"], turning)
 
 
 def first_point(formulation: FullFormulation, state: State, tally: Tally) -> Point:
@@ -293,7 +295,7 @@ class _Loop:
             if inside.arrive(inside.split(y)[0]) < THRESHOLDS.close_to_singular:
                 self._check_by_halves(before, t, y)
             point = Point.at(self.exact if self.breaks.is_at(t) else inside, y, coordinate, turning)
-            inside.policy.keep(point.found.multipliers)
+            inside.policy.keep(point.accelerations.multipliers)
         if not np.all(np.isfinite(point.slope)):
             raise not_finite(t)
         self.newest = point
@@ -405,7 +407,7 @@ class _Loop:
             y = layout.changed(y, {"states": states})
         self.tally.count_evaluations(1)
         point = Point.at(self.inside, y, point.coordinate, point.turning)
-        self.inside.policy.keep(point.found.multipliers)
+        self.inside.policy.keep(point.accelerations.multipliers)
         return point
 
     def _pass_break(self, t: float) -> None:

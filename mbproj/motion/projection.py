@@ -171,10 +171,10 @@ class GpopmPinv(Projection):
 def _pseudo_inverse(D: Array, rank: int) -> Array:
     """Return D⁺ of a symmetric semi-definite D of known `rank`, which is checked against the eigenvalues."""
     eigenvalues, vectors = np.linalg.eigh(0.5 * (D + D.T))
-    kept, V = eigenvalues[len(D) - rank :], vectors[:, len(D) - rank :]
-    if rank and kept[0] <= len(D) * np.finfo(float).eps * kept[-1]:
+    nonzero, V = eigenvalues[len(D) - rank :], vectors[:, len(D) - rank :]
+    if rank and nonzero[0] <= len(D) * np.finfo(float).eps * nonzero[-1]:
         raise np.linalg.LinAlgError("D = EME has a smaller rank than the degrees of freedom (Eq. 20 does not hold)")
-    return (V / kept) @ V.T
+    return (V / nonzero) @ V.T
 
 
 @final
@@ -467,8 +467,8 @@ def register_projection(
     for option in options:
         if option not in OPTIONS:
             raise InputError(Problem(f"a method has no option '{option}'", hint=f"options are: {', '.join(OPTIONS)}"))
-    made = _blamed(name, method)
-    entry = ProjectionEntry("", equations, summary, tuple(options), not method.stabilises, factory=made)
+    factory = _blamed(name, method)
+    entry = ProjectionEntry("", equations, summary, tuple(options), not method.stabilises, factory=factory)
     PROJECTIONS.add(name, entry, method)
 
 
@@ -488,13 +488,13 @@ def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
     exist."""
 
     def guarded(formula: str) -> Callable[..., Any]:
-        def call(self: Any, *given: Array) -> Any:
+        def call(self: Any, *arguments: Array) -> Any:
             with blamed(f"'{formula}' of projection method '{name}'", np.linalg.LinAlgError):
-                value = getattr(method, formula)(self, *given)
+                value = getattr(method, formula)(self, *arguments)
                 if formula == "correction":
-                    return _real("Δ", value, (given[1].shape[1],))
+                    return _real("Δ", value, (arguments[1].shape[1],))
                 if formula == "stabilised":
-                    return _real("γ", value, given[0].shape)
+                    return _real("γ", value, arguments[0].shape)
                 if not (value is None or isinstance(value, str)):
                     raise TypeError(f"it returns {value!r}, which is no text and not None")
                 return value
@@ -502,11 +502,11 @@ def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
         return call
 
     formulas = ("correction", "refusal") if issubclass(method, Projection) else ("stabilised",)
-    own: type[Method] = type(method.__name__, (method,), {formula: guarded(formula) for formula in formulas})
+    subclass: type[Method] = type(method.__name__, (method,), {formula: guarded(formula) for formula in formulas})
 
     def make(**options: Any) -> Method:
         with blamed(f"projection method '{name}'"):
-            return own(**options)
+            return subclass(**options)
 
     return make
 

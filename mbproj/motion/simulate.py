@@ -220,7 +220,7 @@ def _unresolved_slips(system: System, settings: Settings, tally: Tally) -> tuple
 
 def _swamped(system: System, state: State) -> tuple[str, ...]:
     """Return, in words, the motions of bodies with hardly any mass or inertia beside the others."""
-    if not system.kept("light bodies", (), partial(has_light_bodies, system)):
+    if not system.cached("light bodies", (), partial(has_light_bodies, system)):
         return ()
     from mbproj.equations.rank.mobility import swamped_motions
 

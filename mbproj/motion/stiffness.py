@@ -59,7 +59,7 @@ class StiffnessWatch:
         self._choice = choice
         self._integrator = WHERE_STIFF if settings.integrator == AUTOMATIC else settings.integrator
         self._tableau = tableau_of(self._integrator)
-        self._kept: list[_KeptSample] = []
+        self._samples: list[_KeptSample] = []
 
     @cached_property
     def _modes(self) -> FastModes:
@@ -74,9 +74,9 @@ class StiffnessWatch:
             state = samples.state(at)
             if np.all(np.isfinite(state.y)):
                 step = self._settings.step or float(samples.step_size[at])
-                self._kept.append(_KeptSample(state, step, int(samples.counters["steps"][at])))
-        while len(self._kept) > KEPT:
-            self._kept = self._kept[::2]
+                self._samples.append(_KeptSample(state, step, int(samples.counters["steps"][at])))
+        while len(self._samples) > KEPT:
+            self._samples = self._samples[::2]
 
     @contextmanager
     def naming(self) -> Iterator[None]:
@@ -97,9 +97,9 @@ class StiffnessWatch:
 
         A mode is the cause of uncertain turns only if it is unstable even with a step short enough to count turns.
         Errors then grow to whole turns in a few steps."""
-        if not self._kept or self._settings.step is None:
+        if not self._samples or self._settings.step is None:
             return None
-        stiffness = self._at(self._kept[-1], gains=True)
+        stiffness = self._at(self._samples[-1], gains=True)
         limit = error.step / self._settings.step if isinstance(error, TurnsUntold) else 1.0
         return (
             stiffness
@@ -121,16 +121,18 @@ class StiffnessWatch:
     def _damped(self) -> Stiffness | None:
         """Return the slowest vibration that the implicit steps damp and the mechanism itself hardly damps, at most of
         the samples; None without one."""
-        inner = self._kept[1:-1] or self._kept
-        damped = [self._against(kept, *mode) for kept in inner if (mode := self._slowest_vibration(kept)) is not None]
+        inner = self._samples[1:-1] or self._samples
+        damped = [
+            self._against(sample, *mode) for sample in inner if (mode := self._slowest_vibration(sample)) is not None
+        ]
         return damped[-1] if damped and len(damped) >= THRESHOLDS.named * len(inner) else None
 
-    def _slowest_vibration(self, kept: _KeptSample) -> tuple[str, complex] | None:
+    def _slowest_vibration(self, sample: _KeptSample) -> tuple[str, complex] | None:
         """Return the slowest vibration that a step of a sample does not resolve; None without one."""
         modes = [
             mode
-            for mode in self._modes.at(kept.state, kept.step)
-            if kept.step * abs(mode.eigenvalue) > THRESHOLDS.unresolved_vibration
+            for mode in self._modes.at(sample.state, sample.step)
+            if sample.step * abs(mode.eigenvalue) > THRESHOLDS.unresolved_vibration
             and abs(mode.eigenvalue.real) < THRESHOLDS.hardly_damped * abs(mode.eigenvalue)
         ]
         if not modes:
@@ -142,33 +144,33 @@ class StiffnessWatch:
         """Return the mode by which errors have grown beyond bounds, with a fixed step, until some time; None without
         one. The result is the mode when the growth began. Baumgarte's gains count on request, because rows closed to
         the last bit are not affected."""
-        if not self._kept or self._settings.step is None:
+        if not self._samples or self._settings.step is None:
             return None
         logarithm, first = 0.0, None
-        ends = [*(kept.steps for kept in self._kept[1:]), None]
-        for kept, until in zip(self._kept, ends, strict=True):
-            stiffness = self._at(kept, gains=gains)
+        ends = [*(sample.steps for sample in self._samples[1:]), None]
+        for sample, until in zip(self._samples, ends, strict=True):
+            stiffness = self._at(sample, gains=gains)
             if stiffness is None or not stiffness.growth > 1.0:
                 continue
-            steps = (end - kept.state.t) / kept.step if until is None else until - kept.steps
+            steps = (end - sample.state.t) / sample.step if until is None else until - sample.steps
             logarithm += np.log(stiffness.growth) * max(steps, 1.0)
             first = first or stiffness
         return first if logarithm > np.log(THRESHOLDS.spoilt) else None
 
     def _limiting_mode(self) -> Stiffness | None:
         """Return the mode that has limited the step of a run with error control; None without one."""
-        inner = [self._at(kept, gains=True) for kept in self._kept[1:-1]]
+        inner = [self._at(sample, gains=True) for sample in self._samples[1:-1]]
         near = [
-            (kept, stiffness)
-            for kept, stiffness in zip(self._kept[1:-1], inner, strict=True)
+            (sample, stiffness)
+            for sample, stiffness in zip(self._samples[1:-1], inner, strict=True)
             if stiffness is not None and stiffness.omega_h >= THRESHOLDS.near_limit * stiffness.limit
         ]
         if not near or len(near) < THRESHOLDS.named * len(inner):
             return None
         tried = [near[at] for at in _spread(len(near), LOOKS)]
-        return tried[-1][1] if all(self._is_smooth(kept) for kept, _ in tried) else None
+        return tried[-1][1] if all(self._is_smooth(sample) for sample, _ in tried) else None
 
-    def _is_smooth(self, kept: _KeptSample) -> bool:
+    def _is_smooth(self, sample: _KeptSample) -> bool:
         """Return whether the motion of the next `smooth_span` steps is a polynomial of the degree that one step
         resolves.
 
@@ -176,10 +178,10 @@ class StiffnessWatch:
         grow."""
         tolerance, order = self._settings.tolerance, self._tableau.error_order
         assert tolerance is not None
-        span = THRESHOLDS.smooth_span * kept.step
+        span = THRESHOLDS.smooth_span * sample.step
         settings = replace(self._settings, duration=span, output_step=span / POINTS)
         try:
-            samples = join([part for part in self._march(kept.state, settings) if part is not None])
+            samples = join([part for part in self._march(sample.state, settings) if part is not None])
         except SimulationError:
             return False
         layout = samples.layout
@@ -189,15 +191,15 @@ class StiffnessWatch:
         scale = scale + np.abs(y).max(axis=0)
         return _mean(np.abs(left).max(axis=0) / scale) <= THRESHOLDS.below_tolerances * tolerance
 
-    def _at(self, kept: _KeptSample, *, gains: bool) -> Stiffness | None:
+    def _at(self, sample: _KeptSample, *, gains: bool) -> Stiffness | None:
         """Return the fastest mode at a sample, compared with the integrator's stability."""
-        candidates = [self._modes.fastest(kept.state, kept.step), self._of_gains() if gains else None]
+        candidates = [self._modes.fastest(sample.state, sample.step), self._of_gains() if gains else None]
         fastest = sorted((each for each in candidates if each is not None), key=lambda each: -abs(each[1]))
-        return self._against(kept, *fastest[0]) if fastest else None
+        return self._against(sample, *fastest[0]) if fastest else None
 
-    def _against(self, kept: _KeptSample, where: str, eigenvalue: complex) -> Stiffness:
+    def _against(self, sample: _KeptSample, where: str, eigenvalue: complex) -> Stiffness:
 
-        return against(self._integrator, kept.step, where, eigenvalue)
+        return against(self._integrator, sample.step, where, eigenvalue)
 
     def _of_gains(self) -> tuple[str, complex] | None:
         """Return the faster root of λ² + 2αλ + β² = 0 of Baumgarte's terms (ref. 9)."""
@@ -447,9 +449,9 @@ def _implicit(choice: Choice, system: System, state: State, settings: Settings) 
     if tried is None:
         raise compiled.failure(run, settings) or SimulationError(state.t, UNSOLVED)
     (y_new, error), layout, tolerance = tried, compiled.layout, settings.tolerance or 0.0
-    y, own = compiled.beginning(state), layout.controlled
+    y, controlled = compiled.beginning(state), layout.controlled
     part = error / (layout.scale + np.maximum(np.abs(y), np.abs(y_new)))
-    norm = error_norm(error[None, own], y[own], y_new[own], tolerance, layout.scale[own])
+    norm = error_norm(error[None, controlled], y[controlled], y_new[controlled], tolerance, layout.scale[controlled])
     return _TriedStep(norm, np.linalg.norm(compiled.bodies_of(part), axis=-1), part[layout["states"]])
 
 

@@ -70,8 +70,8 @@ def time_events(
 ) -> tuple[Event, ...]:
     """Return the events from `start` to `end`, in order: of each function the first `most_kinks` kinks, and the narrow
     features. `interval` is the time between two samples, in s. A later end adds events and changes none."""
-    own, _ = _of_scene(system.forces, system.motions, system.states, system.names, start, end, interval, 0.0)
-    return tuple(sorted({*own, *(Event(t, "break_times", "asked for") for t in asked if start < t < end)}))
+    events, _ = _of_scene(system.forces, system.motions, system.states, system.names, start, end, interval, 0.0)
+    return tuple(sorted({*events, *(Event(t, "break_times", "asked for") for t in asked if start < t < end)}))
 
 
 def stretches(system: System, start: float, end: float, interval: float, longest: float) -> tuple[Stretch, ...]:
@@ -140,16 +140,16 @@ def _of_function(
     counted = 0
     for low, high in look_windows(start, end + longest, interval):
         beside = THRESHOLDS.round_off_grains * float(np.spacing(max(abs(low), abs(high))))
-        own = [kink for kink in kinks(part, 0, low, high) if _goes_on(part, kink.t, beside, start, end)]
-        for feature in features(part, 0, low, high, own, orders):
+        finite = [kink for kink in kinks(part, 0, low, high) if _goes_on(part, kink.t, beside, start, end)]
+        for feature in features(part, 0, low, high, finite, orders):
             if feature.after_kink:
                 yield feature.end, ""
             else:
                 yield feature.start, "narrow feature begins"
                 yield feature.end, "narrow feature ends"
-        for kink in own[: THRESHOLDS.most_kinks - counted]:
+        for kink in finite[: THRESHOLDS.most_kinks - counted]:
             yield kink.t, "jump" if any(kink.jump[:orders]) else "kink"
-        counted += len(own)
+        counted += len(finite)
         if counted >= THRESHOLDS.most_kinks:
             return
 

@@ -255,13 +255,13 @@ def test_a_result_is_kept_until_another_is_asked_for(five_bar):
     calls, at = [], np.array([1.0, 2.0])
 
     def ask(*given: object) -> int:
-        return system.kept("sum", given, lambda: calls.append(given) or len(calls))
+        return system.cached("sum", given, lambda: calls.append(given) or len(calls))
 
     assert [ask(at, "a"), ask(at.copy(), "a"), ask(at, "b"), ask(at, "a")] == [1, 1, 2, 3]
     at[0] = np.nextafter(1.0, 2.0)
     assert ask(at, "a") == 4
-    assert pickle.loads(pickle.dumps(system)).kept("sum", (at, "a"), lambda: "anew") == "anew"
-    assert replace(system).kept("sum", (at, "a"), lambda: "anew") == "anew"
+    assert pickle.loads(pickle.dumps(system)).cached("sum", (at, "a"), lambda: "anew") == "anew"
+    assert replace(system).cached("sum", (at, "a"), lambda: "anew") == "anew"
 
 
 @needs_kernel

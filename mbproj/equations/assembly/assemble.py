@@ -133,8 +133,8 @@ def moved_from_scene(scene: Scene, system: System, q: Array) -> tuple[float, flo
     position = attached(pose, carrier, system.body_offset, np.ones(len(carrier)))
     orientation = product(pose.orientation[carrier], system.body_turn)
     starts = [body.start or (body.position, body.orientation) for body in scene.bodies]
-    given = np.array([(*place, *turn) for place, turn in starts])
-    return moved_by(given, np.concatenate([position, orientation], axis=1))
+    in_scene = np.array([(*place, *turn) for place, turn in starts])
+    return moved_by(in_scene, np.concatenate([position, orientation], axis=1))
 
 
 def is_angle(system: System) -> Integers:
@@ -260,9 +260,9 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
         speeds = set_velocity(system.coordinates, pose, twist)[guess.speed.index]
         return np.concatenate([rows, speeds - guess.speed.value])
 
-    given, Λ = guess.v.reshape(-1, 7), q.reshape(-1, 7)[:, 3:]
-    turning = given[:, 3:] - np.sum(Λ * given[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| does not change
-    v: Array = np.concatenate([given[:, :3], turning], axis=1).ravel()
+    velocity, Λ = guess.v.reshape(-1, 7), q.reshape(-1, 7)[:, 3:]
+    turning = velocity[:, 3:] - np.sum(Λ * velocity[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| does not change
+    v: Array = np.concatenate([velocity[:, :3], turning], axis=1).ravel()
     if system.bodies > THRESHOLDS.large and np.abs(residual(v)).max(initial=0.0) <= _close_enough(system):
         return v
     move = shortest_of(_rows(system, pose, guess.speed))

@@ -112,8 +112,8 @@ def assemblies(system: System, state: State, held: Conditions, starts: int | Non
         if starts is None and often and done >= 2 * max(last_new, AT_ONCE):
             break
     order = [0, *sorted(range(1, len(poses)), key=lambda k: _key(system, poses[k]))]
-    found = tuple(_assembly(system, poses[k], held, hits[k]) for k in order)
-    return Assemblies(found, done, closed, 0 if starts else -(-done // AT_ONCE))
+    ordered = tuple(_assembly(system, poses[k], held, hits[k]) for k in order)
+    return Assemblies(ordered, done, closed, 0 if starts else -(-done // AT_ONCE))
 
 
 class _Draw:
@@ -178,8 +178,8 @@ def _assembly(system: System, q: Array, held: Conditions, hits: int) -> Assembly
 
 def conditions(system: System, state: State, wanted: Iterator[tuple[int, float | None]]) -> Conditions:
     """Return the conditions that hold coordinates, by number, at a value, or at their value in `state` for None."""
-    own = coordinate_values(system, pose_of(state.q))
-    pairs = [(index, float(own[index]) if value is None else value) for index, value in wanted]
+    values = coordinate_values(system, pose_of(state.q))
+    pairs = [(index, float(values[index]) if value is None else value) for index, value in wanted]
     return Conditions(
         np.array([index for index, _ in pairs], dtype=np.intp), np.array([value for _, value in pairs], dtype=float)
     )
@@ -210,12 +210,12 @@ def close_all(system: System, q: Array, held: Conditions, drive: Drive, longest:
 
 def scaled_rows_of(system: System, pose: Pose, held: Conditions) -> Array:
     """Return the derivatives (B, m + c, 6n) of `scaled_residual` by (δr / length, δθ in body axes) of each body."""
-    own = _tangent(system, system.rows, pose) / system.row_scale[system.bodies :, None]
+    rows = _tangent(system, system.rows, pose) / system.row_scale[system.bodies :, None]
     if not len(held.index):
-        return own
+        return rows
     wanted = _tangent(system, system.coordinates, pose)[:, held.index]
     lengths = system.coordinates.is_length[held.index]
-    return np.concatenate([own, wanted / np.where(lengths, system.length, 1.0)[:, None]], axis=1)
+    return np.concatenate([rows, wanted / np.where(lengths, system.length, 1.0)[:, None]], axis=1)
 
 
 def _tangent(system: System, bound: PrimitiveSet, pose: Pose) -> Array:
@@ -228,8 +228,8 @@ def _tangent(system: System, bound: PrimitiveSet, pose: Pose) -> Array:
     entries[..., :3] = system.length * bound.is_point[bound.entry_slot, None] * gradient
     entries[..., 3:] = cross(np.broadcast_to(local, in_body.shape), in_body)
     rows = np.zeros((len(gradient), bound.size, system.bodies + 1, 6))
-    for entry, (row, own) in enumerate(zip(bound.entry_row.tolist(), body.tolist(), strict=True)):
-        rows[:, row, own] += entries[:, entry]
+    for entry, (row, carrier) in enumerate(zip(bound.entry_row.tolist(), body.tolist(), strict=True)):
+        rows[:, row, carrier] += entries[:, entry]
     return rows[:, :, :-1].reshape(len(gradient), bound.size, 6 * system.bodies)
 
 
@@ -301,7 +301,8 @@ def reach_of(system: System, q: Array, held: Conditions, drive: Drive) -> Reach:
             apart[first, second] = apart[second, first] = min(apart[first, second], length)
     finite = np.where(np.isfinite(apart), apart, 0.0)
     bodies = sum(
-        float(finite[np.ix_(own, own)].max(initial=0.0)) for own in (owner_body == each for each in range(n + 1))
+        float(finite[np.ix_(on_body, on_body)].max(initial=0.0))
+        for on_body in (owner_body == each for each in range(n + 1))
     )
     whole = max(bodies + _rods(apart, same), system.length)
     for first, second in free:

@@ -43,11 +43,11 @@ def compile_system(scene: Scene) -> System:
 
     Raises InputError where nothing can move, a joint would move too far, or an element names something that does not
     exist."""
-    system, own = without_elements(scene)
+    system, derived = without_elements(scene)
     most = scene.settings.adjust_joints
     if most is not None:
         system = adjusted(system, initial_guess(scene, system).q, most)
-    return with_elements_of(scene, system, own)
+    return with_elements_of(scene, system, derived)
 
 
 def adjusted(system: System, q: Array, most: float) -> System:
@@ -110,11 +110,11 @@ def needed(system: System, q: Array) -> float:
 def _changes(system: System, shift: Array, tilt: Array) -> Iterator[Adjustment]:
     """The adjustment of each joint that moves: the larger one of its two frames."""
     for at, name in enumerate(system.names.joints):
-        own = slice(2 * at, 2 * at + 2)
+        frames = slice(2 * at, 2 * at + 2)
         change = Adjustment(
             name,
-            float(np.linalg.norm(shift[own], axis=1).max()),
-            float(np.linalg.norm(tilt[own], axis=1).max()),
+            float(np.linalg.norm(shift[frames], axis=1).max()),
+            float(np.linalg.norm(tilt[frames], axis=1).max()),
         )
         if change.size(system.length) > 0.0:
             yield change
@@ -175,8 +175,8 @@ class _Adjusting:
         """Return ∂C/∂δ, (m, 6 frames), by central differences; couplings have no frames of their own."""
         bound = self.system.joints
         gradient = np.zeros((bound.size, len(delta), 6))
-        own = np.array([bound.layout.members[at].primitive.follows != "coordinates" for at in bound.layout.member])
-        rows = np.flatnonzero(own)
+        members = bound.layout.members
+        rows = np.flatnonzero([members[at].primitive.follows != "coordinates" for at in bound.layout.member])
         for part in range(6):
             for side in (0, 1):
                 step = np.zeros_like(delta)

@@ -98,14 +98,14 @@ def redundancy(system: System, state: State) -> Redundancy:
     left_out = max(
         (bodies for component in loops_of(system) if (bodies := len(component.bodies)) > THRESHOLDS.large), default=0
     )
-    found = [part for part in dependences(system, pose) if len(part.dependent)]
-    if not found:
+    dependent = [part for part in dependences(system, pose) if len(part.dependent)]
+    if not dependent:
         return Redundancy((), left_out=left_out)
     around = nearby(system, state.q) if system.bodies <= THRESHOLDS.large else None
     sides, names = right_hand_sides(system, state), name_rows(system, pose)
     sets = [
         _dependent_set(system, part, members, permanent, known, names)
-        for part, known in [(part, sides.with_doubt(part)) for part in found]
+        for part, known in [(part, sides.with_doubt(part)) for part in dependent]
         for members, permanent in _circuits(system, part, around)
     ]
     return Redundancy(

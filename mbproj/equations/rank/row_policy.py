@@ -122,18 +122,18 @@ class RowSet:
         if self.redundant:
             part, largest = self.part(sigma[rank - 1 : rank])
             weights = self._smallest(weights, weights[:, rank:])
-        kept = rank
-        while part < THRESHOLDS.near_singular and kept and sigma[kept - 1] < THRESHOLDS.near_singular * largest:
-            if not is_blind(float(sigma[kept - 1]), weights[:, kept - 1]):
+        count = rank
+        while part < THRESHOLDS.near_singular and count and sigma[count - 1] < THRESHOLDS.near_singular * largest:
+            if not is_blind(float(sigma[count - 1]), weights[:, count - 1]):
                 break
-            kept -= 1
-        if kept == len(rows):
+            count -= 1
+        if count == len(rows):
             return HeldRows(C_q, nearness=part)
-        held = weights[:, :kept] / np.median(factors)
-        if kept == rank:
+        held = weights[:, :count] / np.median(factors)
+        if count == rank:
             return HeldRows(held.T @ C_q, held, nearness=part)
-        out = weights[:, kept:rank]
-        return HeldRows(held.T @ C_q, held, out, U[:, kept:rank] / factors[:, None], out.T @ C_q, nearness=part)
+        out = weights[:, count:rank]
+        return HeldRows(held.T @ C_q, held, out, U[:, count:rank] / factors[:, None], out.T @ C_q, nearness=part)
 
     def _by_level(self, C_q: Array, rows: Array, factors: Array) -> HeldRows:
         """Return combinations of the rows at position level, and then the part of the rows at velocity level beyond
@@ -158,8 +158,8 @@ class RowSet:
         """Return combinations (m, r) with the smallest λ of joints and motions, forces times the mechanism's length.
         The part along `idle` (m, d), which exerts no force on any body, is subtracted."""
         n = self.system.bodies
-        weighed, own = (self.system.row_scale[n:, None] * part[n:] for part in (weights, idle))
-        return np.asarray(weights - idle @ np.linalg.lstsq(own, weighed, rcond=None)[0])
+        weighed, weighed_idle = (self.system.row_scale[n:, None] * part[n:] for part in (weights, idle))
+        return np.asarray(weights - idle @ np.linalg.lstsq(weighed_idle, weighed, rcond=None)[0])
 
     def _scaled(self, C_q: Array) -> tuple[Array, Array]:
         """Return rows of unit length, in units of the mechanism's length, and the factors that scale them."""

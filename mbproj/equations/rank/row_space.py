@@ -311,14 +311,14 @@ def self_stresses(system: System, pose: Pose) -> Array:
     has one vector for each redundant row, with torques of the order of 1 and forces of the order of 1 / length."""
     scale = system.row_scale[system.bodies :]
     stresses = [np.zeros((0, len(scale)))]
-    for found in dependences(system, pose):
-        dependent, basis = found.dependent, found.basis
-        part = np.zeros((len(dependent), len(found.rows)))
+    for dependence in dependences(system, pose):
+        dependent, basis = dependence.dependent, dependence.basis
+        part = np.zeros((len(dependent), len(dependence.rows)))
         part[np.arange(len(dependent)), dependent] = 1.0
-        part[:, basis] = -shares(found.rows, basis, dependent)
+        part[:, basis] = -shares(dependence.rows, basis, dependent)
         stress = np.zeros((len(dependent), len(scale)))
-        weight = np.where(found.scale > 0.0, found.scale, 1.0)
-        stress[:, found.component.rows] = part * weight / np.abs(part).max(axis=1, initial=1.0, keepdims=True)
+        weight = np.where(dependence.scale > 0.0, dependence.scale, 1.0)
+        stress[:, dependence.component.rows] = part * weight / np.abs(part).max(axis=1, initial=1.0, keepdims=True)
         stresses.append(stress / scale)
     return np.concatenate(stresses)
 
@@ -454,8 +454,8 @@ def right_hand_sides(system: System, state: State) -> RightHandSides:
 def tangent_gamma(system: System, pose: Pose, twist: Twist, drive: Drive) -> Array:
     """Return γ of all rows but the norm rows, (k,), for accelerations in (r'', ω'). The part of Λ'' that keeps |Λ|,
     which the norm rows require, is -|Λ'|² Λ."""
-    kept = np.zeros((system.bodies, 7))
-    kept[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
-    change = twist_of(pose, kept.ravel())
+    of_norm = np.zeros((system.bodies, 7))
+    of_norm[:, 3:] = -np.sum(twist.rate[:-1] ** 2, axis=1, keepdims=True) * pose.orientation[:-1]
+    change = twist_of(pose, of_norm.ravel())
     right = gamma(system, pose, twist, drive)[system.bodies :] - set_velocity(system.rows, pose, change)
     return np.asarray(right, dtype=float)

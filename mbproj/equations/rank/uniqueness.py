@@ -55,12 +55,12 @@ def unique_components(system: System, state: State) -> dict[str, Array | Marks]:
 
         poses = nearby(system, state.q).poses if system.bodies <= THRESHOLDS.few_bodies else ()
         at_poses += [_stresses(system, pose) for pose in poses]
-    found: dict[str, Array | Marks] = {}
+    datasets: dict[str, Array | Marks] = {}
     for name, parts in zip(("force", "torque"), zip(*at_poses, strict=True), strict=True):
         stresses = np.concatenate(parts)
-        found[f"joints/reaction_{name}_unique"] = ~np.any(stresses != 0.0, axis=0)
-        found[f"joints/reaction_{name}_open"] = _projections(stresses)
-    return found
+        datasets[f"joints/reaction_{name}_unique"] = ~np.any(stresses != 0.0, axis=0)
+        datasets[f"joints/reaction_{name}_open"] = _projections(stresses)
+    return datasets
 
 
 def _projections(stresses: Array) -> Array:

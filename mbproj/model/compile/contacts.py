@@ -71,8 +71,8 @@ def _lost(d: float, kappa: float) -> float:
     elastic = 1.0 - sigma**2
     root = np.sqrt(sigma**2 + kappa * elastic)
     # root - d σ (1 - σ²), without cancellation
-    kept = kappa * elastic / (root + sigma) + (1.0 - d) * sigma + d * sigma**3
-    rate = d * sigma**2 * (1.0 / kept + 1.0 / (root + d * sigma * elastic))
+    difference = kappa * elastic / (root + sigma) + (1.0 - d) * sigma + d * sigma**3
+    rate = d * sigma**2 * (1.0 / difference + 1.0 / (root + d * sigma * elastic))
     return float(-0.5 * least * (weight @ (rate * sigma)))
 
 

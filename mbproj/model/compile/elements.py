@@ -95,14 +95,14 @@ class NamesOfSystem:
         self._laws = {f"{name}.force": at for at, name in enumerate(names.forces[: system.forces.laws.size])}
         self._laws |= {in_expressions(name): at for name, at in self._laws.items()}
         pairs = zip(known.kind.tolist(), known.index.tolist(), strict=True)
-        self._found = {(ChannelKind(kind), index): at for at, (kind, index) in enumerate(pairs)}
+        self._channels = {(ChannelKind(kind), index): at for at, (kind, index) in enumerate(pairs)}
         self._codes = dict[str, Code]()
         self._open: list[str] = []
 
     @property
     def channels(self) -> Channels:
         """The channels of all names resolved so far."""
-        return Channels.of(list(self._found))
+        return Channels.of(list(self._channels))
 
     def code(self, name: str, reader: str) -> Code:
         """Return the code of a name. Raises InputError, which names the `reader`, where the name does not exist or
@@ -158,26 +158,26 @@ class NamesOfSystem:
         return tuple(self.code(name, f"element '{element.name}'") for name in element.reads)
 
     def _channel(self, kind: ChannelKind, index: int) -> Code:
-        return variable(CHANNELS + self._found.setdefault((kind, index), len(self._found)))
+        return variable(CHANNELS + self._channels.setdefault((kind, index), len(self._channels)))
 
     def _force(self, law: int) -> Code:
         """Return F = -k (s - free) - c s' + program(t, s, s') of a law as code. Raises InputError where the force
         depends on a load."""
         system = self._system
-        own, name = system.forces.laws, system.names.forces[law]
-        if own.bearing[law] >= 0 or own.partner[law] >= 0:
+        laws, name = system.forces.laws, system.names.forces[law]
+        if laws.bearing[law] >= 0 or laws.partner[law] >= 0:
             what = f"the force of '{name}' cannot be read: it depends on a load, which would depend on the reader"
             raise InputError(Problem(what, hint="read what the load comes from: a coordinate, a spring's force"))
-        at = int(own.joint_coordinate[law])
+        at = int(laws.joint_coordinate[law])
         at = at if at >= 0 else system.names.coordinates.index(f"{name}.length")
         s, rate = self._channel(ChannelKind.COORDINATE, at), self._channel(ChannelKind.RATE, at)
-        stretch = apply(Op.SUBTRACT, s, number(float(own.free[law])))
-        total = apply(Op.MULTIPLY, number(-float(own.stiffness[law])), stretch) if own.stiffness[law] else number(0.0)
-        if own.damping[law]:
-            total = apply(Op.SUBTRACT, total, apply(Op.MULTIPLY, number(float(own.damping[law])), rate))
-        if own.program[law] < 0:
+        stretch = apply(Op.SUBTRACT, s, number(float(laws.free[law])))
+        total = apply(Op.MULTIPLY, number(-float(laws.stiffness[law])), stretch) if laws.stiffness[law] else number(0.0)
+        if laws.damping[law]:
+            total = apply(Op.SUBTRACT, total, apply(Op.MULTIPLY, number(float(laws.damping[law])), rate))
+        if laws.program[law] < 0:
             return total
-        program = self.resolved(system.forces.programs.program(int(own.program[law])), f"force '{name}'")
+        program = self.resolved(system.forces.programs.program(int(laws.program[law])), f"force '{name}'")
         return apply(Op.ADD, total, replaced(program.code, {COORDINATE: s, RATE: rate}))
 
 
@@ -249,7 +249,7 @@ def actions_of(controllers: Sequence[Controller], channels: NamesOfSystem, state
         )
         period += [controller.period] * (len(sets) - len(period))
         names += [whose] * (len(sets) - len(names))
-    every = [(state, program, whose) for own, whose in zip(sets, names, strict=True) for state, program in own]
+    every = [(state, program, whose) for pairs, whose in zip(sets, names, strict=True) for state, program in pairs]
     number_of = {name: at for at, name in enumerate(states)}
     return Actions(
         np.array(first),
@@ -296,7 +296,7 @@ def with_elements(
     forces = replace(
         system.forces, programs=channels.resolved_set(system.forces.programs, system.forces.program_owners)
     )
-    own = ElementStates(
+    added = ElementStates(
         np.array([state.start for _, state in states]),
         np.array([state.scale for _, state in states]),
         flatten([named[each.name](part.rate, f"state '{part.name}'") for each in elements for part in each.states]),
@@ -316,7 +316,7 @@ def with_elements(
         frictions=_frictions(system, channels),
         channels=channels.channels,
         energies=energies,
-        states=_states_after(system.states, own),
+        states=_states_after(system.states, added),
         signals=shown,
     )
     return with_inertias(with_rows(_with_forces(system, elements, pushes), elements), elements)
@@ -324,15 +324,15 @@ def with_elements(
 
 def _frictions(system: System, channels: NamesOfSystem) -> Frictions | None:
     """Return the dry frictions of a system, with channels in place of names in their functions."""
-    own = system.frictions
-    if own is None or not own.varies:
-        return own
+    frictions = system.frictions
+    if frictions is None or not frictions.varies:
+        return frictions
 
     def resolved(k: int, sliding: Program, static: Program) -> tuple[Program, Program]:
-        of_sliding = channels.resolved(sliding, own.owners[k])
-        return of_sliding, of_sliding if static is sliding else channels.resolved(static, own.owners[k])
+        of_sliding = channels.resolved(sliding, frictions.owners[k])
+        return of_sliding, of_sliding if static is sliding else channels.resolved(static, frictions.owners[k])
 
-    return replace(own, varies={k: resolved(k, *pair) for k, pair in own.varies.items()})
+    return replace(frictions, varies={k: resolved(k, *pair) for k, pair in frictions.varies.items()})
 
 
 def _names_read(system: System, elements: Sequence[Element], signals: Sequence[Signal]) -> Iterator[str]:
@@ -365,13 +365,13 @@ def _losses(elements: Sequence[Element], named: Mapping[str, _Naming]) -> Iterat
         if element.lost:
             yield named[element.name](element.lost)
         elif element.stores and element.forces and all(force.loses for force in element.forces):
-            kept = named[element.name](element.stores)
-            yield replace(kept, code=apply(Op.SUBTRACT, number(0.0), kept.code))
+            stored = named[element.name](element.stores)
+            yield replace(stored, code=apply(Op.SUBTRACT, number(0.0), stored.code))
 
 
-def _states_after(before: ElementStates, own: ElementStates) -> ElementStates:
-    """Return the states `own` after the states `before`."""
-    parts = before, own
+def _states_after(before: ElementStates, added: ElementStates) -> ElementStates:
+    """Return the states `added` after the states `before`."""
+    parts = before, added
     start, scale, counts = (
         np.concatenate([getattr(part, name) for part in parts]) for name in ("start", "scale", "counts")
     )
@@ -399,14 +399,14 @@ class _Naming:
 
 def _with_forces(system: System, elements: Sequence[Element], pushes: Sequence[Sequence[Program]]) -> System:
     """Return the system with the forces of the elements as laws, whose programs are `pushes`."""
-    names, own = system.names, bindings(system.coordinates)
+    names, coordinates = system.names, bindings(system.coordinates)
     forces = [(element, force) for element in elements for force in element.forces]
-    programs = [program for own in pushes for program in own]
+    programs = [program for of_element in pushes for program in of_element]
     if not forces:
         return system
     at = [coordinate_of(system, element, force.along) for element, force in forces]
     added = [
-        AddedLaw(own[row], row, program, element.name, loses=force.loses)
+        AddedLaw(coordinates[row], row, program, element.name, loses=force.loses)
         for row, program, (element, force) in zip(at, programs, forces, strict=True)
     ]
     laws = system.forces.laws.size
@@ -449,20 +449,20 @@ def _with_couplings(system: System, rows: Sequence[tuple[Element, Row]]) -> Syst
     """Return the system with rows that couple coordinates, each as a joint of its own."""
     if not rows:
         return system
-    names, own, coordinates = system.names, bindings(system.joints), bindings(system.coordinates)
+    names, joints, coordinates = system.names, bindings(system.joints), bindings(system.coordinates)
     body, local = system.reaction_body.tolist(), system.reaction_local.tolist()
     for element, row in rows:
         parts = [coordinates[coordinate_of(system, element, name)] for name in row.of]
         assert not isinstance(row.function, str)
         coupled = Coupled(dict(row.of), row.function, row.constant, row.period)
-        own.append(row_binding(f"row '{element.name}.{row.name}'", coupled, row.constant, parts, len(body)))
-        body.append(next(body for body, side, _ in reversed(own[-1].slots) if side == 2))
+        joints.append(row_binding(f"row '{element.name}.{row.name}'", coupled, row.constant, parts, len(body)))
+        body.append(next(body for body, side, _ in reversed(joints[-1].slots) if side == 2))
         local.append([0.0] * 3)
     return replace(
         system,
         names=replace(names, joints=(*names.joints, *(named_within(element, row.name) for element, row in rows))),
-        joints=bind(own),
-        couplings=compile_couplings(own, coordinates),
+        joints=bind(joints),
+        couplings=compile_couplings(joints, coordinates),
         reaction_body=np.array(body, dtype=np.intp),
         reaction_local=np.array(local).reshape(-1, 3),
         joint_places=(*system.joint_places, *(row.place for _, row in rows)),
@@ -475,7 +475,7 @@ def _with_motions(system: System, rows: Sequence[tuple[Element, Row]]) -> System
         return system
     names, before = system.names, system.motions
     at = [coordinate_of(system, element, name) for element, row in rows for name in row.of]
-    own = flatten([row.function for _, row in rows if isinstance(row.function, Program)])
+    functions = flatten([row.function for _, row in rows if isinstance(row.function, Program)])
     return replace(
         system,
         names=replace(
@@ -486,7 +486,7 @@ def _with_motions(system: System, rows: Sequence[tuple[Element, Row]]) -> System
         motions=Motions(
             np.array([*before.joint_coordinate, *at], dtype=np.intp),
             np.array([*before.start, *(row.constant for _, row in rows)]),
-            joined([before.programs, own]) if before.size else own,
+            joined([before.programs, functions]) if before.size else functions,
             (*before.places, *(row.place for _, row in rows)),
         ),
     )
@@ -495,7 +495,7 @@ def _with_motions(system: System, rows: Sequence[tuple[Element, Row]]) -> System
 def with_inertias(system: System, elements: Sequence[Element]) -> System:
     """Return the system with inertias reflected to coordinates. Raises InputError where one is negative or not
     finite."""
-    own = dict[int, float]()
+    inertias = dict[int, float]()
     for element in elements:
         for name, inertia in element.inertias.items():
             if not 0.0 <= inertia < np.inf:
@@ -503,22 +503,22 @@ def with_inertias(system: System, elements: Sequence[Element]) -> System:
                 raise InputError(Problem(what, hint="give a finite number that is not negative"))
             if inertia >= LEAST:
                 at = coordinate_of(system, element, name)
-                own[at] = own.get(at, 0.0) + inertia
-    if not own:
+                inertias[at] = inertias.get(at, 0.0) + inertia
+    if not inertias:
         return system
     names, before, bound_to = system.names, system.reflected, bindings(system.coordinates)
     forces = len(names.forces) - before.size
     for at, inertia in zip(before.joint_coordinate.tolist(), before.inertia.tolist(), strict=True):
-        own[at] = own.get(at, 0.0) + inertia
-    rows = [Binding(bound_to[at].primitive, owner, bound_to[at].slots) for owner, at in enumerate(own)]
+        inertias[at] = inertias.get(at, 0.0) + inertia
+    rows = [Binding(bound_to[at].primitive, owner, bound_to[at].slots) for owner, at in enumerate(inertias)]
     return replace(
         system,
         names=replace(
             names,
-            forces=(*names.forces[:forces], *(f"{names.coordinates[at]}.inertia" for at in own)),
-            force_units=(*names.force_units[:forces], *(names.coordinate_units[at] for at in own)),
+            forces=(*names.forces[:forces], *(f"{names.coordinates[at]}.inertia" for at in inertias)),
+            force_units=(*names.force_units[:forces], *(names.coordinate_units[at] for at in inertias)),
         ),
-        reflected=ReflectedInertias(bind(rows), np.array([*own], dtype=np.intp), np.array([*own.values()])),
+        reflected=ReflectedInertias(bind(rows), np.array([*inertias], dtype=np.intp), np.array([*inertias.values()])),
     )
 
 
@@ -598,8 +598,8 @@ def _length(system: System, name: str, ends: tuple[End, End]) -> Binding:
 def _end(system: System, end: End, side: int) -> Slot:
     if isinstance(end, Place):
         body = system.names.bodies.index(end.body)
-        own = system.body_offset[body] + rotation_matrix(system.body_turn[body]) @ np.array(end.location)
-        return int(system.body_carrier[body]), side, own
+        local = system.body_offset[body] + rotation_matrix(system.body_turn[body]) @ np.array(end.location)
+        return int(system.body_carrier[body]), side, local
     if not isinstance(end, str):
         return system.bodies, side, np.array(end)
     marker = system.names.markers.index(end)

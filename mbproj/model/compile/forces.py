@@ -82,11 +82,11 @@ def compile_forces(
             entries.append(_between_points(scene, force, seats, poses))
         elif isinstance(force, JointForce):
             entries += _on_joint(force, coordinates, smooth, slips)
-    given = [force for force in scene.forces if isinstance(force, BodyForce)]
+    body_forces = [force for force in scene.forces if isinstance(force, BodyForce)]
     elastic = [force for force in scene.forces if isinstance(force, Bushing)]
     met = _Programs()
     laws = _laws(entries, met)
-    on_bodies = _on_bodies(given, seats, poses, met)
+    on_bodies = _on_bodies(body_forces, seats, poses, met)
     forces = Forces(
         laws,
         compile_bushings(scene, elastic, seats, poses),
@@ -188,9 +188,9 @@ def elements_of(scene: Scene, poses: Mapping[str, Pose]) -> list[Element]:
         else:
             (coordinate,) = force.laws
             along = f"{force.joint}.{coordinate}"
-        made = make(force.name, along, **values)
-        forces = tuple(replace(each, name=force.name) if each.along == along else each for each in made.forces)
-        elements.append(replace(made, lengths={**lengths, **made.lengths}, forces=forces))
+        element = make(force.name, along, **values)
+        forces = tuple(replace(each, name=force.name) if each.along == along else each for each in element.forces)
+        elements.append(replace(element, lengths={**lengths, **element.lengths}, forces=forces))
     return elements
 
 

@@ -45,19 +45,19 @@ def local_frames(joints: Sequence[Joint], poses: Mapping[str, Pose]) -> Array:
         if joint.frames is not None:
             pair = (joint.frames.first, joint.frames.second)
             turned = numbers(
-                [pose @ rotation_matrix(numbers(own)) for pose, own in zip(rotation[at], pair, strict=True)]
+                [pose @ rotation_matrix(numbers(turn)) for pose, turn in zip(rotation[at], pair, strict=True)]
             )
             x[at], z[at] = turned[:, :, 0], turned[:, :, 2]
-    given = np.array([joint.x_axis is not None for joint in joints])
-    if given.any():
+    has_x_axis = np.array([joint.x_axis is not None for joint in joints])
+    if has_x_axis.any():
         chosen = [joint.x_axis for joint in joints if joint.x_axis is not None]
-        direction = _global(chosen, np.zeros_like(position[given]), rotation[given])
-        direction[frame[given] == "normal", 1] = direction[frame[given] == "normal", 0]
-        direction[frame[given] == "face", 1] = z[given][frame[given] == "face", 0]
-        x[given] = _normal_part(direction, z[given])
-    own = (frame == "axes") | (frame == "line")
-    if own.any():
-        x[own] = _normal_part(z[own, ::-1], z[own])
+        direction = _global(chosen, np.zeros_like(position[has_x_axis]), rotation[has_x_axis])
+        direction[frame[has_x_axis] == "normal", 1] = direction[frame[has_x_axis] == "normal", 0]
+        direction[frame[has_x_axis] == "face", 1] = z[has_x_axis][frame[has_x_axis] == "face", 0]
+        x[has_x_axis] = _normal_part(direction, z[has_x_axis])
+    crosswise = (frame == "axes") | (frame == "line")
+    if crosswise.any():
+        x[crosswise] = _normal_part(z[crosswise, ::-1], z[crosswise])
     triad = np.stack([p - position, x, cross(z, x), z], axis=2)
     return (triad @ rotation).reshape(len(joints), len(SYMBOLS), 3)  # as rows: sᵀ A = (Aᵀ s)ᵀ
 
@@ -76,12 +76,12 @@ def pose(position: tuple[float, ...], orientation: tuple[float, ...]) -> Pose:
 
 def _global(pairs: Sequence[Pair], position: Array, rotation: Array) -> Array:
     """Return pairs of points or vectors in global axes, (k, 2, 3)."""
-    given = numbers([(pair.first, pair.second) for pair in pairs])
+    values = numbers([(pair.first, pair.second) for pair in pairs])
     local = np.array([pair.local for pair in pairs])
     if local.any():
-        given = np.array(given, like=like_of(given, position, rotation))
-        given[local] = position[local] + (rotation[local] @ given[local][..., None])[..., 0]
-    return given
+        values = np.array(values, like=like_of(values, position, rotation))
+        values[local] = position[local] + (rotation[local] @ values[local][..., None])[..., 0]
+    return values
 
 
 def _length(vectors: Array) -> Array:
@@ -222,8 +222,8 @@ def _group(root: str, merging: list[Joint], poses: Mapping[str, Pose]) -> dict[s
                 continue
             position, turn = poses[other]
             if joint.frames is not None:
-                own = [rotation_matrix(numbers(each)) for each in (joint.frames.first, joint.frames.second)]
-                turn = group[name][1] @ own[side] @ own[1 - side].T
+                frames = [rotation_matrix(numbers(each)) for each in (joint.frames.first, joint.frames.second)]
+                turn = group[name][1] @ frames[side] @ frames[1 - side].T
             if joint.points.local:
                 ends = (numbers(joint.points.first), numbers(joint.points.second))
                 position = group[name][0] + group[name][1] @ ends[side] - turn @ ends[1 - side]

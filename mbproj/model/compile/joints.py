@@ -26,8 +26,8 @@ _DISTANCE = PRIMITIVES["distance"]()
 
 def coordinates_of(owner: int, joint: Joint, symbols: Symbols) -> dict[str, Binding]:
     """The coordinates of a joint by name."""
-    own = JOINTS[joint.type].coordinates
-    return {name: Binding(primitive_of(row, joint), owner, tuple(slots_of(row, symbols))) for name, row in own.items()}
+    rows = JOINTS[joint.type].coordinates
+    return {name: Binding(primitive_of(row, joint), owner, tuple(slots_of(row, symbols))) for name, row in rows.items()}
 
 
 def slips_of(joints: Sequence[Joint], symbols: Mapping[str, Symbols]) -> dict[str, Binding]:
@@ -74,8 +74,8 @@ def primitive_of(row: Row, joint: Joint) -> Primitive:
     following = _following(kind, joint) if kind.follows else None
     if following is not None:
         return following
-    given = numbers_of(joint.parameters)
-    return kind(**{name: given[name] for name in kind.parameters})
+    parameters = numbers_of(joint.parameters)
+    return kind(**{name: parameters[name] for name in kind.parameters})
 
 
 def _following(kind: Any, joint: Joint) -> Primitive | None:
@@ -100,8 +100,8 @@ def _following(kind: Any, joint: Joint) -> Primitive | None:
 def numbers_of(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return a joint's parameters by the names that primitives use: a tuple `name` becomes name_1, name_2 and so on."""
     several = {name: value for name, value in parameters.items() if isinstance(value, tuple)}
-    own = {f"{name}_{at}": each for name, value in several.items() for at, each in enumerate(value, 1)}
-    return {**parameters, **own}
+    numbered = {f"{name}_{at}": each for name, value in several.items() for at, each in enumerate(value, 1)}
+    return {**parameters, **numbered}
 
 
 def _offset(
@@ -113,13 +113,13 @@ def _offset(
     place: Place | None,
 ) -> float:
     """Return the offset of row `number` of a joint: 0, or the value that the row keeps."""
-    kept = JOINTS[joint.type].kept
-    if number not in kept:
+    parameter_of = JOINTS[joint.type].kept
+    if number not in parameter_of:
         return 0.0
-    name = kept[number]
+    name = parameter_of[number]
     if name is not None and name in joint.parameters:
-        given: float = joint.parameters[name]
-        return given
+        value: float = joint.parameters[name]
+        return value
     value = _value(primitive, slots, groups)
     if name is not None and value == 0.0:
         what = f"joint '{joint.name}' keeps a distance, and its two points coincide at the scene's pose"

@@ -34,16 +34,16 @@ if TYPE_CHECKING:
 _PERPENDICULAR = PRIMITIVES["perpendicular"]()
 
 
-def with_elements_of(scene: Scene, system: System, own: list[Element]) -> System:
+def with_elements_of(scene: Scene, system: System, derived: list[Element]) -> System:
     """Return the system with the scene's elements, and with those that come from its joints and motions. Raises
     InputError where an element names something that does not exist."""
     if scene.forces:
-        own += load("mbproj.model.compile.forces:elements_of")(scene, poses_of(scene))
+        derived += load("mbproj.model.compile.forces:elements_of")(scene, poses_of(scene))
     if scene.states:
-        own.append(load("mbproj.model.compile.elements:states_of")(scene.states))
+        derived.append(load("mbproj.model.compile.elements:states_of")(scene.states))
     if scene.controllers:
-        own += load("mbproj.model.compile.elements:held_by_controllers")(scene.controllers)
-    elements, reads = (*own, *scene.elements), any(system.forces.programs.reads)
+        derived += load("mbproj.model.compile.elements:held_by_controllers")(scene.controllers)
+    elements, reads = (*derived, *scene.elements), any(system.forces.programs.reads)
     rubs = system.frictions is not None and system.frictions.varies
     if elements or scene.signals or reads or rubs:
         with_elements = load("mbproj.model.compile.elements:with_elements")
@@ -72,12 +72,13 @@ def without_elements(scene: Scene) -> tuple[System, list[Element]]:
         if kind.frame == "path":
             place = scene.place("joints", joint.name)
             wound = load("mbproj.model.compile.ropes:wound")
-            own = ropes.setdefault(joint.name, wound(joint, owner, groups.seats, poses, place)).coordinates
+            rope = ropes.setdefault(joint.name, wound(joint, owner, groups.seats, poses, place))
+            joint_coordinates = rope.coordinates
         else:
-            own = coordinates_of(owner, joint, symbols[joint.name])
-        coordinates += own.values()
-        coordinate_names += [f"{joint.name}.{name}" for name in own]
-        units += [each.primitive.unit for each in own.values()]
+            joint_coordinates = coordinates_of(owner, joint, symbols[joint.name])
+        coordinates += joint_coordinates.values()
+        coordinate_names += [f"{joint.name}.{name}" for name in joint_coordinates]
+        units += [each.primitive.unit for each in joint_coordinates.values()]
     by_name = dict(zip(coordinate_names, coordinates, strict=True))
     rows = [
         row
@@ -105,7 +106,7 @@ def without_elements(scene: Scene) -> tuple[System, list[Element]]:
             coordinate_units=tuple(units),
             forces=acting.force_names,
             force_units=forces.units,
-            applied=tuple(forces.program_owners[own[0]] for own in forces.on_bodies.program),
+            applied=tuple(forces.program_owners[components[0]] for components in forces.on_bodies.program),
             applied_units=tuple("rad" if turns else "m" for turns in forces.on_bodies.is_torque),
             stops=acting.stop_names,
             stop_units=() if stops is None else stops.coordinates.units,
@@ -207,9 +208,9 @@ def _of_joints(scene: Scene, coordinates: Mapping[str, Binding], groups: RigidGr
 def _symbols(groups: RigidGroups, poses: Mapping[str, Pose]) -> dict[str, Symbols]:
     """Return the points and vectors of each joint in the axes of the carriers. A coupling has the symbols of its last
     joint, where its reaction acts."""
-    own = [joint for joint in groups.joints if joint.couples is None]
+    uncoupled = [joint for joint in groups.joints if joint.couples is None]
     symbols: dict[str, Symbols] = {}
-    for joint, frame in zip(own, _seated(own, local_frames(own, poses), groups), strict=True):
+    for joint, frame in zip(uncoupled, _seated(uncoupled, local_frames(uncoupled, poses), groups), strict=True):
         carriers = [groups.seats[name].carrier for name in joint.bodies]
         symbols[joint.name] = {symbol: (carriers[at // 4], 1 + at // 4, frame[at]) for at, symbol in enumerate(SYMBOLS)}
     for joint in groups.joints:

@@ -95,9 +95,9 @@ class RowMap:
         """Return W C, (..., size), from C (..., m)."""
         return _summed(self.weight * values[..., self.source], self.row, self.size)
 
-    def multipliers(self, made: Array, count: int) -> Array:
+    def multipliers(self, λ: Array, count: int) -> Array:
         """Return Wᵀ λ, (..., m), of the set's m = `count` rows, from the multipliers λ (..., size) of the new rows."""
-        return _summed(self.weight * made[..., self.row], self.source, count)
+        return _summed(self.weight * λ[..., self.row], self.source, count)
 
 
 @dataclass(frozen=True, eq=False)
@@ -304,7 +304,7 @@ def _verdict(layout: SetLayout, bodies: int, side: bytes, along: bytes, parallel
     if not np.isin(sides_of, (INSIDE, OUTSIDE, BESIDE)).all():
         return _Verdict(is_first=False, is_held=False)
     rows = [_Row(layout, row, is_along) for row in range(len(sides_of))]
-    outside = [row for row, own in zip(rows, sides_of, strict=True) if own == OUTSIDE]
+    outside = [row for row, row_side in zip(rows, sides_of, strict=True) if row_side == OUTSIDE]
     return _Verdict(_most_elsewhere(rows, are_parallel) < len(outside), _all_held(outside, are_parallel, bodies))
 
 

@@ -58,21 +58,21 @@ class PlanarSet:
 def planar_set(bound: PrimitiveSet, seen: Seen, inside: npt.NDArray[np.bool_], axes: Array) -> PlanarSet:
     """Return the primitives of `bound` whose rows are `inside` (m,); coincident ones along e1, e2 and n of `axes` (3,
     3)."""
-    kept = _planar_layout(bound.layout, inside.tobytes(), axes.tobytes())
-    slots, source = kept.slots, kept.source
+    layout = _planar_layout(bound.layout, inside.tobytes(), axes.tobytes())
+    slots, source = layout.slots, layout.source
     whole, flat = bound.value(np.stack([seen.x, seen.x * [1.0, 1.0, 0.0]]))
     for each in bound.layout.members:
         if kind_of(each.primitive) == "wheel_height":  # its planar form assumes that the axis is normal to the plane
             flat[list(each.rows)] = whole[list(each.rows)]
     return PlanarSet(
-        primitives=kept.primitives,
-        first_slot=kept.first_slot,
-        row=kept.row,
-        owner=kept.owner,
+        primitives=layout.primitives,
+        first_slot=layout.first_slot,
+        row=layout.row,
+        owner=layout.owner,
         body=bound.body[slots],
         local=seen.arm[slots, :2],
         is_point=bound.is_point[slots],
-        offset=source.rows(bound.offset) - (whole - flat)[kept.rows],
+        offset=source.rows(bound.offset) - (whole - flat)[layout.rows],
         source=source,
     )
 
@@ -96,7 +96,7 @@ def _planar_layout(layout: SetLayout, inside: bytes, axes: bytes) -> _PlanarLayo
     """Return the layout of a planar set from the cache. Sets share it, so that nobody may write to it."""
     acts = np.frombuffer(inside, dtype=bool).tolist()
     members = [(each, rows) for each in layout.members if (rows := [row for row in each.rows if acts[row]])]
-    kept = _PlanarLayout(
+    planar = _PlanarLayout(
         primitives=tuple(each.primitive for each, _ in members),
         first_slot=_starts([len(each.slots) for each, _ in members]),
         row=_starts([len(rows) for _, rows in members]),
@@ -105,10 +105,10 @@ def _planar_layout(layout: SetLayout, inside: bytes, axes: bytes) -> _PlanarLayo
         rows=np.array([row for _, rows in members for row in rows], dtype=np.intp),
         source=_source(members, np.frombuffer(axes).reshape(3, 3)),
     )
-    for part in (*vars(kept).values(), *vars(kept.source).values()):
+    for part in (*vars(planar).values(), *vars(planar.source).values()):
         if isinstance(part, np.ndarray):
             part.flags.writeable = False
-    return kept
+    return planar
 
 
 def _source(members: list[tuple[Member, list[int]]], axes: Array) -> RowMap:
@@ -118,13 +118,13 @@ def _source(members: list[tuple[Member, list[int]]], axes: Array) -> RowMap:
     source: list[int] = []
     weight: list[float] = []
     size = 0
-    for each, kept in members:
-        for spatial in kept:
+    for each, rows in members:
+        for spatial in rows:
             all_three = len(each.rows) == 3
             parts = zip(each.rows, along[spatial - each.rows[0]], strict=True) if all_three else [(spatial, 1.0)]
-            used = [(own, part) for own, part in parts if part]
+            used = [(source_row, part) for source_row, part in parts if part]
             row += [size] * len(used)
-            source += [own for own, _ in used]
+            source += [source_row for source_row, _ in used]
             weight += [part for _, part in used]
             size += 1
     return RowMap(size, np.array(row, dtype=np.intp), np.array(source, dtype=np.intp), np.array(weight))

@@ -299,8 +299,8 @@ def escape(bound: PrimitiveSet, seen: Seen, outside: RowMap, names: tuple[str, .
     """Return, in words, a body that the rows outside do not hold in the plane; None where they hold all."""
     rows = _rows(bound, seen, outside, len(names), length)
     free = _not_reached(rows, len(names))
-    for piece, own_rows in _pieces(rows, free):
-        body = _moving(own_rows, piece)
+    for piece, piece_rows in _pieces(rows, free):
+        body = _moving(piece_rows, piece)
         if body is not None:
             return f"nothing but symmetry keeps body '{names[body]}' in the plane"
     return None
@@ -481,10 +481,10 @@ def _friction_obstacle(system: System, plane: Plane) -> str | None:
         bindings(frictions.coordinates),
         sides(frictions.coordinates, _in_plane(system, plane, frictions.coordinates)),
     )
-    kept = np.flatnonzero((frictions.partner < 0) | ((side != OUTSIDE) & (side != BESIDE)))
-    along = bind([replace(bound[k], owner=at) for at, k in enumerate(kept)])
-    owners = [f"{frictions.owners[k]} acts" for k in kept]
-    return _leaves_plane(system, plane, along, frictions.joint_coordinate[kept], owners)
+    in_plane = np.flatnonzero((frictions.partner < 0) | ((side != OUTSIDE) & (side != BESIDE)))
+    along = bind([replace(bound[k], owner=at) for at, k in enumerate(in_plane)])
+    owners = [f"{frictions.owners[k]} acts" for k in in_plane]
+    return _leaves_plane(system, plane, along, frictions.joint_coordinate[in_plane], owners)
 
 
 def _leaves_plane(

@@ -141,7 +141,9 @@ def _formulation(system: System, state: State, settings: Settings, kernel: Any) 
 
             warn_of_absence(str(build_info()))
         return _full(system, state, settings, obstacle or AS_ASKED, kernel or core())
-    plane = NotPlanar("") if asked == "reduced" else system.kept("plane", (state.q,), partial(_plane, system, state.q))
+    plane = (
+        NotPlanar("") if asked == "reduced" else system.cached("plane", (state.q,), partial(_plane, system, state.q))
+    )
     if isinstance(plane, NotPlanar):
         if asked == "planar":
             raise InputError(Problem(f"the scene is not planar: {plane.reason}", key=("simulation", "formulation")))
@@ -236,8 +238,8 @@ def _rows(compiled: Compiled, state: State, projection: ProjectionSettings) -> _
 def _solvable(compiled: Compiled, system: System, state: State, settings: Settings, why: str) -> Choice:
     """Return the choice, with redundant rows left out, unless the equations have no unique solution at the start."""
     _refuse_massless(system, state, settings)
-    given = (compiled.core, compiled.plane, state.t, state.y, settings.projection)
-    at_start = system.kept("rows", given, partial(_rows, compiled, state, settings.projection))
+    inputs = (compiled.core, compiled.plane, state.t, state.y, settings.projection)
+    at_start = system.cached("rows", inputs, partial(_rows, compiled, state, settings.projection))
     redundant, regular, number = at_start.redundant, at_start.is_regular, at_start.singular_joint
     compiled.settled = settings.projection
     compiled.hold(at_start.usual)
@@ -277,16 +279,16 @@ def _refuse_locked(system: System, state: State) -> None:
     pose = pose_of(state.q)
     if system.driven or system.bodies > THRESHOLDS.large or mobility(system, pose).degrees_of_freedom:
         return
-    found = conditioning(system, pose)
-    if found.distance is None or found.distance**2 >= THRESHOLDS.half_digits:
+    condition = conditioning(system, pose)
+    if condition.distance is None or condition.distance**2 >= THRESHOLDS.half_digits:
         return
     size = needed(system, state.q)
     places = dict(zip(system.names.joints, system.joint_places, strict=True))
     raise InputError(
         Problem(
-            f"the joints lock: they leave no freedom, but would leave one if the rows of {found.owner} were changed by "
-            f"{found.distance:.2g}",
-            next((place for name, place in places.items() if found.owner == f"joint '{name}'"), None),
+            f"the joints lock: they leave no freedom, but would leave one if the rows of {condition.owner} were "
+            f"changed by {condition.distance:.2g}",
+            next((place for name, place in places.items() if condition.owner == f"joint '{name}'"), None),
             "look whether an axis of the loop is tilted, or numbers are rounded"
             + (f", or give adjust_joints: {rounded_up(size)}" if size else ""),
         )
@@ -302,7 +304,7 @@ def _massless(system: System) -> Integers:
 def _refuse_massless(system: System, state: State, settings: Settings) -> None:
     """Raise InputError where bodies without mass, or without inertia about some axis, are free to move (Eq. 20), or
     where the method weighs corrections with M alone."""
-    light = system.kept("massless", (), partial(_massless, system))
+    light = system.cached("massless", (), partial(_massless, system))
     if not len(light):
         return
     if settings.projection.method == "popm":

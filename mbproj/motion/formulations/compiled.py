@@ -107,7 +107,7 @@ class Compiled(ABC):
         """Return whole turns of the kernel's coordinates from those of the system's (nc,)."""
 
     @abstractmethod
-    def of_all(self, kept: Array) -> Array:
+    def of_all(self, of_kernel: Array) -> Array:
         """Return angles or whole turns of the system's coordinates (.., nc) from those of the kernel's."""
 
     def standing(self, t: float, y: Array, turns: Sequence[int]) -> State:
@@ -150,8 +150,8 @@ class Compiled(ABC):
             return self._equations_with(self.projection(projection))
         if self._equations is None:
             is_penalty = PROJECTIONS[self.settled.method].correction == "penalty"
-            own = self.projection(self.settled) if is_penalty else self.core.Projection(self.core.Correction.mass)
-            self._equations = self._equations_with(own)
+            taken = self.projection(self.settled) if is_penalty else self.core.Projection(self.core.Correction.mass)
+            self._equations = self._equations_with(taken)
         return self._equations
 
     def _equations_with(self, projection: Any) -> Any:
@@ -233,8 +233,8 @@ class Compiled(ABC):
         if settings.gains is not None:
             taken.alpha, taken.beta = settings.gains
         for name in ("alpha", "tolerance", "threshold"):
-            if (given := getattr(settings, name)) is not None:
-                setattr(taken, name, given)
+            if (option := getattr(settings, name)) is not None:
+                setattr(taken, name, option)
         taken.paper_test = settings.test == "paper"
         taken.every, taken.max_iterations = settings.every, settings.max_iterations
         taken.position, taken.velocity = settings.position, settings.velocity

@@ -217,8 +217,8 @@ class FullFormulation:
             pull = generalised(pose, *unit_pull(forces, pose, int(law)))
             pulls[forces.laws.bearing[law], : len(pull)] += (whole[law] - viscous[law]) * pull
         without, none = terms.solved(*self.solve(terms.M, terms.C_q, terms.Q, terms.gamma)), np.zeros(len(terms.gamma))
-        own = [self.solve(terms.M, terms.C_q, pull, none)[1] for pull in pulls]
-        responses = np.array([terms.held.multipliers(each[: len(terms.held.C_q)]) for each in own])
+        held_multipliers = [self.solve(terms.M, terms.C_q, pull, none)[1] for pull in pulls]
+        responses = np.array([terms.held.multipliers(each[: len(terms.held.C_q)]) for each in held_multipliers])
         base, more = (
             supports(system, bearings, pose, multipliers[..., system.bodies :])
             for multipliers in (without.multipliers, responses)

@@ -83,8 +83,8 @@ class FullInLoop(Reduced):
     def failure(self, run: Any, settings: Settings) -> SimulationError | None:
         """Return the error of a run that ended too early: that of NumPy, where NumPy had no result."""
         of_kernel = super().failure(run, settings)
-        own = None if self._answers is None else self._answers.take_failure()
-        return of_kernel if of_kernel is None or own is None else own
+        of_numpy = None if self._answers is None else self._answers.take_failure()
+        return of_kernel if of_kernel is None or of_numpy is None else of_numpy
 
 
 class _Answers:
@@ -229,12 +229,12 @@ class _Answers:
     def _full_y(self, y: Array) -> Array:
         """Return NumPy's y for the kernel's. Euler parameters are scaled to unit length, where both formulations agree
         to round-off."""
-        layout, own = self._compiled.layout, self._full.layout
+        layout, full_layout = self._compiled.layout, self._full.layout
         bodies = self._compiled.bodies_of(y).copy()
         bodies[:, 3:7] /= np.linalg.norm(bodies[:, 3:7], axis=1, keepdims=True)
         q, v = self._compiled.coordinates(bodies)
-        beside = {name: y[layout[name]] for name in ("states", "followed") if own.size_of(name)}
-        return own.vector_of({"positions": q, "velocities": v, **beside})
+        beside = {name: y[layout[name]] for name in ("states", "followed") if full_layout.size_of(name)}
+        return full_layout.vector_of({"positions": q, "velocities": v, **beside})
 
     def _generalized_force(self, formulation: FullFormulation, y: Array, sliding: Array) -> Array:
         """Return Q (7n,) of forces along the coordinates of stops and frictions."""
@@ -250,10 +250,10 @@ class _Answers:
 
     def _branches(self, kernels: Array) -> Array:
         """Return the branches of NumPy's programs from those of the kernel's programs."""
-        own, theirs = self._full.system, self._compiled.system
-        starts = dict(zip(_names(theirs), theirs.programs.start.tolist(), strict=False))
-        branches = np.full(len(own.programs.op), np.nan)
-        for name, first, last in zip(_names(own), own.programs.start[:-1], own.programs.start[1:], strict=True):
+        full, compiled = self._full.system, self._compiled.system
+        starts = dict(zip(_names(compiled), compiled.programs.start.tolist(), strict=False))
+        branches = np.full(len(full.programs.op), np.nan)
+        for name, first, last in zip(_names(full), full.programs.start[:-1], full.programs.start[1:], strict=True):
             if name in starts:
                 branches[first:last] = kernels[starts[name] : starts[name] + last - first]
         return branches
@@ -261,8 +261,8 @@ class _Answers:
 
 def _names(system: System) -> list[tuple[Any, ...]]:
     """Return a key for each of a system's programs: the kind of its owner, and the owner's number."""
-    own = (system.forces.programs.size, system.states.size, system.couplings.programs.size)
-    before = [(what, k) for what, count in enumerate(own) for k in range(count)]
+    sizes = (system.forces.programs.size, system.states.size, system.couplings.programs.size)
+    before = [(what, k) for what, count in enumerate(sizes) for k in range(count)]
     followed = [tuple(each) for each in system.following.values()]
     left = system.programs.size - len(before) - len(followed)
     return [*before, *followed, *(("motion", k) for k in range(left))]

@@ -33,7 +33,7 @@ class Reduced(Compiled):
             layout = layout_in_bodies(system, of_a_body, system.coordinates.size)
             return Recorded(layout, joints_with_rows(system.joints.owner), space_record(core, system, layout))
 
-        super().__init__(core, system, system.kept("record in space", (core,), record))
+        super().__init__(core, system, system.cached("record in space", (core,), record))
 
     def with_system(self, system: System, whole: System | None = None) -> Reduced:
         copy = Reduced(self.core, system)
@@ -73,8 +73,8 @@ class Reduced(Compiled):
     def turns(self, turns: Integers) -> Integers:
         return turns
 
-    def of_all(self, kept: Array) -> Array:
-        return kept
+    def of_all(self, of_kernel: Array) -> Array:
+        return of_kernel
 
     def row(self, number: int) -> int:
         return self.system.bodies + number
@@ -136,7 +136,7 @@ class InPlane(Compiled):
             layout = layout_in_bodies(system, numbers([system.length, system.length, 1.0] * 2), plane.coordinates.size)
             return Recorded(layout, joints_with_rows(plane.joints.owner), plane_record(core, system, plane, layout))
 
-        super().__init__(core, system, system.kept("planar record", (core, plane), record))
+        super().__init__(core, system, system.cached("planar record", (core, plane), record))
         self.plane: Plane = plane
         self._space: Any = None
 
@@ -166,9 +166,9 @@ class InPlane(Compiled):
     def turns(self, turns: Integers) -> Integers:
         return turns[self.plane.coordinates.source.source]
 
-    def of_all(self, kept: Array) -> Array:
-        values = np.zeros((*kept.shape[:-1], self.system.coordinates.size), like=kept)
-        values[..., self.plane.coordinates.source.source] = kept
+    def of_all(self, of_kernel: Array) -> Array:
+        values = np.zeros((*of_kernel.shape[:-1], self.system.coordinates.size), like=of_kernel)
+        values[..., self.plane.coordinates.source.source] = of_kernel
         return values
 
     def row(self, number: int) -> int:
@@ -200,8 +200,8 @@ class InPlane(Compiled):
             contiguous(space_state(q, v)), times, np.hstack([reference, x]), forces
         )
         for at in np.flatnonzero(np.isnan(smallest).any(axis=1)).tolist():
-            own = None if forces is None else forces[at]
-            smallest[at] = self._smallest(samples.state(int(at)), samples.acceleration[at], own)
+            along = None if forces is None else forces[at]
+            smallest[at] = self._smallest(samples.state(int(at)), samples.acceleration[at], along)
         return smallest
 
     def _equations_in_space(self, state: State) -> Any:
@@ -227,8 +227,8 @@ class InPlane(Compiled):
         missing = np.concatenate([force + loads.force[:-1], torque + loads.torque[:-1]], axis=-1)
         missing += pull_on_bodies(system.reflected, pose, reaction)
         if forces is not None:
-            rubbed = [own.coordinates for own in (system.stops, system.frictions) if own is not None]
-            along = np.concatenate([tangent_jacobian(own, pose)[:, :-1, :6] for own in rubbed])
+            rubbed = [contact.coordinates for contact in (system.stops, system.frictions) if contact is not None]
+            along = np.concatenate([tangent_jacobian(coordinates, pose)[:, :-1, :6] for coordinates in rubbed])
             missing += np.tensordot(forces, along, axes=1)
         weighed = G.reshape(len(G), -1) / system.row_scale[system.bodies :, None]
         multipliers = np.linalg.lstsq(weighed.T, missing.ravel(), rcond=1e-11)[0] / system.row_scale[system.bodies :]

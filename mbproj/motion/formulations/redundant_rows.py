@@ -49,7 +49,7 @@ def _as_drawn(compiled: Compiled, start: State, count: int, first: list[int]) ->
     rows depend on the others there."""
     from mbproj.equations.rank.row_space import NO_CONDITIONS
 
-    system, own = compiled.system, compiled.model.rows
+    system, rows = compiled.system, compiled.model.rows
     try:
         drawn = assemble(system, Guess(system.drawn, np.zeros(7 * system.bodies), NO_CONDITIONS, NO_CONDITIONS))
     except (InputError, SimulationError):
@@ -59,7 +59,7 @@ def _as_drawn(compiled: Compiled, start: State, count: int, first: list[int]) ->
     others = _left_out(compiled, drawn, compiled.state(drawn.q, drawn.v))
     if others is not None and compiled.model.rows.redundant == count:
         return drawn, others
-    compiled.hold(own)
+    compiled.hold(rows)
     return start, first
 
 
