@@ -89,6 +89,11 @@ def amounts(values: Sequence[Quantity] | Quantity | None, argument: str, unit: s
     return tuple(amount(value, argument, unit, above=0.0) for value in given)
 
 
+def time_of(value: Quantity | None, argument: str) -> float | None:
+    """The positive time of an argument, in s; None stays None."""
+    return None if value is None else amount(value, argument, "s", above=0.0)
+
+
 def count_of(value: int, argument: str, *, least: int = 0) -> int:
     """The whole number of an argument, also NumPy's. Raises InputError where it is below `least`, TypeError where it is
     not whole."""
