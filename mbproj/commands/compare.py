@@ -2,31 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated
 
 from mbproj.base.registry import FORMULATIONS
 from mbproj.commands.declared import Call, Told, declared, given, read, study_command
 from mbproj.commands.options import Option, Part, PositiveList, QuantityNames, TruthValues, some_of
 from mbproj.commands.study_options import (
-    Fresh,
-    Jobs,
+    Effort,
     Repeat,
-    Scheduler,
-    SchedulerFile,
     Until,
     answer,
     in_folder,
     integrators,
     projections,
 )
-from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
     from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.studies.compare import Comparison
@@ -77,12 +72,7 @@ def compare(
     energy_rows: EnergyRows = None,
     until: Until = None,
     repeat: Repeat = 5,
-    jobs: Jobs = None,
-    scheduler: Scheduler = None,
-    scheduler_file: SchedulerFile = None,
-    fresh: Fresh = False,
-    parameters: Mapping[str, object] = MappingProxyType({}),
-    progress: Tell = silent,
+    **effort: Unpack[Effort],
 ) -> Comparison:
     """Compares projection methods, integrators and steps on a scene.
 
@@ -96,8 +86,7 @@ def compare(
 
     asked = read(compare, locals())
     names = ("projections", "integrators", "steps", "tolerances", "formulations", "energy_rows", "until")
-    effort = {"repetitions": asked.repeat, "processes": asked.where, "fresh": fresh}
-    return compare_settings(asked.scene, **given(asked, *names), **effort, tell=progress)
+    return compare_settings(asked.scene, **given(asked, *names), repetitions=asked.repeat, **asked.effort)
 
 
 EXAMPLES = (

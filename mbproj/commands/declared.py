@@ -16,18 +16,31 @@ differs: `--until` there, `until` here.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeVar, get_args, get_origin
 
 import click
 
 from mbproj.base.dataclass import dataclass
-from mbproj.base.settings import settings_taken
-from mbproj.commands.options import Option, explained, overrides, parameters, scene_file, scene_options_of
+from mbproj.base.errors import choose_from
+from mbproj.base.settings import SETTINGS, settings_taken
+from mbproj.commands.options import (
+    AnyNumber,
+    Option,
+    PositiveList,
+    QuantityNames,
+    explained,
+    overrides,
+    parameters,
+    scene_file,
+    scene_options_of,
+)
 from mbproj.commands.study_options import changes as changes_option
+from mbproj.studies.parallel.progress import silent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,17 +54,33 @@ Result = TypeVar("Result")
 #: The names of arguments by those of earlier versions.
 EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress", "from_equilibrium": "start"}
 
+#: The defaults of arguments that ** unpacks, where these are not None.
+USUAL: Mapping[str, Any] = {"fresh": False, "parameters": MappingProxyType({}), "progress": silent}
+
 
 def options_of(function: Callable[..., Any]) -> dict[str, tuple[inspect.Parameter, Option]]:
-    """The parameters of a function that are options, by name, in their order."""
+    """The parameters of a function that are options, by name, in their order; those of its ** come last."""
     inner = inspect.unwrap(function)
-    found = {}
-    for parameter in inspect.Signature.from_callable(inner).parameters.values():
-        alias = inner.__globals__.get(str(parameter.annotation))
-        for part in get_args(alias)[1:]:
+    listed = {}
+    for parameter, where in _parameters(inner):
+        for part in get_args(where.get(str(parameter.annotation)))[1:]:
             if isinstance(part, Option):
-                found[parameter.name] = (parameter, part)
-    return found
+                listed[parameter.name] = (parameter, part)
+    return listed
+
+
+def _parameters(function: Callable[..., Any]) -> Iterator[tuple[inspect.Parameter, Mapping[str, Any]]]:
+    """Yield the parameters, with those that ** unpacks in its place, each with the names of the module it is from."""
+    for parameter in inspect.signature(function).parameters.values():
+        if parameter.kind is not inspect.Parameter.VAR_KEYWORD:
+            yield parameter, function.__globals__
+            continue
+        unpacked = function.__globals__[str(parameter.annotation).removeprefix("Unpack[").removesuffix("]")]
+        for name, reference in unpacked.__annotations__.items():
+            if name not in SETTINGS or name in settings_taken(function.__name__):
+                usual, kind = USUAL.get(name), inspect.Parameter.KEYWORD_ONLY
+                unfolded = inspect.Parameter(name, kind, default=usual, annotation=reference.__forward_arg__)
+                yield unfolded, vars(sys.modules[unpacked.__module__])
 
 
 def declared(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
@@ -72,27 +101,13 @@ def declared(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
 
 
 def _signature(function: Callable[..., Any]) -> inspect.Signature:
-    """The signature with what each argument accepts, and each setting of a run that the function takes."""
-    signature = inspect.Signature.from_callable(function)
+    """The signature with what each argument accepts, and with all that ** unpacks."""
     listed = []
-    for parameter in signature.parameters.values():
-        if parameter.kind is inspect.Parameter.VAR_KEYWORD:
-            from mbproj.commands.python.arguments import RunSettings
-
-            listed += [
-                inspect.Parameter(
-                    name,
-                    inspect.Parameter.KEYWORD_ONLY,
-                    default=None,
-                    annotation=RunSettings.__annotations__[name].__forward_arg__,
-                )
-                for name in settings_taken(function.__name__)
-            ]
-            continue
-        alias = getattr(function, "__globals__", {}).get(str(parameter.annotation))
+    for parameter, where in _parameters(function):
+        alias = where.get(str(parameter.annotation))
         is_option = get_origin(alias) is Annotated
         listed.append(parameter.replace(annotation=_words(get_args(alias)[0])) if is_option else parameter)
-    return signature.replace(parameters=listed)
+    return inspect.signature(function).replace(parameters=listed)
 
 
 def _words(accepted: Any) -> str:
@@ -101,24 +116,52 @@ def _words(accepted: Any) -> str:
 
 def read(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
     """The arguments of a declared function, read: an object with an attribute each. `scene` is the scene, with its
-    `parameters` and settings changed; `where` is the place that `jobs` and a scheduler name.
+    `parameters` and settings changed; `effort` are the place of
+    the work, `fresh` and `progress`, as the functions of studies take them.
 
     Raises InputError where a value is wrong, TypeError for a setting that the function does not take."""
-    from mbproj.commands.python.arguments import options_of as settings_given
     from mbproj.commands.python.arguments import scene_of
     from mbproj.studies.parallel.cluster import workplace
 
     inner = inspect.unwrap(function)
-    asked = {argument: arguments[argument] for argument in inspect.signature(inner).parameters}
-    for argument, (_, entry) in options_of(function).items():
-        asked[argument] = entry.read(asked[argument], argument)
-    changed = settings_given(asked.pop("settings", {}), inner.__name__, *asked)
-    if "output_step" in asked:
-        changed["output_step"] = asked["output_step"]
-    asked["scene"] = scene_of(asked["scene"], asked.pop("parameters", {}), changed)
+    asked = {name: value for name, value in arguments.items() if name in inspect.signature(inner).parameters}
+    for parameter in inspect.signature(inner).parameters.values():
+        if parameter.kind is inspect.Parameter.VAR_KEYWORD:
+            asked |= asked.pop(parameter.name)
+    usual = {parameter.name: parameter.default for parameter, _ in _parameters(inner)}
+    for name in asked.keys() - usual.keys():
+        raise TypeError(f"{inner.__name__}() has no argument '{name}'; {choose_from(name, [*usual])}")
+    asked = {**usual, **asked}
+    for name, (_, entry) in options_of(inner).items():
+        asked[name] = _value(entry.kind, asked[name], name)
+    named = inspect.signature(inner).parameters
+    changed = {name: asked.pop(name) for name in SETTINGS if name in asked and name not in named}
+    changed |= {"output_step": asked["output_step"]} if "output_step" in named else {}
+    changed = {name: value for name, value in changed.items() if value is not None}
+    asked["scene"] = scene_of(asked["scene"], asked["parameters"], changed)
     if "jobs" in asked:
-        asked["where"] = workplace(*(asked.pop(part) for part in ("jobs", "scheduler", "scheduler_file")))
+        where = workplace(*(asked.pop(part) for part in ("jobs", "scheduler", "scheduler_file")))
+        asked["effort"] = {"processes": where, "fresh": asked.pop("fresh"), "tell": asked.pop("progress")}
     return SimpleNamespace(**asked)
+
+
+def _value(kind: Any, value: Any, name: str) -> Any:
+    """The value of the argument `name`: numbers in SI units, names as a tuple; None stays None. Raises InputError
+    with the option as its place."""
+    from mbproj.commands.python.arguments import amounts, count_of, names_of
+    from mbproj.scene.fields.quantities import Number, given_number
+
+    if value is None:
+        return None
+    if isinstance(kind, PositiveList):
+        return amounts(value, name, kind.unit)
+    if isinstance(kind, AnyNumber):
+        return given_number(value, f"--{name}", Number(kind.unit, **kind.bounds))
+    if isinstance(kind, QuantityNames):
+        return kind.of(names_of(value), f"--{name.replace('_', '-')}")
+    if isinstance(kind, click.IntRange):
+        return count_of(value, name, least=int(kind.min or 0))
+    return value
 
 
 def given(asked: Any, *names: str) -> dict[str, Any]:
@@ -168,11 +211,10 @@ def study_command(
     """The command of a declared study: SCENE, its options, and those that `files` decorates it with.
 
     `first` are the first headings of its table. With a `stem`, the table and the figure go into a folder under this
-    name. Both may name an argument: "{vary}". `refuse` looks at the options before the scene is read, `before` at the call
-    before the work; `after` acts on the result at the end."""
+    name. Both may name an argument: "{vary}". `refuse` looks at the options before the scene is read, `before` at the
+    call before the work; `after` acts on the result at the end."""
     name, inner = function.__name__, inspect.unwrap(function)
-    kinds = {parameter.kind for parameter in inspect.signature(inner).parameters.values()}
-    has_settings = inspect.Parameter.VAR_KEYWORD in kinds
+    has_settings = any(parameter.name == "integrator" for parameter, _ in _parameters(inner))
 
     def command(**options: Any) -> int:
         from mbproj.commands.study import Study

@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
@@ -19,6 +19,9 @@ from click.shell_completion import CompletionItem
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.settings import SETTINGS, SettingEntry, option_name, settings_taken
+
+if TYPE_CHECKING:
+    from mbproj.commands.python.arguments import Quantity
 
 # --- Completion of arguments in a shell -------------------------------------------------------------------------------
 # Scenes, results, folders, one of several words, a list of words.
@@ -373,6 +376,36 @@ class Corners(QuantityNames):
         return names
 
 
+class RunSettings(TypedDict, total=False):
+    """Settings of a run: numbers in SI units, or text with a unit. The scene's own settings complete them."""
+
+    duration: Quantity | None
+    step: Quantity | None
+    tolerance: Quantity | None
+    integrator: str | None
+    projection: str | None
+    formulation: str | None
+    kinematic: bool | None
+    acceleration: str | None
+    impact_law: str | None
+    output_step: Quantity | None
+    break_times: Sequence[Quantity] | None
+    start: str | None
+    adjust_joints: Quantity | None
+    projection_tolerance: Quantity | None
+    projection_test: str | None
+    project_position: bool | None
+    project_velocity: bool | None
+    projection_fallback: str | None
+    energy_row: bool | None
+    momentum_row: bool | None
+    every: int | None
+    threshold: Quantity | None
+    max_iterations: int | None
+    alpha: Quantity | None
+    gains: Sequence[Quantity] | None
+
+
 # --- An option as data: of a parameter of a function that is a command too -------------------------------------------
 
 
@@ -405,21 +438,3 @@ class Option:
             more["metavar"] = self.metavar
         names = self.names or (f"--{name.replace('_', '-')}",)
         return option(self.part, *names, name, help=self.words, **more)
-
-    def read(self, value: Any, name: str) -> Any:
-        """The value of the argument `name`: numbers in SI units, names as a tuple; None stays None. Raises InputError
-        with the option as its place."""
-        from mbproj.commands.python.arguments import amounts, count_of, names_of
-        from mbproj.scene.fields.quantities import Number, given_number
-
-        if value is None:
-            return None
-        if isinstance(self.kind, PositiveList):
-            return amounts(value, name, self.kind.unit)
-        if isinstance(self.kind, AnyNumber):
-            return given_number(value, f"--{name}", Number(self.kind.unit, **self.kind.bounds))
-        if isinstance(self.kind, QuantityNames):
-            return self.kind.of(names_of(value), f"--{name.replace('_', '-')}")
-        if isinstance(self.kind, click.IntRange):
-            return count_of(value, name, least=int(self.kind.min or 0))
-        return value

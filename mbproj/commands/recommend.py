@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Mapping
 from functools import partial
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -14,13 +13,13 @@ from mbproj.base.errors import ExitCode, InputError, Place, Problem
 from mbproj.commands.declared import Call, Told, declared, read, study_command
 from mbproj.commands.figure_options import plot_option
 from mbproj.commands.options import Option, Part, Positive, option
-from mbproj.commands.study_options import At, Fresh, Jobs, Scheduler, SchedulerFile, Until, answer
+from mbproj.commands.study_options import At, Effort, Until, answer
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import RECOMMEND
-from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
     from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.scene.scene import Scene
@@ -43,14 +42,9 @@ def recommend(
     at: At = (),
     until: Until = None,
     timed: bool = True,
-    progress: Tell = silent,
     *,
     output_step: OutputStep = None,
-    jobs: Jobs = None,
-    scheduler: Scheduler = None,
-    scheduler_file: SchedulerFile = None,
-    fresh: Fresh = False,
-    parameters: Mapping[str, object] = MappingProxyType({}),
+    **effort: Unpack[Effort],
 ) -> Recommendation:
     """Finds the cheapest integrator and step that keep the error below a goal.
 
@@ -66,7 +60,7 @@ def recommend(
     from mbproj.studies.recommend import recommend as cheapest_setting
 
     asked = read(recommend, locals())
-    return cheapest_setting(asked.scene, asked.error, asked.at, asked.until, timed, fresh, progress, asked.where)
+    return cheapest_setting(asked.scene, asked.error, asked.at, asked.until, timed, **asked.effort)
 
 
 EXAMPLES = (

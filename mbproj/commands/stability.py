@@ -3,8 +3,7 @@ fails."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from types import MappingProxyType
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Annotated
 
 import click
@@ -13,17 +12,13 @@ from mbproj.base.errors import Place, placed_at
 from mbproj.commands.declared import Call, Told, declared, given, read, study_command
 from mbproj.commands.options import Option, Part, Positive, one_of
 from mbproj.commands.study_options import (
-    Fresh,
-    Jobs,
-    Scheduler,
-    SchedulerFile,
+    EffortOnSetting,
     answer,
     in_folder,
     projections,
 )
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import STABILITY
-from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given, Quantity, RunSettings
+    from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.studies.stability import Limits, MethodTrack, StabilityMap
 
 
@@ -90,13 +85,7 @@ def stability(
     closed: Closed = None,
     energy: Energy = None,
     limits: Limits | None = None,
-    jobs: Jobs = None,
-    scheduler: Scheduler = None,
-    scheduler_file: SchedulerFile = None,
-    fresh: Fresh = False,
-    parameters: Mapping[str, object] = MappingProxyType({}),
-    progress: Tell = silent,
-    **settings: Unpack[RunSettings],
+    **effort: Unpack[EffortOnSetting],
 ) -> StabilityMap:
     """Varies one quantity of a scene and finds where each method fails.
 
@@ -127,9 +116,7 @@ def stability(
             vary,
             **given(asked, "projections", "low", "high", "points", "until"),
             limits=Limits(**bounds) if bounds else limits,
-            processes=asked.where,
-            fresh=fresh,
-            tell=progress,
+            **asked.effort,
         )
 
 

@@ -5,21 +5,32 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict, TypeVar
 
 import click
 
 from mbproj.base.registry import PROJECTIONS
 from mbproj.base.registry import integrator_choices as known_integrators
 from mbproj.commands.figure_options import look
-from mbproj.commands.options import File, FolderPath, Option, Part, Positive, QuantityNames, option, some_of
+from mbproj.commands.options import (
+    File,
+    FolderPath,
+    Option,
+    Part,
+    Positive,
+    QuantityNames,
+    RunSettings,
+    option,
+    some_of,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from mbproj.commands.python.arguments import Quantity
     from mbproj.studies.parallel.cluster import Cluster
     from mbproj.studies.parallel.hand_out import Where
+    from mbproj.studies.parallel.progress import Tell
 
 
 Command = TypeVar("Command", bound=Callable[..., Any])
@@ -54,6 +65,23 @@ SCHEDULER_FILE = Option(
 SchedulerFile = Annotated["Path | None", SCHEDULER_FILE]
 FRESH = Option(Part.EFFORT, "Start over: use nothing of an earlier study.")
 Fresh = Annotated[bool, FRESH]
+
+
+class Effort(TypedDict, total=False):
+    """How much work a study does, and where: in `jobs` processes, or on the Dask cluster whose `scheduler` is named.
+    Stored results are reused, unless `fresh`. `parameters` change the scene; `progress` is called with the phase, the
+    number of items done, and the number of all."""
+
+    jobs: Jobs
+    scheduler: Scheduler
+    scheduler_file: SchedulerFile
+    fresh: Fresh
+    parameters: Mapping[str, object]
+    progress: Tell
+
+
+class EffortOnSetting(Effort, RunSettings, total=False):
+    """The effort of a study of one setting, and this setting."""
 
 
 def projections(usual: str) -> Option:

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any
 
 from mbproj.commands.declared import Call, Told, declared, given, read, study_command
 from mbproj.commands.options import Option, Part, PositiveList
 from mbproj.commands.study_options import (
     At,
-    Fresh,
-    Jobs,
+    EffortOnSetting,
     Repeat,
-    Scheduler,
-    SchedulerFile,
     answer,
     in_folder,
 )
-from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given, Quantity, RunSettings
+    from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.studies.threshold import ThresholdStudy
 
 #: The columns of the lines for a projection after every step, and for none.
@@ -51,13 +45,7 @@ def threshold(
     at: At = (),
     until: Quantity | None = None,
     repeat: Repeat = 5,
-    jobs: Jobs = None,
-    scheduler: Scheduler = None,
-    scheduler_file: SchedulerFile = None,
-    fresh: Fresh = False,
-    parameters: Mapping[str, object] = MappingProxyType({}),
-    progress: Tell = silent,
-    **settings: Unpack[RunSettings],
+    **effort: Unpack[EffortOnSetting],
 ) -> ThresholdStudy:
     """Varies the projection threshold on a scene and recommends one.
 
@@ -73,8 +61,9 @@ def threshold(
 
     asked = read(threshold, locals())
     asked.until = time_of(until, "until")
-    effort = {"repetitions": asked.repeat, "processes": asked.where, "fresh": fresh}
-    return threshold_study(asked.scene, **given(asked, "thresholds", "at", "until"), **effort, tell=progress)
+    return threshold_study(
+        asked.scene, **given(asked, "thresholds", "at", "until"), repetitions=asked.repeat, **asked.effort
+    )
 
 
 EXAMPLES = (

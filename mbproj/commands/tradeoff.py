@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated
 
 import click
@@ -14,11 +13,8 @@ from mbproj.commands.declared import Call, Told, declared, given, read, study_co
 from mbproj.commands.options import Option, Part, Positive
 from mbproj.commands.study_options import (
     At,
-    Fresh,
-    Jobs,
+    Effort,
     Repeat,
-    Scheduler,
-    SchedulerFile,
     Until,
     answer,
     in_folder,
@@ -27,12 +23,12 @@ from mbproj.commands.study_options import (
 )
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import TRADEOFF
-from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
     from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.studies.tradeoff import Tradeoff
@@ -59,12 +55,7 @@ def tradeoff(
     until: Until = None,
     longest: Longest = "0.5 s",
     repeat: Repeat = 5,
-    jobs: Jobs = None,
-    scheduler: Scheduler = None,
-    scheduler_file: SchedulerFile = None,
-    fresh: Fresh = False,
-    parameters: Mapping[str, object] = MappingProxyType({}),
-    progress: Tell = silent,
+    **effort: Unpack[Effort],
 ) -> Tradeoff:
     """Measures accuracy against cost on a scene over a grid of settings.
 
@@ -80,8 +71,7 @@ def tradeoff(
 
     asked = read(tradeoff, locals())
     names = ("projections", "integrators", "formulation", "at", "until", "longest")
-    effort = {"repetitions": asked.repeat, "processes": asked.where, "fresh": fresh}
-    return measure_tradeoff(asked.scene, **given(asked, *names), **effort, tell=progress)
+    return measure_tradeoff(asked.scene, **given(asked, *names), repetitions=asked.repeat, **asked.effort)
 
 
 EXAMPLES = (

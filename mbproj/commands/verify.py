@@ -12,7 +12,7 @@ import click
 from mbproj.base.errors import ExitCode, Place, placed_at
 from mbproj.commands.declared import Call, Told, declared, read, study_command
 from mbproj.commands.figure_options import plot_option
-from mbproj.commands.options import Part, option, results_file
+from mbproj.commands.options import Part, RunSettings, option, results_file
 from mbproj.commands.study_options import answer
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import VERIFY
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given, RunSettings
+    from mbproj.commands.python.arguments import Given
     from mbproj.results.verification import Check, Verification
 
 
