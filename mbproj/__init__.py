@@ -49,20 +49,20 @@ if TYPE_CHECKING:
     from mbproj.commands.python.pictures import paper as paper
     from mbproj.commands.python.results import Results as Results, open_results as open_results
     from mbproj.commands.python.run import continue_run as continue_run, rerun as rerun, run as run, start as start
+    from mbproj.commands.compare import compare as compare
+    from mbproj.commands.recommend import recommend as recommend
+    from mbproj.commands.stability import stability as stability
+    from mbproj.commands.threshold import threshold as threshold
+    from mbproj.commands.tradeoff import tradeoff as tradeoff
+    from mbproj.commands.verify import verify as verify
     from mbproj.commands.python.studies import (
         Batch as Batch,
         SweepTable as SweepTable,
         batch as batch,
-        compare as compare,
         fit as fit,
         optimise as optimise,
-        recommend as recommend,
         sensitivity as sensitivity,
-        stability as stability,
         sweep as sweep,
-        threshold as threshold,
-        tradeoff as tradeoff,
-        verify as verify,
     )
     from mbproj.equations.assembly.assemble import State as State, assemble as assemble
     from mbproj.equations.assembly.compiled import compile_system as compile_system
@@ -168,9 +168,13 @@ HOMES: Mapping[str, str] = MappingProxyType(
         "mbproj.commands.python.pictures": "paper",
         "mbproj.commands.python.results": "Results open_results",
         "mbproj.commands.python.run": "continue_run rerun run start",
-        "mbproj.commands.python.studies": "Batch SweepTable batch compare fit optimise recommend sensitivity "
-        "stability sweep threshold tradeoff "
-        "verify",
+        "mbproj.commands.python.studies": "Batch SweepTable batch fit optimise sensitivity sweep",
+        "mbproj.commands.compare": "compare",
+        "mbproj.commands.recommend": "recommend",
+        "mbproj.commands.stability": "stability",
+        "mbproj.commands.threshold": "threshold",
+        "mbproj.commands.tradeoff": "tradeoff",
+        "mbproj.commands.verify": "verify",
         "mbproj.equations.assembly.assemble": "State assemble",
         "mbproj.equations.assembly.compiled": "compile_system",
         "mbproj.equations.rank.mobility": "mobility",

@@ -1,24 +1,94 @@
-"""`mbproj compare`: chosen methods on one mechanism, in one table and one page of figures."""
+"""`mbproj compare` and `mbproj.compare`: chosen methods on one mechanism, in one table and one page of figures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
-import click
-
-from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.registry import FORMULATIONS
-from mbproj.commands import study_options
-from mbproj.commands.options import Part, PositiveList, QuantityNames, explained, option, scene_file, some_of
+from mbproj.commands.declared import Call, Told, declared, given, read, study_command
+from mbproj.commands.options import Option, Part, PositiveList, QuantityNames, TruthValues, some_of
+from mbproj.commands.study_options import (
+    Effort,
+    Repeat,
+    Until,
+    answer,
+    in_folder,
+    integrators,
+    projections,
+)
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from collections.abc import Sequence
 
+    from matplotlib.figure import Figure
+    from typing_extensions import Unpack
+
+    from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.studies.compare import Comparison
 
-ON_AND_OFF = ("false", "true")
+Projections = Annotated["str | Sequence[str] | None", projections("none,baumgarte,gopm,gpopm")]
+Integrators = Annotated["str | Sequence[str] | None", integrators("the scene's")]
+Steps = Annotated[
+    "Sequence[Quantity] | Quantity | None",
+    Option(Part.INTEGRATION, "Fixed steps [default: the scene's].", PositiveList("s"), "TIME,.."),
+]
+Tolerances = Annotated[
+    "Sequence[Quantity] | Quantity | None",
+    Option(
+        Part.INTEGRATION, "Error tolerances, for integrators with an error estimate.", PositiveList(""), "NUMBER,.."
+    ),
+]
+Formulations = Annotated[
+    "str | Sequence[str] | None",
+    Option(
+        Part.INTEGRATION,
+        "Formulations to compare; with several, cost is counted in factorisations, not in time.",
+        QuantityNames(),
+        "A,B",
+        complete=some_of(lambda: FORMULATIONS),
+    ),
+]
+EnergyRows = Annotated[
+    "Sequence[bool] | None",
+    Option(
+        Part.PROJECTION,
+        "Whether velocities also keep the energy balance: false, true or both [default: the scene's].",
+        TruthValues(),
+        "A,B",
+        complete=some_of(lambda: TruthValues.WORDS),
+    ),
+]
+
+
+@declared
+def compare(
+    scene: Given,
+    *,
+    projections: Projections = None,
+    integrators: Integrators = None,
+    steps: Steps = None,
+    tolerances: Tolerances = None,
+    formulations: Formulations = None,
+    energy_rows: EnergyRows = None,
+    until: Until = None,
+    repeat: Repeat = 5,
+    **effort: Unpack[Effort],
+) -> Comparison:
+    """Compares projection methods, integrators and steps on a scene.
+
+    Prints a table: violations, the error against a reference by another method, the energy drift of integrator and
+    projection, CPU time with its spread, counters. Writes CSV and a page of figures.
+
+    In Python the scene's own settings complete the arguments. Stored results are reused, unless `fresh`. Raises
+    InputError for what cannot be run at all; a setting that fails is a row.
+    """
+    from mbproj.studies.compare import compare as compare_settings
+
+    asked = read(compare, locals())
+    names = ("projections", "integrators", "steps", "tolerances", "formulations", "energy_rows", "until")
+    return compare_settings(asked.scene, **given(asked, *names), repetitions=asked.repeat, **asked.effort)
+
+
 EXAMPLES = (
     (
         "Compare two projection methods at the settings of the scene.",
@@ -35,67 +105,13 @@ EXAMPLES = (
 )
 
 
-@explained("compare", EXAMPLES)
-@click.argument("scene", type=scene_file())
-@study_options.projections("none,baumgarte,gopm,gpopm")
-@study_options.integrators("the scene's")
-@option(
-    Part.INTEGRATION, "--steps", type=PositiveList("s"), metavar="TIME,..", help="Fixed steps [default: the scene's]."
-)
-@option(
-    Part.INTEGRATION,
-    "--tolerances",
-    type=PositiveList(""),
-    metavar="NUMBER,..",
-    help="Error tolerances, for integrators with an error estimate.",
-)
-@option(
-    Part.INTEGRATION,
-    "--formulations",
-    type=QuantityNames(),
-    metavar="A,B",
-    shell_complete=some_of(lambda: FORMULATIONS),
-    help="Formulations to compare; with several, cost is counted in factorisations, not in time.",
-)
-@option(
-    Part.PROJECTION,
-    "--energy-rows",
-    type=QuantityNames(),
-    metavar="A,B",
-    shell_complete=some_of(lambda: ON_AND_OFF),
-    help="Whether velocities also keep the energy balance: false, true or both [default: the scene's].",
-)
-@study_options.until
-@study_options.changes
-@study_options.repeat
-@study_options.study
-@study_options.in_folder
-def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
-    """Compares projection methods, integrators and steps on SCENE.
-
-    Prints a table: violations, the error against a reference by another method, the energy drift of integrator and
-    projection, CPU time with its spread, counters. Writes CSV and a page of figures.
-    """
-    from mbproj.commands.options import parameters
-    from mbproj.commands.study import Study
-    from mbproj.scene.scene import read_scene
-    from mbproj.studies.compare import compare
-
-    what = read_scene(scene, parameters(changes))
-    study = Study(options, ("label", "setting"), f"{Path(scene).stem}-compare")
-    comparison = study.result(compare, what, energy_rows=_truth_values(options.pop("energy_rows")), **options)
-    table = comparison.table
-    numbers = {"until": float(comparison.reference.times[-1]), "entries": table.records}
-    study.hand_over(table, _table(comparison), numbers, lambda: _page(comparison, what.title), comparison.notes)
+def _told(call: Call, comparison: Comparison) -> Told:
+    numbers = {"until": float(comparison.reference.times[-1]), "entries": comparison.table.records}
+    page = lambda: _page(comparison, call.scene.title)  # noqa: E731
+    return Told(comparison.table, _table(comparison), numbers, page, comparison.notes)
 
 
-def _truth_values(names: Sequence[str] | None) -> tuple[bool, ...] | None:
-    """The truth values of words. Raises InputError for a word that is neither false nor true."""
-    for name in names or ():
-        if name not in ON_AND_OFF:
-            hint = "give false, true or false,true"
-            raise InputError(Problem(f"'{name}' is neither false nor true", Place("--energy-rows"), hint))
-    return None if names is None else tuple(name == "true" for name in names)
+command = study_command(compare, EXAMPLES, _told, first=("label", "setting"), stem="compare", files=(answer, in_folder))
 
 
 def _table(comparison: Comparison) -> str:

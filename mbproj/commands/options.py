@@ -5,18 +5,23 @@ The scene's reader reads their text by its own rules, with units and suggestions
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
 
+from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.settings import SETTINGS, SettingEntry, option_name, settings_taken
+
+if TYPE_CHECKING:
+    from mbproj.commands.python.arguments import Quantity
 
 # --- Completion of arguments in a shell -------------------------------------------------------------------------------
 # Scenes, results, folders, one of several words, a list of words.
@@ -335,8 +340,26 @@ class QuantityNames(click.ParamType):  # type: ignore[type-arg]
     name = "names"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
-        """Return the names, a tuple."""
-        return tuple(part.strip() for part in value.split(","))
+        """Return the names, a tuple. Raises InputError at the option for one that is not known."""
+        return self.of(tuple(part.strip() for part in value.split(",")), param.opts[0] if param is not None else "")
+
+    def of(self, names: tuple[str, ...], place: str) -> Any:
+        """Return what the names stand for. Raises InputError at `place` for one that is not known."""
+        return names
+
+
+class TruthValues(QuantityNames):
+    """Several truth values: "false,true"."""
+
+    WORDS = ("false", "true")
+
+    def of(self, names: tuple[str, ...], place: str) -> tuple[bool, ...]:
+        """Return the truth values of words. Raises InputError for a word that is neither false nor true."""
+        for name in names:
+            if name.lower() not in self.WORDS:
+                hint = "give false, true or false,true"
+                raise InputError(Problem(f"'{name}' is neither false nor true", Place(place), hint))
+        return tuple(name.lower() == "true" for name in names)
 
 
 class Corners(QuantityNames):
@@ -346,10 +369,72 @@ class Corners(QuantityNames):
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the three names. Raises InputError where there are not three."""
-        from mbproj.base.errors import InputError, Place, Problem
-
         names = super().convert(value, param, ctx)
         if len(set(names)) != 3 or len(names) != 3:
             place = Place(param.opts[0] if param is not None else "")
             raise InputError(Problem(f"'{value}' is not three markers", place, "give FIRST,CORNER,SECOND"))
         return names
+
+
+class RunSettings(TypedDict, total=False):
+    """Settings of a run: numbers in SI units, or text with a unit. The scene's own settings complete them."""
+
+    duration: Quantity | None
+    step: Quantity | None
+    tolerance: Quantity | None
+    integrator: str | None
+    projection: str | None
+    formulation: str | None
+    kinematic: bool | None
+    acceleration: str | None
+    impact_law: str | None
+    output_step: Quantity | None
+    break_times: Sequence[Quantity] | None
+    start: str | None
+    adjust_joints: Quantity | None
+    projection_tolerance: Quantity | None
+    projection_test: str | None
+    project_position: bool | None
+    project_velocity: bool | None
+    projection_fallback: str | None
+    energy_row: bool | None
+    momentum_row: bool | None
+    every: int | None
+    threshold: Quantity | None
+    max_iterations: int | None
+    alpha: Quantity | None
+    gains: Sequence[Quantity] | None
+
+
+# --- An option as data: of a parameter of a function that is a command too -------------------------------------------
+
+
+@dataclass(frozen=True)
+class Option:
+    """The option of a parameter: its part of the help, what it means, the `kind` that reads its value (a type of click;
+    None for text), and a placeholder. `names` are its names on the command line, where these are not that of the
+    parameter. `complete` lists words for a shell."""
+
+    part: Part
+    words: str
+    kind: Any = None
+    metavar: str | None = None
+    names: tuple[str, ...] = ()
+    complete: Callable[..., Any] | None = None
+
+    def on_command_line(self, parameter: inspect.Parameter) -> Callable[[Any], Any]:
+        """The decorator that adds the option for a parameter, with its default."""
+        name, usual = parameter.name, parameter.default
+        more: dict[str, Any] = {"required": True} if usual is inspect.Parameter.empty else {}
+        if usual is False:
+            more["is_flag"] = True
+        elif isinstance(usual, (int, float, str)) and usual != "":
+            more |= {"default": usual, "show_default": True}
+        if self.kind is not None and usual is not False:
+            more["type"] = self.kind
+        if self.complete is not None:
+            more["shell_complete"] = self.complete
+        if self.metavar is not None:
+            more["metavar"] = self.metavar
+        names = self.names or (f"--{name.replace('_', '-')}",)
+        return option(self.part, *names, name, help=self.words, **more)

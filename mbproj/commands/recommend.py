@@ -1,26 +1,67 @@
-"""`mbproj recommend`: the cheapest setting with an error below a goal, as a command line or written into the scene."""
+"""`mbproj recommend` and `mbproj.recommend`: the cheapest setting with an error below a goal."""
 
 from __future__ import annotations
 
 import shlex
+from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 from mbproj.base.errors import ExitCode, InputError, Place, Problem
-from mbproj.commands import study_options
+from mbproj.commands.declared import Call, Told, declared, read, study_command
 from mbproj.commands.figure_options import plot_option
-from mbproj.commands.options import Part, Positive, explained, option, scene_file
+from mbproj.commands.options import Option, Part, Positive, option
+from mbproj.commands.study_options import At, Effort, Until, answer
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import RECOMMEND
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
+    from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.scene.scene import Scene
     from mbproj.studies.measure.measurement import Measurement
     from mbproj.studies.recommend import Recommendation
+
+Error = Annotated["Quantity", Option(Part.ACCURACY, "The largest error allowed.", Positive("m"), "E")]
+OutputStep = Annotated[
+    "Quantity | None",
+    Option(
+        Part.ACCURACY, "Time between the samples at which the error is measured [default: the scene's].", None, "TIME"
+    ),
+]
+
+
+@declared
+def recommend(
+    scene: Given,
+    error: Error,
+    at: At = (),
+    until: Until = None,
+    timed: bool = True,
+    *,
+    output_step: OutputStep = None,
+    **effort: Unpack[Effort],
+) -> Recommendation:
+    """Finds the cheapest integrator and step that keep the error below a goal.
+
+    For integrators with error control it finds the tolerance. The error is measured against a reference on which two
+    other methods agree, and once more in a final run. Prints the command line first. An interrupted search resumes
+    where it stopped. Exit code 4: no setting keeps the error to the end; the printed one keeps it up to the time that
+    is printed.
+
+    In Python `recommendation.settings` are the settings to run with. Without `timed` the fewest evaluations decide.
+    Raises InputError for an unknown name or a missing duration, `mbproj.studies.recommend.Unreachable` where no
+    setting keeps the error at all.
+    """
+    from mbproj.studies.recommend import recommend as cheapest_setting
+
+    asked = read(recommend, locals())
+    return cheapest_setting(asked.scene, asked.error, asked.at, asked.until, timed, **asked.effort)
+
 
 EXAMPLES = (
     (
@@ -32,67 +73,33 @@ EXAMPLES = (
         "mbproj recommend five_bar.yaml --error 1e-6 --at tip --write",
     ),
 )
-
-
-@explained("recommend", EXAMPLES)
-@click.argument("scene", type=scene_file())
-@option(
-    Part.ACCURACY, "--error", "goal", required=True, type=Positive("m"), metavar="E", help="The largest error allowed."
-)
-@study_options.at
-@study_options.until
-@option(
-    Part.ACCURACY,
-    "--output-step",
-    metavar="TIME",
-    help="Time between the samples at which the error is measured [default: the scene's].",
-)
-@study_options.changes
-@option(
+WRITE = option(
     Part.OUTPUT,
     "--write",
     is_flag=True,
     help="Write the setting into the scene's simulation block; the rest of the file stays as it is.",
 )
-@partial(study_options.study, quiet="Print only the command line.")
-@plot_option
-def command(
-    scene: str,
-    goal: float,
-    at: tuple[str, ...] | None,
-    until: float | None,
-    output_step: str | None,
-    changes: tuple[str, ...],
-    write: bool,
-    **options: Any,
-) -> int:
-    """Finds the cheapest integrator and step that keep the error below E.
 
-    For integrators with error control it finds the tolerance. The error is measured against a reference on which two
-    other methods agree, and once more in a final run. Prints the command line first. An interrupted search resumes
-    where it stopped. Exit code 4: no setting keeps the error to the end; the printed one keeps it up to the time that
-    is printed.
-    """
-    from mbproj.commands.options import parameters
-    from mbproj.commands.study import Study
-    from mbproj.results.output_files import check_rewritable
-    from mbproj.scene.scene import read_scene
-    from mbproj.studies.recommend import recommend, write_back
 
-    if write and changes:
+def _refuse(options: Mapping[str, Any]) -> None:
+    if options["write"] and options["changes"]:
         hint = "change the parameter in the scene, and leave out --set"
         raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
-    study = Study(options, ("kind", "setting"))
-    what = read_scene(scene, parameters(changes), {"output_step": output_step})
-    if write:
-        check_rewritable(what.path)
-    recommendation = study.result(recommend, what, goal, at=at, until=until)
-    line = _command_line(what, scene, changes, output_step, recommendation)
+
+
+def _before(call: Call) -> None:
+    from mbproj.results.output_files import check_rewritable
+
+    if call.options["write"]:
+        check_rewritable(call.scene.path)
+
+
+def _told(call: Call, recommendation: Recommendation) -> Told:
+    line = _command_line(call.scene, call.path, call.options["changes"], call.options["output_step"], recommendation)
     short = (
-        f"no setting keeps {goal:g} m until t = {recommendation.wanted:.6g} s: {recommendation.why}; "
+        f"no setting keeps {recommendation.goal:g} m until t = {recommendation.wanted:.6g} s: {recommendation.why}; "
         f"this one keeps it until {recommendation.until:.6g} s"
     )
-    text, notes = "\n".join([line, *_lines(recommendation)]), [] if recommendation.reached else [short]
     numbers = report_of(
         RECOMMEND,
         recommendation,
@@ -102,10 +109,34 @@ def command(
         own=None if recommendation.own is None else _measured(recommendation.own),
         why=recommendation.why or None,
     )
-    study.hand_over(recommendation.table, text, numbers, lambda: _page(recommendation, what.title), notes, left=line)
-    if write and recommendation.reached:
-        click.echo(f"written into {write_back(what, recommendation.settings)}", err=True)
-    return ExitCode.DONE if recommendation.reached else ExitCode.CHECK_FAILED
+    return Told(
+        recommendation.table,
+        "\n".join([line, *_lines(recommendation)]),
+        numbers,
+        lambda: _page(recommendation, call.scene.title),
+        [] if recommendation.reached else [short],
+        left=line,
+        code=ExitCode.DONE if recommendation.reached else ExitCode.CHECK_FAILED,
+    )
+
+
+def _after(call: Call, recommendation: Recommendation) -> None:
+    from mbproj.studies.recommend import write_back
+
+    if call.options["write"] and recommendation.reached:
+        click.echo(f"written into {write_back(call.scene, recommendation.settings)}", err=True)
+
+
+command = study_command(
+    recommend,
+    EXAMPLES,
+    _told,
+    first=("kind", "setting"),
+    files=(WRITE, partial(answer, quiet="Print only the command line."), plot_option),
+    refuse=_refuse,
+    before=_before,
+    after=_after,
+)
 
 
 def _command_line(

@@ -1,29 +1,123 @@
-"""`mbproj stability`: the values of one quantity at which each method holds, degrades and fails."""
+"""`mbproj stability` and `mbproj.stability`: the values of one quantity at which each method holds, degrades and
+fails."""
 
 from __future__ import annotations
 
 from collections.abc import Collection
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
 from mbproj.base.errors import Place, placed_at
-from mbproj.commands import study_options
-from mbproj.commands.options import Part, Positive, explained, one_of, option, overrides, parameters, scene_options_of
+from mbproj.commands.declared import Call, Told, declared, given, read, study_command
+from mbproj.commands.options import Option, Part, Positive, one_of
+from mbproj.commands.study_options import (
+    EffortOnSetting,
+    answer,
+    in_folder,
+    projections,
+)
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import STABILITY
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from collections.abc import Sequence
 
-    from mbproj.studies.stability import MethodTrack, StabilityMap
+    from matplotlib.figure import Figure
+    from typing_extensions import Unpack
+
+    from mbproj.commands.python.arguments import Given, Quantity
+    from mbproj.studies.stability import Limits, MethodTrack, StabilityMap
 
 
 def _quantities() -> Collection[str]:
     from mbproj.studies.stability import QUANTITIES
 
     return QUANTITIES
+
+
+Vary = Annotated[
+    str,
+    Option(
+        Part.WHAT,
+        "step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, damping, baumgarte-gain, penalty, duration, "
+        "or parameters.NAME of the scene.",
+        None,
+        "QUANTITY",
+        complete=one_of(_quantities),
+    ),
+]
+Projections = Annotated["str | Sequence[str] | None", projections("none,baumgarte,gopm,gpopm")]
+Low = Annotated[
+    "Quantity | None",
+    Option(Part.WHAT, "Lowest value [default: by the quantity].", None, "NUMBER", names=("--from",)),
+]
+High = Annotated[
+    "Quantity | None",
+    Option(Part.WHAT, "Highest value [default: by the quantity].", None, "NUMBER", names=("--to",)),
+]
+Points = Annotated[int, Option(Part.WHAT, "Number of values.", click.IntRange(2))]
+Closed = Annotated[
+    "Quantity | None",
+    Option(
+        Part.ACCURACY,
+        "Largest violation of a run that holds [default: 1e-6 of the mechanism's length, or rad].",
+        Positive(""),
+        "NUMBER",
+    ),
+]
+Energy = Annotated[
+    "Quantity | None",
+    Option(Part.ACCURACY, "Largest relative energy error of a run that holds [default: 0.01].", Positive(""), "NUMBER"),
+]
+
+
+@declared
+def stability(
+    scene: Given,
+    vary: Vary,
+    *,
+    projections: Projections = None,
+    low: Low = None,
+    high: High = None,
+    points: Points = 25,
+    until: Quantity | None = None,
+    closed: Closed = None,
+    energy: Energy = None,
+    limits: Limits | None = None,
+    **effort: Unpack[EffortOnSetting],
+) -> StabilityMap:
+    """Varies one quantity of a scene and finds where each method fails.
+
+    Finds each limit by bisection, and names the first bad time and joint beyond it. For a parameter, it also finds
+    where small motions about the equilibrium begin to grow, with sampled controllers too. Writes a figure and all
+    points as CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes
+    where it stopped.
+
+    In Python `limits` has both `closed` and `energy`. Raises InputError where the scene does not have this quantity,
+    or a method does not depend on it.
+    """
+    from mbproj.commands.python.arguments import amount, time_of
+    from mbproj.studies.stability import Limits, quantity_named
+    from mbproj.studies.stability import stability as map_stability
+
+    with placed_at(Place("--vary")):
+        unit = quantity_named(vary).unit
+    asked = read(stability, locals())
+    asked.low, asked.high = (
+        None if value is None else amount(value, option, unit, above=0.0)
+        for value, option in ((asked.low, "from"), (asked.high, "to"))
+    )
+    asked.until = time_of(until, "until")
+    bounds = given(asked, "closed", "energy")
+    with placed_at(Place("--vary")):
+        return map_stability(
+            asked.scene,
+            vary,
+            **given(asked, "projections", "low", "high", "points", "until"),
+            limits=Limits(**bounds) if bounds else limits,
+            **asked.effort,
+        )
 
 
 EXAMPLES = (
@@ -35,78 +129,20 @@ EXAMPLES = (
 )
 
 
-@explained("stability", EXAMPLES)
-@scene_options_of("stability")
-@option(
-    Part.WHAT,
-    "--vary",
-    required=True,
-    metavar="QUANTITY",
-    shell_complete=one_of(_quantities),
-    help="step, mass-ratio, inertia-ratio, speed, length-scale, stiffness, damping, baumgarte-gain, penalty, duration, "
-    "or parameters.NAME of the scene.",
-)
-@study_options.projections("none,baumgarte,gopm,gpopm")
-@option(
-    Part.WHAT, "--from", "low", type=Positive(""), metavar="NUMBER", help="Lowest value [default: by the quantity]."
-)
-@option(
-    Part.WHAT, "--to", "high", type=Positive(""), metavar="NUMBER", help="Highest value [default: by the quantity]."
-)
-@option(Part.WHAT, "--points", default=25, show_default=True, type=click.IntRange(2), help="Number of values.")
-@option(
-    Part.ACCURACY,
-    "--closed",
-    type=Positive(""),
-    metavar="NUMBER",
-    help="Largest violation of a run that holds [default: 1e-6 of the mechanism's length, or rad].",
-)
-@option(
-    Part.ACCURACY,
-    "--energy",
-    type=Positive(""),
-    metavar="NUMBER",
-    help="Largest relative energy error of a run that holds [default: 0.01].",
-)
-@study_options.study
-@study_options.in_folder
-def command(
-    scene: str,
-    settings: tuple[str, ...],
-    vary: str,
-    projections: tuple[str, ...] | None,
-    closed: float | None,
-    energy: float | None,
-    **options: Any,
-) -> None:
-    """Varies one quantity of SCENE and finds where each method fails.
-
-    Finds each limit by bisection, and names the first bad time and joint beyond it. For a parameter, it also finds
-    where small motions about the equilibrium begin to grow, with sampled controllers too. Writes a figure and all
-    points as CSV. Other options change the setting that is studied, as for `mbproj run`. An interrupted study resumes
-    where it stopped.
-    """
-    from mbproj.commands.study import Study
-    from mbproj.scene.scene import read_scene
-    from mbproj.studies.stability import Limits, quantity_named, stability
-
-    what = read_scene(scene, parameters(settings), overrides(options))
-    with placed_at(Place("--vary")):
-        quantity_named(vary)
-    study = Study(options, ("projection", vary), f"{Path(scene).stem}-stability-{vary}")
-    given = {name: value for name, value in (("closed", closed), ("energy", energy)) if value is not None}
-    with placed_at(Place("--vary")):
-        bounds = study.result(
-            stability,
-            what,
-            vary,
-            projections=projections,
-            limits=Limits(**given),
-            **{name: options[name] for name in ("low", "high", "points")},
-        )
+def _told(call: Call, bounds: StabilityMap) -> Told:
     methods = {track.method: track for track in bounds.tracks}
     numbers = report_of(STABILITY, bounds, setting=_setting(bounds), methods=methods)
-    study.hand_over(bounds.table, _report(bounds), numbers, lambda: _page(bounds))
+    return Told(bounds.table, _report(bounds), numbers, lambda: _page(bounds))
+
+
+command = study_command(
+    stability,
+    EXAMPLES,
+    _told,
+    first=("projection", "{vary}"),
+    stem="stability-{vary}",
+    files=(answer, in_folder),
+)
 
 
 def _report(bounds: StabilityMap) -> str:

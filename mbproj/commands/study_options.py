@@ -1,40 +1,101 @@
-"""The common options of studies, each as a decorator of their commands."""
+"""The common options of studies: as annotations of the parameters of their functions, and as decorators."""
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict, TypeVar
 
 import click
 
 from mbproj.base.registry import PROJECTIONS
 from mbproj.base.registry import integrator_choices as known_integrators
 from mbproj.commands.figure_options import look
-from mbproj.commands.options import File, FolderPath, Part, Positive, QuantityNames, option, some_of
+from mbproj.commands.options import (
+    File,
+    FolderPath,
+    Option,
+    Part,
+    Positive,
+    QuantityNames,
+    RunSettings,
+    option,
+    some_of,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from mbproj.commands.python.arguments import Quantity
+    from mbproj.studies.parallel.cluster import Cluster
     from mbproj.studies.parallel.hand_out import Where
+    from mbproj.studies.parallel.progress import Tell
 
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-at = option(
+AT = Option(
     Part.ACCURACY,
-    "--at",
-    type=QuantityNames(),
-    metavar="A,B,..",
-    help="Markers whose error counts, or bodies of a scene without markers [default: all].",
+    "Markers whose error counts, or bodies of a scene without markers [default: all].",
+    QuantityNames(),
+    "A,B,..",
 )
-until = option(
-    Part.WHAT,
-    "--until",
-    "--duration",
-    "until",
-    type=Positive("s"),
-    metavar="TIME",
-    help="End of the study [default: the duration].",
+At = Annotated["str | Sequence[str]", AT]
+Until = Annotated[
+    "Quantity | None",
+    Option(
+        Part.WHAT, "End of the study [default: the duration].", Positive("s"), "TIME", names=("--until", "--duration")
+    ),
+]
+Repeat = Annotated[int, Option(Part.EFFORT, "How often each setting is timed.", click.IntRange(1))]
+JOBS = Option(
+    Part.EFFORT,
+    "Processes at the same time [default: one per processor].",
+    click.IntRange(min=1),
+    "N",
+    names=("-j", "--jobs"),
 )
+Jobs = Annotated["int | Cluster | None", JOBS]
+SCHEDULER = Option(Part.EFFORT, "Run on a Dask cluster, tcp://host:8786 for example.", None, "ADDRESS")
+Scheduler = Annotated["str | None", SCHEDULER]
+SCHEDULER_FILE = Option(
+    Part.EFFORT, "Run on the Dask cluster whose scheduler has written FILE.", click.Path(path_type=Path), "FILE"
+)
+SchedulerFile = Annotated["Path | None", SCHEDULER_FILE]
+FRESH = Option(Part.EFFORT, "Start over: use nothing of an earlier study.")
+Fresh = Annotated[bool, FRESH]
+
+
+class Effort(TypedDict, total=False):
+    """How much work a study does, and where: in `jobs` processes, or on the Dask cluster whose `scheduler` is named.
+    Stored results are reused, unless `fresh`. `parameters` change the scene; `progress` is called with the phase, the
+    number of items done, and the number of all."""
+
+    jobs: Jobs
+    scheduler: Scheduler
+    scheduler_file: SchedulerFile
+    fresh: Fresh
+    parameters: Mapping[str, object]
+    progress: Tell
+
+
+class EffortOnSetting(Effort, RunSettings, total=False):
+    """The effort of a study of one setting, and this setting."""
+
+
+def projections(usual: str) -> Option:
+    """The option for several methods; `usual` names those taken otherwise."""
+    words = f"Of {', '.join(PROJECTIONS)} [default: {usual}]."
+    return Option(Part.PROJECTION, words, QuantityNames(), "A,B,..", complete=some_of(lambda: PROJECTIONS))
+
+
+def integrators(usual: str) -> Option:
+    """The option for several integrators; `usual` names those taken otherwise."""
+    words = f"Of {', '.join(known_integrators())} [default: {usual}]."
+    return Option(Part.INTEGRATION, words, QuantityNames(), "A,B,..", complete=some_of(known_integrators))
+
+
 changes = option(
     Part.WHAT,
     "--set",
@@ -43,37 +104,25 @@ changes = option(
     metavar="NAME=VALUE",
     help="Change a parameter, or any value by its path.",
 )
-repeat = option(
-    Part.EFFORT,
-    "--repeat",
-    default=5,
-    show_default=True,
-    type=click.IntRange(1),
-    help="How often each setting is timed.",
-)
-jobs = option(
-    Part.EFFORT,
-    "-j",
-    "--jobs",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Processes at the same time [default: one per processor].",
-)
 
 
-def workplace(command: Command) -> Command:
-    """Decorate a command with --jobs, --scheduler and --scheduler-file, which `where_of` combines."""
-    command = option(
-        Part.EFFORT,
-        "--scheduler-file",
-        type=click.Path(path_type=Path),
-        metavar="FILE",
-        help="Run on the Dask cluster whose scheduler has written FILE.",
-    )(command)
-    command = option(
-        Part.EFFORT, "--scheduler", metavar="ADDRESS", help="Run on a Dask cluster, tcp://host:8786 for example."
-    )(command)
-    return jobs(command)
+def _adds(**entries: Option) -> Callable[[Command], Command]:
+    """The decorator that adds options to a command, each with its name and without a default."""
+
+    def add(command: Command) -> Command:
+        for name, entry in reversed(entries.items()):
+            parameter = inspect.Parameter(
+                name, inspect.Parameter.KEYWORD_ONLY, default=False if entry is FRESH else None
+            )
+            command = entry.on_command_line(parameter)(command)
+        return command
+
+    return add
+
+
+#: Decorates a command with --jobs, --scheduler and --scheduler-file, which `where_of` combines.
+workplace = _adds(jobs=JOBS, scheduler=SCHEDULER, scheduler_file=SCHEDULER_FILE)
+fresh = _adds(fresh=FRESH)
 
 
 def where_of(options: dict[str, Any]) -> Where:
@@ -81,35 +130,6 @@ def where_of(options: dict[str, Any]) -> Where:
     from mbproj.studies.parallel.cluster import workplace as where
 
     return where(*(options.pop(name, None) for name in ("jobs", "scheduler", "scheduler_file")))
-
-
-fresh = option(Part.EFFORT, "--fresh", is_flag=True, help="Start over: use nothing of an earlier study.")
-
-
-def projections(default: str) -> Callable[[Command], Command]:
-    """Return a decorator for an option with several methods; `default` names those taken otherwise."""
-    text = f"Of {', '.join(PROJECTIONS)} [default: {default}]."
-    return option(
-        Part.PROJECTION,
-        "--projections",
-        type=QuantityNames(),
-        metavar="A,B,..",
-        help=text,
-        shell_complete=some_of(lambda: PROJECTIONS),
-    )
-
-
-def integrators(default: str) -> Callable[[Command], Command]:
-    """Return a decorator for an option with several integrators; `default` names those taken otherwise."""
-    text = f"Of {', '.join(known_integrators())} [default: {default}]."
-    return option(
-        Part.INTEGRATION,
-        "--integrators",
-        type=QuantityNames(),
-        metavar="A,B,..",
-        help=text,
-        shell_complete=some_of(known_integrators),
-    )
 
 
 write_table_option = option(

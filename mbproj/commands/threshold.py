@@ -1,65 +1,89 @@
-"""`mbproj threshold`: the violation above which a projection is worth its cost."""
+"""`mbproj threshold` and `mbproj.threshold`: the violation above which a projection is worth its cost."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from mbproj.commands import study_options
-from mbproj.commands.options import Part, PositiveList, explained, option, overrides, parameters, scene_options_of
+from mbproj.commands.declared import Call, Told, declared, given, read, study_command
+from mbproj.commands.options import Option, Part, PositiveList
+from mbproj.commands.study_options import (
+    At,
+    EffortOnSetting,
+    Repeat,
+    answer,
+    in_folder,
+)
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from collections.abc import Sequence
 
+    from matplotlib.figure import Figure
+    from typing_extensions import Unpack
+
+    from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.studies.threshold import ThresholdStudy
 
 #: The columns of the lines for a projection after every step, and for none.
 COSTS = ("error", "position_violation", "projections", "cpu_seconds")
+
+Thresholds = Annotated[
+    "Sequence[Quantity] | Quantity | None",
+    Option(
+        Part.PROJECTION,
+        "Thresholds to try [default: decades up to a tenth of the mechanism's size].",
+        PositiveList(""),
+        "NUMBER,..",
+    ),
+]
+
+
+@declared
+def threshold(
+    scene: Given,
+    *,
+    thresholds: Thresholds = None,
+    at: At = (),
+    until: Quantity | None = None,
+    repeat: Repeat = 5,
+    **effort: Unpack[EffortOnSetting],
+) -> ThresholdStudy:
+    """Varies the projection threshold on a scene and recommends one.
+
+    Measures error, violation, projections saved and CPU time. Recommends the largest threshold that raises the error by
+    at most 10 %, compared with a projection after every step. Other options change the setting that is studied, as for
+    `mbproj run`. An interrupted study resumes where it stopped.
+
+    In Python the thresholds are in m or rad, and per s. Raises InputError where the setting has no projection, or does
+    not run.
+    """
+    from mbproj.commands.python.arguments import time_of
+    from mbproj.studies.threshold import threshold_study
+
+    asked = read(threshold, locals())
+    asked.until = time_of(until, "until")
+    return threshold_study(
+        asked.scene, **given(asked, "thresholds", "at", "until"), repetitions=asked.repeat, **asked.effort
+    )
+
+
 EXAMPLES = (
     ("Find the largest threshold that costs no accuracy.", "mbproj threshold five_bar.yaml --duration 2"),
     ("Try three thresholds only.", "mbproj threshold five_bar.yaml --duration 2 --thresholds 1e-8,1e-6,1e-4"),
 )
 
 
-@explained("threshold", EXAMPLES)
-@scene_options_of("threshold")
-@option(
-    Part.PROJECTION,
-    "--thresholds",
-    type=PositiveList(""),
-    metavar="NUMBER,..",
-    help="Thresholds to try [default: decades up to a tenth of the mechanism's size].",
-)
-@study_options.at
-@study_options.repeat
-@study_options.study
-@study_options.in_folder
-def command(
-    scene: str,
-    settings: tuple[str, ...],
-    thresholds: tuple[float, ...] | None,
-    at: tuple[str, ...] | None,
-    **options: Any,
-) -> None:
-    """Varies the projection threshold on SCENE and recommends one.
-
-    Measures error, violation, projections saved and CPU time. Recommends the largest threshold that raises the error by
-    at most 10 %, compared with a projection after every step. Other options change the setting that is studied, as for
-    `mbproj run`. An interrupted study resumes where it stopped.
-    """
-    from mbproj.commands.study import Study
-    from mbproj.scene.scene import read_scene
-    from mbproj.studies.threshold import threshold_study
-
-    what = read_scene(scene, parameters(settings), overrides(options))
-    study = Study(options, ("threshold", "projection"), f"{Path(scene).stem}-threshold")
-    study_result = study.result(threshold_study, what, thresholds=thresholds, at=at)
+def _told(call: Call, result: ThresholdStudy) -> Told:
     numbers = {
-        "recommended": study_result.recommended,
-        "until": float(study_result.reference.times[-1]),
-        "trials": study_result.table.records,
+        "recommended": result.recommended,
+        "until": float(result.reference.times[-1]),
+        "trials": result.table.records,
     }
-    study.hand_over(study_result.table, _report(study_result), numbers, lambda: _page(study_result), study_result.notes)
+    return Told(result.table, _report(result), numbers, lambda: _page(result), result.notes)
+
+
+command = study_command(
+    threshold, EXAMPLES, _told, first=("threshold", "projection"), stem="threshold", files=(answer, in_folder)
+)
 
 
 def _report(threshold: ThresholdStudy) -> str:

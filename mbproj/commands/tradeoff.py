@@ -1,23 +1,78 @@
-"""`mbproj tradeoff`: accuracy against cost, measured on a mechanism."""
+"""`mbproj tradeoff` and `mbproj.tradeoff`: accuracy against cost, measured on a mechanism."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
 from mbproj.base.registry import FORMULATIONS
-from mbproj.commands import study_options
-from mbproj.commands.options import Part, Positive, explained, option, scene_file
+from mbproj.commands.declared import Call, Told, declared, given, read, study_command
+from mbproj.commands.options import Option, Part, Positive
+from mbproj.commands.study_options import (
+    At,
+    Effort,
+    Repeat,
+    Until,
+    answer,
+    in_folder,
+    integrators,
+    projections,
+)
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import TRADEOFF
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from collections.abc import Sequence
 
+    from matplotlib.figure import Figure
+    from typing_extensions import Unpack
+
+    from mbproj.commands.python.arguments import Given, Quantity
     from mbproj.studies.tradeoff import Tradeoff
+
+Projections = Annotated["str | Sequence[str] | None", projections("gpopm,gopm,none,baumgarte")]
+Integrators = Annotated["str | Sequence[str] | None", integrators("all that are explicit")]
+Formulation = Annotated[
+    "str | None",
+    Option(Part.INTEGRATION, "Formulation of all settings [default: the scene's].", click.Choice(FORMULATIONS)),
+]
+Longest = Annotated[
+    "Quantity", Option(Part.EFFORT, "End a sweep with the first run that takes longer.", Positive("s"), "TIME")
+]
+
+
+@declared
+def tradeoff(
+    scene: Given,
+    *,
+    projections: Projections = None,
+    integrators: Integrators = None,
+    formulation: Formulation = None,
+    at: At = (),
+    until: Until = None,
+    longest: Longest = "0.5 s",
+    repeat: Repeat = 5,
+    **effort: Unpack[Effort],
+) -> Tradeoff:
+    """Measures accuracy against cost on a scene over a grid of settings.
+
+    The grid has projections, integrators, steps, tolerances and schedules. Prints the cheapest setting for each
+    error; writes all settings as CSV and HDF5, and work-precision diagrams. An interrupted study resumes where it
+    stopped.
+
+    In Python the error is the largest up to `until` s (the duration) at the markers `at` (all of them; the bodies'
+    centres where the scene has none). A finished study gives the same tables again, unless `fresh`. Raises InputError
+    for what cannot be run at all.
+    """
+    from mbproj.studies.tradeoff import tradeoff as measure_tradeoff
+
+    asked = read(tradeoff, locals())
+    names = ("projections", "integrators", "formulation", "at", "until", "longest")
+    return measure_tradeoff(asked.scene, **given(asked, *names), repetitions=asked.repeat, **asked.effort)
+
 
 EXAMPLES = (
     ("Draw error against cost for every method.", "mbproj tradeoff five_bar.yaml --until 2 -o tradeoff"),
@@ -28,52 +83,34 @@ EXAMPLES = (
 )
 
 
-@explained("tradeoff", EXAMPLES)
-@click.argument("scene", type=scene_file())
-@study_options.projections("gpopm,gopm,none,baumgarte")
-@study_options.integrators("all that are explicit")
-@option(
-    Part.INTEGRATION,
-    "--formulation",
-    type=click.Choice(FORMULATIONS),
-    help="Formulation of all settings [default: the scene's].",
-)
-@study_options.at
-@study_options.until
-@study_options.changes
-@option(
-    Part.EFFORT,
-    "--longest",
-    default="0.5 s",
-    show_default=True,
-    type=Positive("s"),
-    metavar="TIME",
-    help="End a sweep with the first run that takes longer.",
-)
-@study_options.repeat
-@study_options.study
-@study_options.in_folder
-def command(scene: str, changes: tuple[str, ...], **options: Any) -> None:
-    """Measures accuracy against cost on SCENE over a grid of settings.
+def _before(call: Call) -> None:
+    from mbproj.studies.tradeoff import KIND
 
-    The grid has projections, integrators, steps, tolerances and schedules. Prints the cheapest setting for each
-    error; writes all settings as CSV and HDF5, and work-precision diagrams. An interrupted study resumes where it
-    stopped.
-    """
-    from mbproj.commands.options import parameters
-    from mbproj.commands.study import Study
-    from mbproj.scene.scene import read_scene
-    from mbproj.studies.tradeoff import KIND, tradeoff, write_hdf5
+    call.study.check(_whole(call), KIND)
 
-    what = read_scene(scene, parameters(changes))
-    study = Study(options, ("setting", "projection"), f"{Path(scene).stem}-tradeoff")
-    whole = Path(f"{study.stem}.h5")
-    study.check(whole, KIND)
-    result = study.result(tradeoff, what, **options)
-    beside = [write_hdf5(whole, result, force=study.force)]
-    text = "\n".join(_report(result))
+
+def _whole(call: Call) -> Path:
+    """The file with the whole grid."""
+    return Path(f"{call.study.stem}.h5")
+
+
+def _told(call: Call, result: Tradeoff) -> Told:
+    from mbproj.studies.tradeoff import write_hdf5
+
+    beside = [write_hdf5(_whole(call), result, force=call.study.force)]
     numbers = report_of(TRADEOFF, result, until=result.reference.times[-1], trials=result.table.records)
-    study.hand_over(result.table, text, numbers, lambda: _page(result), result.notes, beside)
+    return Told(result.table, "\n".join(_report(result)), numbers, lambda: _page(result), result.notes, beside)
+
+
+command = study_command(
+    tradeoff,
+    EXAMPLES,
+    _told,
+    first=("setting", "projection"),
+    stem="tradeoff",
+    files=(answer, in_folder),
+    before=_before,
+)
 
 
 def _report(result: Tradeoff) -> Iterator[str]:

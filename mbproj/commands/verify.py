@@ -1,76 +1,104 @@
-"""`mbproj verify`: the paper's mathematics, checked to round-off on the user's own mechanism."""
+"""`mbproj verify` and `mbproj.verify`: the paper's mathematics, checked to round-off on the user's own mechanism."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import click
 
 from mbproj.base.errors import ExitCode, Place, placed_at
-from mbproj.commands import study_options
+from mbproj.commands.declared import Call, Told, declared, read, study_command
 from mbproj.commands.figure_options import plot_option
-from mbproj.commands.options import Part, explained, option, overrides, parameters, results_file, scene_options_of
+from mbproj.commands.options import Part, RunSettings, option, results_file
+from mbproj.commands.study_options import answer
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import VERIFY
+from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
+    from mbproj.commands.python.arguments import Given
     from mbproj.results.verification import Check, Verification
+
+
+@declared
+def verify(
+    scene: Given,
+    progress: Tell = silent,
+    *,
+    parameters: Mapping[str, object] = MappingProxyType({}),
+    **settings: Unpack[RunSettings],
+) -> Verification:
+    """Checks the paper's mathematics on a scene, against its round-off.
+
+    The checks are Eqs. 75, 78 and 80-81, projectors, balances, invariance, and the integrator's order. Each
+    difference is compared with a bound on the round-off of the same computation on this mechanism. Exit code 4: a
+    check fails.
+
+    In Python `progress` is called with the phase, the number of checks done, and the number of all. Raises InputError
+    where the mechanism cannot be assembled or run at all, SimulationError where a function of the scene has no value at
+    the start.
+    """
+    from mbproj.studies.verify import checks
+
+    return checks.verify(read(verify, locals()).scene, progress)
 
 
 EXAMPLES = (
     ("Check every claim that applies to the mechanism.", "mbproj verify five_bar.yaml"),
     ("Keep what was found in the results file of the scene.", "mbproj verify five_bar.yaml --store results.h5"),
 )
-
-
-@explained("verify", EXAMPLES)
-@scene_options_of("verify")
-@option(
+STORE = option(
     Part.OUTPUT,
     "--store",
     type=results_file(path_type=Path),
     metavar="RESULTS",
     help="Store the findings in a results file of this scene.",
 )
-@plot_option
-@study_options.answer
-def command(
-    scene: str,
-    settings: tuple[str, ...],
-    store: Path | None,
-    **options: Any,
-) -> int:
-    """Checks the paper's mathematics on SCENE, against its round-off.
 
-    The checks are Eqs. 75, 78 and 80-81, projectors, balances, invariance, and the integrator's order. Each
-    difference is compared with a bound on the round-off of the same computation on this mechanism. Exit code 4: a
-    check fails.
-    """
-    from mbproj.commands.study import Study
+
+def _before(call: Call) -> None:
     from mbproj.results.verification import check_store
-    from mbproj.results.verification import store as keep
-    from mbproj.scene.scene import read_scene
-    from mbproj.studies.verify.checks import verify
 
-    what = read_scene(scene, parameters(settings), overrides(options))
-    with placed_at(Place("--store")):
-        if store is not None:
-            check_store(store, what)
-    study = Study(options, ("name", "claim"))
-    with study.telling() as tell:
-        verification = verify(what, tell)
-    text = "\n".join([what.title or Path(scene).stem, *lines(verification)])
-    numbers = report_of(VERIFY, verification, scene=scene)
-    study.hand_over(verification.table, text, numbers, lambda: _page(verification))
-    if store is not None:
+    if call.options["store"] is not None:
         with placed_at(Place("--store")):
-            keep(store, what, verification)
-        click.echo(f"stored in {store}", err=True)
-    return int(ExitCode.DONE if verification.holds else ExitCode.CHECK_FAILED)
+            check_store(call.options["store"], call.scene)
+
+
+def _told(call: Call, verification: Verification) -> Told:
+    return Told(
+        verification.table,
+        "\n".join([call.scene.title or Path(call.path).stem, *lines(verification)]),
+        report_of(VERIFY, verification, scene=call.path),
+        lambda: _page(verification),
+        code=ExitCode.DONE if verification.holds else ExitCode.CHECK_FAILED,
+    )
+
+
+def _after(call: Call, verification: Verification) -> None:
+    from mbproj.results.verification import store
+
+    path = call.options["store"]
+    if path is not None:
+        with placed_at(Place("--store")):
+            store(path, call.scene, verification)
+        click.echo(f"stored in {path}", err=True)
+
+
+command = study_command(
+    verify,
+    EXAMPLES,
+    _told,
+    first=("name", "claim"),
+    files=(STORE, plot_option, answer),
+    before=_before,
+    after=_after,
+)
 
 
 def _page(verification: Verification) -> Figure | str:

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 import mbproj
 from mbproj.base.settings import HOW, SETTINGS, option_name, settings_taken
 from mbproj.commands.main import mbproj as group
-from mbproj.commands.python.arguments import RunSettings
+from mbproj.commands.options import RunSettings
 
 #: A pendulum on a hinge with a rigid stop that it does not reach.
 SCENE = """

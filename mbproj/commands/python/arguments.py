@@ -10,10 +10,11 @@ from dataclasses import replace
 from functools import wraps
 from operator import index
 from pathlib import Path
-from typing import Any, ParamSpec, SupportsFloat, TypeAlias, TypedDict, TypeVar
+from typing import Any, ParamSpec, SupportsFloat, TypeAlias, TypeVar
 
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.base.settings import settings_taken
+from mbproj.commands.options import RunSettings
 from mbproj.scene.fields.quantities import Number, given_number
 from mbproj.scene.scene import Scene, read_scene, read_scene_text
 from mbproj.scene.settings import with_options
@@ -89,6 +90,11 @@ def amounts(values: Sequence[Quantity] | Quantity | None, argument: str, unit: s
     return tuple(amount(value, argument, unit, above=0.0) for value in given)
 
 
+def time_of(value: Quantity | None, argument: str) -> float | None:
+    """The positive time of an argument, in s; None stays None."""
+    return None if value is None else amount(value, argument, "s", above=0.0)
+
+
 def count_of(value: int, argument: str, *, least: int = 0) -> int:
     """The whole number of an argument, also NumPy's. Raises InputError where it is below `least`, TypeError where it is
     not whole."""
@@ -119,36 +125,6 @@ def refuse_earlier_names(function: Callable[Arguments, Result]) -> Callable[Argu
 
 
 Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-class RunSettings(TypedDict, total=False):
-    """Settings of a run: numbers in SI units, or text with a unit. The scene's own settings complete them."""
-
-    duration: Quantity | None
-    step: Quantity | None
-    tolerance: Quantity | None
-    integrator: str | None
-    projection: str | None
-    formulation: str | None
-    kinematic: bool | None
-    acceleration: str | None
-    impact_law: str | None
-    output_step: Quantity | None
-    break_times: Sequence[Quantity] | None
-    start: str | None
-    adjust_joints: Quantity | None
-    projection_tolerance: Quantity | None
-    projection_test: str | None
-    project_position: bool | None
-    project_velocity: bool | None
-    projection_fallback: str | None
-    energy_row: bool | None
-    momentum_row: bool | None
-    every: int | None
-    threshold: Quantity | None
-    max_iterations: int | None
-    alpha: Quantity | None
-    gains: Sequence[Quantity] | None
 
 
 def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict[str, object]:

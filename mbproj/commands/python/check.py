@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError, choose_from, shortened
-from mbproj.commands.python.arguments import Given, RunSettings, by_arguments, options_of, scene_of, with_settings
+from mbproj.commands.options import RunSettings
+from mbproj.commands.python.arguments import Given, by_arguments, options_of, scene_of, with_settings
 from mbproj.equations.assembly.assemble import State, coordinates, moved_from_scene
 from mbproj.equations.assembly.assemblies import Assemblies, assemblies, conditions, freedom_left
 from mbproj.equations.assembly.compiled import adjustment_notes, compile_system

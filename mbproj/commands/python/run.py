@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbproj.base.errors import InputError, Place, Problem, placed_at, warn_caller, warn_once
+from mbproj.commands.options import RunSettings
 from mbproj.commands.python.arguments import (
     Given,
     Quantity,
-    RunSettings,
     amount,
     by_arguments,
     options_of,
