@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from mbproj.base.registry import FORMULATIONS
 from mbproj.commands.declared import Call, Told, declared, given, read, study_command
-from mbproj.commands.options import Option, Part, PositiveList, QuantityNames, TruthValues, some_of
+from mbproj.commands.options import Option, Part, PositiveList, PositivePairs, QuantityNames, TruthValues, some_of
 from mbproj.commands.study_options import (
     Effort,
     Repeat,
@@ -58,6 +58,24 @@ EnergyRows = Annotated[
         complete=some_of(lambda: TruthValues.WORDS),
     ),
 ]
+Alphas = Annotated[
+    "Sequence[Quantity] | Quantity | None",
+    Option(
+        Part.PROJECTION,
+        "Penalties for the methods that take one [default: the usual one].",
+        PositiveList(""),
+        "NUMBER,..",
+    ),
+]
+Gains = Annotated[
+    "Sequence[Sequence[Quantity] | Quantity] | str | None",
+    Option(
+        Part.PROJECTION,
+        "Gains α and β of Baumgarte's method [default: the usual ones].",
+        PositivePairs("1/s"),
+        "A[,B];..",
+    ),
+]
 
 
 @declared
@@ -70,6 +88,8 @@ def compare(
     tolerances: Tolerances = None,
     formulations: Formulations = None,
     energy_rows: EnergyRows = None,
+    alphas: Alphas = None,
+    gains: Gains = None,
     until: Until = None,
     repeat: Repeat = 5,
     **effort: Unpack[Effort],
@@ -85,8 +105,18 @@ def compare(
     from mbproj.studies.compare import compare as compare_settings
 
     asked = read(compare, locals())
-    names = ("projections", "integrators", "steps", "tolerances", "formulations", "energy_rows", "until")
-    return compare_settings(asked.scene, **given(asked, *names), repetitions=asked.repeat, **asked.effort)
+    names = (
+        "projections",
+        "integrators",
+        "steps",
+        "tolerances",
+        "formulations",
+        "energy_rows",
+        "alphas",
+        "gains",
+        "until",
+    )
+    return compare_settings(asked.scene, **given(asked, *names, "until"), repetitions=asked.repeat, **asked.effort)
 
 
 EXAMPLES = (

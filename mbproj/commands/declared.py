@@ -32,6 +32,7 @@ from mbproj.commands.options import (
     AnyNumber,
     Option,
     PositiveList,
+    PositivePairs,
     QuantityNames,
     explained,
     overrides,
@@ -155,6 +156,8 @@ def _value(kind: Any, value: Any, name: str) -> Any:
         return None
     if isinstance(kind, PositiveList):
         return amounts(value, name, kind.unit)
+    if isinstance(kind, PositivePairs):
+        return kind.of(value.split(";") if isinstance(value, str) else value, f"--{name}")
     if isinstance(kind, AnyNumber):
         return given_number(value, f"--{name}", Number(kind.unit, **kind.bounds))
     if isinstance(kind, QuantityNames):
@@ -221,7 +224,8 @@ def study_command(
         from mbproj.scene.scene import read_scene
 
         path, changes = options.pop("scene"), options.pop("changes", None) or options.pop("settings", ())
-        settings, typed = overrides(options), {**options, "changes": changes}
+        typed = {**options, "changes": changes}
+        settings = overrides({name: value for name, value in options.items() if name not in own})
         if refuse is not None:
             refuse(typed)
         if "output_step" in own:

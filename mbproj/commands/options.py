@@ -302,6 +302,27 @@ class PositiveList(Positive):
         return tuple(super(PositiveList, self).convert(part, param, ctx) for part in value.split(","))
 
 
+class PositivePairs(Positive):
+    """Several pairs of positive numbers in the SI unit `unit`: "5,5;20,40". One number stands for two equal ones."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the pairs in SI, a tuple. Raises InputError at the option."""
+        return self.of(value.split(";"), param.opts[0] if param is not None else "")
+
+    def of(self, pairs: Sequence[Any], place: str) -> tuple[tuple[float, float], ...]:
+        """Return the pairs in SI: each is two numbers, one, or text. Raises InputError at `place`."""
+        from mbproj.scene.fields.quantities import Number, given_number
+
+        number, read = Number(self.unit, **self.bounds), []
+        for pair in pairs:
+            parts = pair.split(",") if isinstance(pair, str) else [*pair] if isinstance(pair, Sequence) else [pair]
+            if len(parts) not in (1, 2):
+                raise InputError(Problem(f"'{pair}' is not one number or two", Place(place), "e.g. 5,5;20,40"))
+            values = [given_number(part, place, number) for part in parts]
+            read.append((values[0], values[-1]))
+        return tuple(read)
+
+
 class Times(NotNegative):
     """Several times in s, not below 0: "0,0.5,200 ms"."""
 

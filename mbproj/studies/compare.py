@@ -252,6 +252,8 @@ def compare(
     tolerances: Sequence[float] | None = None,
     formulations: Sequence[str] | None = None,
     energy_rows: Sequence[bool] | None = None,
+    alphas: Sequence[float] | None = None,
+    gains: Sequence[tuple[float, float]] | None = None,
     until: float | None = None,
     repetitions: int = REPETITIONS,
     processes: Where = None,
@@ -259,12 +261,15 @@ def compare(
     tell: Tell = silent,
 ) -> Comparison:
     """Runs every projection with every integrator and every step (s) or tolerance over `until` s, without or with the
-    energy row. Stored results are reused, unless `fresh`.
+    energy row. A method that takes a penalty, or gains (1/s), runs with each of `alphas`, or of `gains`. Stored results
+    are reused, unless `fresh`.
 
     The scene's own settings complete the arguments. Raises InputError for what cannot be run at all; a setting that
     fails is an entry of the result.
     """
     settings, notes = _settings(scene, projections, integrators, steps, tolerances, formulations, energy_rows)
+    settings = _with_each(settings, "alpha", alphas)
+    settings = _with_each(settings, "gains", gains)
     mechanism = Mechanism.to_choose_for(scene)
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
     tell("reference", 0, 1)
@@ -346,6 +351,22 @@ def _settings(
     for setting in all_settings:
         setting.settings(1.0, setting.step or 1.0)  # raises InputError for an unknown name
     return list(dict.fromkeys(all_settings)), notes
+
+
+def _with_each(settings: Sequence[Setting], option: str, values: Sequence[Any] | None) -> list[Setting]:
+    """The settings, each whose projection takes the option once with each value. Raises InputError where none does."""
+    if values is None:
+        return list(settings)
+    able = {setting.projection for setting in settings if option in PROJECTIONS[setting.projection].options}
+    if not able:
+        takers = " or ".join(name for name, entry in PROJECTIONS.items() if option in entry.options)
+        name = "alphas" if option == "alpha" else option
+        raise InputError(Problem(f"no method that is compared takes '{option}'", Place(f"--{name}"), f"add {takers}"))
+    varied: list[Setting] = []
+    for setting in settings:
+        changes: list[dict[str, Any]] = [{option: value} for value in values] if setting.projection in able else [{}]
+        varied += [replace(setting, **change) for change in changes]
+    return varied
 
 
 def _takes_tolerance(integrator: str) -> bool:

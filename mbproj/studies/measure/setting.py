@@ -104,6 +104,8 @@ class Setting:
             parts.append(f"threshold {as_text(self.threshold)}")
         if self.projection_test != "violation":
             parts.append(f"{self.projection_test}'s test")
+        parts += [] if self.alpha is None else [f"α = {self.alpha:.6g}"]
+        parts += [] if self.gains is None else [f"gains {self.gains[0]:.6g} {self.gains[1]:.6g} 1/s"]
         parts += [words for on, words in ((self.energy_row, "energy row"), (self.momentum_row, "momentum rows")) if on]
         return ", ".join(parts)
 
