@@ -113,7 +113,7 @@ def _offset(
     place: Place | None,
 ) -> float:
     """Return the offset of row `number` of a joint: 0, or the value that the row keeps."""
-    kept = JOINTS[joint.type].kept
+    kept = JOINTS[joint.type].constant_rows
     if number not in kept:
         return 0.0
     name = kept[number]

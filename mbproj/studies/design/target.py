@@ -14,7 +14,7 @@ from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.results.analysis.expectations import SampleSource, components, series
 from mbproj.results.between_samples import between
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.blocks.expectations import Given, complaints, measures_of
+from mbproj.scene.blocks.expectations import ExpectationKeys, complaints, measures_of
 from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable, coordinates_of
 from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.fields.reading import Reading
@@ -139,7 +139,7 @@ class Match:
     """A match under `name` with the keys `given`, for the scene `base`. Its files are relative to `folder`. Problems
     are reported at their places."""
 
-    def __init__(self, name: str, given: Given, base: Scene, folder: Path, reading: Reading) -> None:
+    def __init__(self, name: str, given: ExpectationKeys, base: Scene, folder: Path, reading: Reading) -> None:
         self._name, self._given, self._base, self._reading = name, given, base, reading
         self._of = next(key for key in OBSERVABLES if key in given)
         self._path = folder / given["through"]
