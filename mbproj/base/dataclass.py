@@ -34,21 +34,21 @@ def _completed(cls: type, frozen: bool, eq: bool) -> type:
     for name, method in methods.items():
         if name not in cls.__dict__:
             setattr(cls, name, method)
-    given = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
-    for name, value in given.items():
+    declared = {name: value for name, value in vars(cls).items() if isinstance(value, Field)}
+    for name, value in declared.items():
         if value.default is MISSING:
             delattr(cls, name)
         else:
             setattr(cls, name, value.default)
     for name in _Later.NAMES:
-        setattr(cls, name, _Later(cls, name, given))
+        setattr(cls, name, _Later(cls, name, declared))
     return cls
 
 
-def given_fields(cls: type) -> Mapping[str, Field[Any]]:
+def declared_fields(cls: type) -> Mapping[str, Field[Any]]:
     """The fields that a class itself declares by `field`, by name; `fields` would look at all annotations, too."""
     later = vars(cls)["__dataclass_fields__"]
-    return later.given if isinstance(later, _Later) else {name: later[name] for name in vars(cls)["__annotations__"]}
+    return later.declared if isinstance(later, _Later) else {name: later[name] for name in vars(cls)["__annotations__"]}
 
 
 #: The lock while a class finds its fields, because threads may ask at once. It is reentrant, because a class asks its
@@ -65,13 +65,13 @@ class _Later:
     MATCHED = "__match_args__"
     NAMES = ("__dataclass_fields__", "__dataclass_params__", MATCHED)
 
-    def __init__(self, cls: type, name: str, given: Mapping[str, Field[Any]]) -> None:
-        self._class, self._name, self.given = cls, name, given
+    def __init__(self, cls: type, name: str, declared: Mapping[str, Field[Any]]) -> None:
+        self._class, self._name, self.declared = cls, name, declared
 
     def __get__(self, record: object, cls: type | None = None) -> Any:
         with _COMPLETING:
             if self._class.__dict__.get(self._name) is self:
-                for name, value in self.given.items():
+                for name, value in self.declared.items():
                     setattr(self._class, name, value)
                 dataclasses.dataclass(init=False, repr=False, eq=False, match_args=False)(self._class)
                 setattr(self._class, self.MATCHED, tuple(each.name for each in fields(self._class)))

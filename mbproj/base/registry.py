@@ -26,7 +26,7 @@ def load(where: str) -> Any:
 
 def calling(where: str) -> Callable[..., Any]:
     """A function that calls the one that `where` names as "module:name". Its module is imported at the first call."""
-    return lambda *given, **options: load(where)(*given, **options)
+    return lambda *arguments, **options: load(where)(*arguments, **options)
 
 
 def lazily(package: str, names_in: Mapping[str, str]) -> Callable[[str], Any]:

@@ -48,26 +48,26 @@ ENDS: dict[int, str] = {signal.SIGXCPU: ENDLESS, signal.SIGKILL: "reading it tak
 #: What was tried without fault: the name of the act, and the state of the file.
 _passed: set[tuple[object, ...]] = set()
 #: The files of this process by device and inode: their state when they were finished; None for one that it writes.
-_own: dict[tuple[int, int], tuple[int, ...] | None] = {}
+_written: dict[tuple[int, int], tuple[int, ...] | None] = {}
 
 
 def trust(descriptor: int, *, growing: bool = False) -> None:
     """Read the open file, which this process has written, without a child until somebody changes it. While it is
     `growing` no child may read it: to close it there, HDF5 would write what it has of the file in memory."""
     about = os.fstat(descriptor)
-    _own[about.st_dev, about.st_ino] = None if growing else _state(about)
+    _written[about.st_dev, about.st_ino] = None if growing else _state(about)
 
 
 def distrust(descriptor: int) -> None:
     """Let a child read the open file first, like any other."""
     about = os.fstat(descriptor)
-    _own.pop((about.st_dev, about.st_ino), None)
+    _written.pop((about.st_dev, about.st_ino), None)
 
 
 def is_growing(path: Path) -> bool:
     """Whether this process is writing the file at `path`. May raise OSError."""
     about = path.stat()
-    return _own.get((about.st_dev, about.st_ino), ()) is None
+    return _written.get((about.st_dev, about.st_ino), ()) is None
 
 
 def _state(about: os.stat_result) -> tuple[int, ...]:
@@ -84,7 +84,7 @@ def try_in_sandbox(act: Callable[[], object], path: Path, name: str = "") -> boo
     about = path.stat()
     which, state = (about.st_dev, about.st_ino), _state(about)
     tried = (name, which, state)
-    if tried in _passed or (which in _own and _own[which] in (None, state)):
+    if tried in _passed or (which in _written and _written[which] in (None, state)):
         return True
     if resource is None or not hasattr(os, "fork"):
         return False

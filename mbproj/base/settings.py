@@ -127,8 +127,8 @@ class SettingEntry:
     @property
     def words(self) -> Collection[str]:
         """The words that it may be; () for other values."""
-        found: Any = getattr(registry, self.takes) if self.kind == "str" else ()
-        return found() if callable(found) else found
+        choices: Any = getattr(registry, self.takes) if self.kind == "str" else ()
+        return choices() if callable(choices) else choices
 
     def of(self, settings: Settings) -> Any:
         """Its value in these settings."""

@@ -173,10 +173,10 @@ class _SampledFunction:
         low, high, before, after = self.times[:-1], self.times[1:], looks[:, :-1], looks[:, 1:]
         while True:
             scores = score(low, high, before, after)
-            kept = np.sort(
+            chosen = np.sort(
                 np.argsort(-scores, kind="stable")[: min(2 * THRESHOLDS.most_kinks, np.count_nonzero(scores))]
             )
-            low, high, before, after = low[kept], high[kept], before[:, kept], after[:, kept]
+            low, high, before, after = low[chosen], high[chosen], before[:, chosen], after[:, chosen]
             wide = high - low > self.grain
             if not wide.any():
                 return high
@@ -224,10 +224,10 @@ def _branches(programs: ProgramSet, index: int, t: Array, ops: frozenset[Op]) ->
     return np.array(branches, dtype=float).reshape(-1, len(t))
 
 
-def _branch(programs: ProgramSet, op: Op, operand: int, given: list[Any]) -> Any:
-    x = given[-1]
+def _branch(programs: ProgramSet, op: Op, operand: int, arguments: list[Any]) -> Any:
+    x = arguments[-1]
     if op in (Op.MIN, Op.MAX):
-        return given[0] >= x
+        return arguments[0] >= x
     if op in (Op.ABS, Op.SIGN):
         return x >= 0.0
     if op is Op.SMOOTH_STEP:

@@ -259,8 +259,8 @@ def touching(
     at = np.array(
         [_nearest(curves, RelativePose(flat[k].real, turn[k].real, opposite), held) for k in range(len(flat))]
     )
-    s = np.stack([curve.places.s[own] for curve, own in zip(curves, at.T, strict=True)])
-    piece = np.stack([curve.places.piece[own] for curve, own in zip(curves, at.T, strict=True)])
+    s = np.stack([curve.places.s[nearest] for curve, nearest in zip(curves, at.T, strict=True)])
+    piece = np.stack([curve.places.piece[nearest] for curve, nearest in zip(curves, at.T, strict=True)])
     reach, settled = np.array([[[curve.reach], [curve.settled]] for curve in curves]).swapaxes(0, 1)
     active = np.arange(len(flat))
     for _ in range(THRESHOLDS.most_passes):
@@ -318,8 +318,8 @@ def _nearest(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: Tw
 def _closest(curves: tuple[PlaneCurve, PlaneCurve], pose: RelativePose, held: TwoNumbers) -> TwoNumbers:
     """The two places that are nearest to each other: the start where no walk finds one."""
     first, second = (
-        np.arange(len(curve.places.s)) if own < 0 else np.flatnonzero(curve.places.piece == own)
-        for curve, own in zip(curves, held, strict=True)
+        np.arange(len(curve.places.s)) if number < 0 else np.flatnonzero(curve.places.piece == number)
+        for curve, number in zip(curves, held, strict=True)
     )
     there = (pose.d[:, None] + pose.turned(curves[1].places.point[second].T)).T
     line = there[None, :, :] - curves[0].places.point[first][:, None, :]
@@ -343,7 +343,7 @@ def _walks(
             more = THRESHOLDS.place_turn
             low, high = np.ceil((a[0] - b[-1] - more) / FULL_TURN), np.floor((a[-1] - b[0] + more) / FULL_TURN)
             for turns in np.arange(low, high + 1.0).tolist():
-                i, j = (own[at] for own, at in zip((one, other), _merged(a, b + FULL_TURN * turns), strict=True))
+                i, j = (run[at] for run, at in zip((one, other), _merged(a, b + FULL_TURN * turns), strict=True))
                 line = there[j] - first.point[i]
                 cosine, sine = np.cos(first.angle[i]), np.sin(first.angle[i])
                 yield i, j, cosine * line[:, 0] + sine * line[:, 1], cosine * line[:, 1] - sine * line[:, 0]
@@ -409,10 +409,10 @@ class _Acceleration(NamedTuple):
     p: float = 0.0
 
 
-def _by_acceleration(*given: _Acceleration) -> tuple[LawPiece, ...]:
+def _by_acceleration(*accelerations: _Acceleration) -> tuple[LawPiece, ...]:
     """The law whose acceleration is proportional to the given one. It is 0 with zero slope at x = 0, and 1 at x = 1."""
     parts, y, slope = [], 0.0, 0.0
-    for each, end in zip(given, [*(after.start for after in given[1:]), 1.0], strict=True):
+    for each, end in zip(accelerations, [*(after.start for after in accelerations[1:]), 1.0], strict=True):
         start, k, (a, w, p) = each.start, each.constant, each[2:]
         wave = (-a / w**2, w, p)
         c1 = slope - k * start + a / w * cos(w * start + p)

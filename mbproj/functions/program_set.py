@@ -57,8 +57,8 @@ class ProgramSet:
 
     def program(self, index: int) -> Program:
         """Return program `index`, as `flatten` took it."""
-        own = slice(*self.start[index : index + 2].tolist())
-        code = zip(self.op[own].tolist(), self.operand[own].tolist(), strict=True)
+        span = slice(*self.start[index : index + 2].tolist())
+        code = zip(self.op[span].tolist(), self.operand[span].tolist(), strict=True)
         return Program(
             tuple(
                 Instruction(Op.TABLE, 0.0, self._table(int(operand)))
@@ -71,11 +71,11 @@ class ProgramSet:
         )
 
     def _table(self, number: int) -> CubicTable:
-        own = slice(*self.table_start[number : number + 2].tolist())
-        pieces = tuple((c0, c1, c2, c3) for c0, c1, c2, c3 in self.piece[own].tolist())
+        span = slice(*self.table_start[number : number + 2].tolist())
+        pieces = tuple((c0, c1, c2, c3) for c0, c1, c2, c3 in self.piece[span].tolist())
 
         return CubicTable(
-            tuple(self.knot[own].tolist()), tuple(self.origin[own].tolist()), pieces, float(self.period[number])
+            tuple(self.knot[span].tolist()), tuple(self.origin[span].tolist()), pieces, float(self.period[number])
         )
 
     def branches(self, index: int, held: Array) -> tuple[float, ...]:
@@ -209,12 +209,14 @@ def _ranges(programs: ProgramSet, index: int) -> Iterator[tuple[int, int]]:
             timed = variable and int(programs.operand[at]) == TIME
             stack.append(_Value(at, timed, variable and not timed))
             continue
-        given = stack[len(stack) - ARGUMENTS[op] :]
-        stated = any(value.stated for value in given)
+        arguments = stack[len(stack) - ARGUMENTS[op] :]
+        stated = any(value.stated for value in arguments)
         if stated:
-            ends = [*(value.first for value in given[1:]), at]
-            yield from ((value.first, last) for value, last in zip(given, ends, strict=True) if _is_of_time(value))
-        stack[len(stack) - ARGUMENTS[op] :] = [_Value(given[0].first, any(value.timed for value in given), stated)]
+            ends = [*(value.first for value in arguments[1:]), at]
+            yield from ((value.first, last) for value, last in zip(arguments, ends, strict=True) if _is_of_time(value))
+        stack[len(stack) - ARGUMENTS[op] :] = [
+            _Value(arguments[0].first, any(value.timed for value in arguments), stated)
+        ]
     if _is_of_time(stack[0]):
         yield stack[0].first, end
 
@@ -268,13 +270,13 @@ def natural(programs: ProgramSet, at: int, x: float) -> float:
     return float(np.floor(x) if op is Op.FLOOR else np.ceil(x))
 
 
-def argument(programs: ProgramSet, at: int, held: float, given: Sequence[Numbers]) -> float:
+def argument(programs: ProgramSet, at: int, held: float, arguments: Sequence[Numbers]) -> float:
     """Return x of a switch on a branch, from the values on the stack. For a periodic table x is moved near the
     branch."""
     op = Op(int(programs.op[at]))
     if op in (Op.MIN, Op.MAX):
-        return float(given[-2] - given[-1])
-    return float(lifted(programs, int(programs.operand[at]), given[-1], held) if op is Op.TABLE else given[-1])
+        return float(arguments[-2] - arguments[-1])
+    return float(lifted(programs, int(programs.operand[at]), arguments[-1], held) if op is Op.TABLE else arguments[-1])
 
 
 def lifted(programs: ProgramSet, number: int, x: Numbers, branch: float = FREE) -> Numbers:

@@ -209,11 +209,11 @@ def constant_series(x: Numbers) -> Series:
 
 @final
 class Variables(Sequence[Series]):
-    """Variables of a program at these `values`: constants, but for those with a series of their `own`. Each is made on
+    """Variables of a program at these `values`: constants, but for those with a series in `varying`. Each is made on
     first use, as a program names few of many."""
 
-    def __init__(self, values: Sequence[Numbers], own: Mapping[int, Series]) -> None:
-        self._values, self._own = values, own
+    def __init__(self, values: Sequence[Numbers], varying: Mapping[int, Series]) -> None:
+        self._values, self._varying = values, varying
 
     def __len__(self) -> int:
         return len(self._values)
@@ -227,7 +227,7 @@ class Variables(Sequence[Series]):
     def __getitem__(self, index: int | slice) -> Series | list[Series]:
         if isinstance(index, slice):
             return [self[k] for k in range(*index.indices(len(self)))]
-        return self._own[index] if index in self._own else constant_series(self._values[index])
+        return self._varying[index] if index in self._varying else constant_series(self._values[index])
 
 
 def run(programs: ProgramSet, index: int, variables: Sequence[Series], held: Array | None = None) -> Series:
@@ -262,8 +262,8 @@ def slope(programs: ProgramSet, index: int, at: Sequence[Numbers], variable: int
 def slopes(programs: ProgramSet, index: int, at: Sequence[Numbers], variables: Integers) -> Array:
     """Return the partial derivatives by each of these variables, (k,), at one point."""
     none, rows = np.zeros(len(variables)), np.eye(len(variables))
-    own = {k: (np.full(len(row), at[k]), row, none) for k, row in zip(variables.tolist(), rows, strict=True)}
-    return np.broadcast_to(run(programs, index, Variables(at, own))[1], none.shape)
+    varying = {k: (np.full(len(row), at[k]), row, none) for k, row in zip(variables.tolist(), rows, strict=True)}
+    return np.broadcast_to(run(programs, index, Variables(at, varying))[1], none.shape)
 
 
 def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> str:
@@ -272,11 +272,11 @@ def failure(programs: ProgramSet, index: int, variables: Sequence[Series]) -> st
         stack: list[Series] = []
         for at in range(programs.start[index], programs.start[index + 1]):
             op = programs.operations[at]
-            given = ", ".join(f"{float(x[0]):.6g}" for x in stack[len(stack) - ARGUMENTS[op] :])
+            arguments = ", ".join(f"{float(x[0]):.6g}" for x in stack[len(stack) - ARGUMENTS[op] :])
             _step(programs, at, stack, variables)
             if not np.all(np.isfinite(np.array(stack[-1]))):
                 what = "is" if not np.isfinite(stack[-1][0]) else "has a derivative that is"
-                return f"{op.name.lower()}({given}) {what} not finite"
+                return f"{op.name.lower()}({arguments}) {what} not finite"
     return "it is not finite"
 
 

@@ -71,10 +71,10 @@ def combine(make: Callable[..., Code], *programs: Program) -> Program:
 
 def weighted(terms: Iterable[tuple[float, Program]]) -> Program:
     """Return the sum of functions with factors; those with the factor 0 are left out."""
-    kept = [(factor, program) for factor, program in terms if factor != 0.0]
-    if not kept:
+    nonzero = [(factor, program) for factor, program in terms if factor != 0.0]
+    if not nonzero:
         return Program(number(0.0))
-    scaled = [combine(_times(factor), program) for factor, program in kept]
+    scaled = [combine(_times(factor), program) for factor, program in nonzero]
     return scaled[0] if len(scaled) == 1 else combine(_added, *scaled)
 
 
@@ -126,20 +126,20 @@ class Curve:
         """Return whether the function repeats from half a period below 0 to half a period above: its derivatives, its
         switches, and its value up to multiples of `by`. Both ends are evaluated on the branches of the first, as a knot
         may be there."""
-        own, ends = self._set, np.array([-0.5, 0.5]) * period
-        held, edges = np.full(len(own.op), FREE), set(switches(own, 0))
+        programs, ends = self._set, np.array([-0.5, 0.5]) * period
+        held, edges = np.full(len(programs.op), FREE), set(switches(programs, 0))
 
         def arguments(s: float) -> list[float]:
             """Return the arguments of the switches."""
-            seen = walk(own, 0, [constant_series(np.asarray(s))] * 2, held)
+            seen = walk(programs, 0, [constant_series(np.asarray(s))] * 2, held)
             return [
-                argument(own, at, float(held[at]), [each[0] for each in stack[-2:]])
+                argument(programs, at, float(held[at]), [each[0] for each in stack[-2:]])
                 for at, stack in seen
                 if at in edges
             ]
 
         for at, x in zip(sorted(edges), arguments(ends[0]), strict=True):
-            held[at] = natural(own, at, x)
+            held[at] = natural(programs, at, x)
         on_branches = self.on_branches(tuple(held.tolist()))
         change, size = np.array(on_branches(ends)), np.abs(on_branches(ends)).max()
         change = change[:, 1] - change[:, 0]

@@ -88,11 +88,11 @@ def values(
     with np.errstate(all="ignore"):
         for term, function, arguments in terms.operations:
             at[term] = function(*[at[each] for each in arguments])
-    found = [at[term] for term in terms.results]
-    if held is None or all(np.isfinite(each).all() for each in found):
-        return found
+    results = [at[term] for term in terms.results]
+    if held is None or all(np.isfinite(each).all() for each in results):
+        return results
     free = values(programs, indices, variables)
-    return [own if np.isfinite(own).all() else other for own, other in zip(found, free, strict=True)]
+    return [value if np.isfinite(value).all() else other for value, other in zip(results, free, strict=True)]
 
 
 def value(programs: ProgramSet, index: int, variables: Sequence[Numbers], held: Array | None = None) -> Numbers:

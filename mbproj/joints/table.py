@@ -18,14 +18,15 @@ order.
 
 `coordinates` are free coordinates of the joint, each a primitive whose value is the coordinate. A joint without rows
 only measures its coordinates. `aligned` lists pairs of vectors that the rows make parallel, and that must not end up
-opposite. `kept` are rows that keep their value at the scene's pose, or the value of the parameter that they name.
-`parameters` are further keys of the joint; those that no row keeps are required, unless they are optional. Parameters
-of primitives are those of the joint with the same names; several numbers are name_1, name_2 and so on. A primitive on a
-curve takes the parameter `curve`. A row `coupling` couples coordinates, which the primitives in `couples` measure; the
-function `coupling` returns their weights from the parameters. `x_axis`: whether the scene may, or must, give the
-direction of x1 and x2. `has_axis`: whether the body on a plane has an axis. A joint that `merges` makes one rigid body
-of two, unless its reaction is wanted. With `dry`, dry friction may act on its coordinates, or in place of these on a
-`slip`, a row whose rate is that of sliding. `sketch` is the glyph in an animation, by default that of the frame.
+opposite. `constant_rows` are rows that keep their value at the scene's pose, or the value of the parameter that they
+name. `parameters` are further keys of the joint; those that no row keeps are required, unless they are optional.
+Parameters of primitives are those of the joint with the same names; several numbers are name_1, name_2 and so on. A
+primitive on a curve takes the parameter `curve`. A row `coupling` couples coordinates, which the primitives in
+`couples` measure; the function `coupling` returns their weights from the parameters. `x_axis`: whether the scene may,
+or must, give the direction of x1 and x2. `has_axis`: whether the body on a plane has an axis. A joint that `merges`
+makes one rigid body of two, unless its reaction is wanted. With `dry`, dry friction may act on its coordinates, or in
+place of these on a `slip`, a row whose rate is that of sliding. `sketch` is the glyph in an animation, by default that
+of the frame.
 """
 
 from __future__ import annotations
@@ -141,7 +142,7 @@ class JointType:
     coordinates: Mapping[str, Row] = field(default_factory=dict)
     aligned: tuple[tuple[str, str], ...] = ()
     separate: bool = False
-    kept: Mapping[int, str | None] = field(default_factory=dict)
+    constant_rows: Mapping[int, str | None] = field(default_factory=dict)
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
     couples: tuple[str, ...] = ()
     coupling: Callable[..., Ratio] | None = None
@@ -156,7 +157,7 @@ class JointType:
     def required_parameters(self) -> tuple[str, ...]:
         """The parameters without a default. A parameter that a row keeps has its value at the scene's pose as default,
         except for a joint on a plane."""
-        able = {} if self.is_on_plane else {*self.kept.values()}
+        able = {} if self.is_on_plane else {*self.constant_rows.values()}
         return tuple(name for name, each in self.parameters.items() if not (each.optional or name in able))
 
     @property
@@ -234,15 +235,16 @@ def _following(
     rows: tuple[Row, ...],
     coordinates: Mapping[str, Row],
     parameters: Mapping[str, Parameter] = FOLLOWS,
-    kept: Mapping[int, str | None] = MappingProxyType({}),
+    constant_rows: Mapping[int, str | None] = MappingProxyType({}),
     *,
     dry: bool = False,
     frame: str = "normal",
     sketch: str = "track",
 ) -> JointType:
     """A joint whose body 2 follows a curve of body 1."""
-    own = (True, kept, parameters)
-    return JointType(frame, rows, coordinates, (), *own, x_axis="required", dry=dry, sketch=sketch)
+    return JointType(
+        frame, rows, coordinates, (), True, constant_rows, parameters, x_axis="required", dry=dry, sketch=sketch
+    )
 
 
 def _touching(rows: tuple[Row, ...], coordinates: Mapping[str, Row], slip: Row = ()) -> JointType:
@@ -251,8 +253,8 @@ def _touching(rows: tuple[Row, ...], coordinates: Mapping[str, Row], slip: Row =
         "curves": Parameter("", "curve", 2, "names of curves"),
         "sides": Parameter("", "side", 2, "sides", optional=True),
     }
-    own = JointType("axis", rows, coordinates, (), True, {}, parameters)
-    return replace(own, x_axis="required", dry=bool(slip), slip=slip, sketch="tracks")
+    touching = JointType("axis", rows, coordinates, (), True, {}, parameters)
+    return replace(touching, x_axis="required", dry=bool(slip), slip=slip, sketch="tracks")
 
 
 JOINTS: Mapping[str, JointType] = MappingProxyType(
@@ -293,7 +295,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             "point",
             (ROD,),
             separate=True,
-            kept={0: "length"},
+            constant_rows={0: "length"},
             parameters={"length": LENGTH},
             sketch="two_balls",
         ),
@@ -302,7 +304,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             "normal",
             (SLIDE, ROD),
             separate=True,
-            kept={0: None, 1: "length"},
+            constant_rows={0: None, 1: "length"},
             parameters={"length": LENGTH},
             sketch="pin_and_ball",
         ),
@@ -353,7 +355,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             "plane",
             (SLIDE, ("ball_slip", *TRIADS), ("ball_slip", "p1", "y1", "-x1", *TRIADS[3:])),
             IN_PLANE,
-            kept={0: "radius"},
+            constant_rows={0: "radius"},
             parameters={"radius": LENGTH},
             sketch="rolling_ball",
         ),
@@ -381,7 +383,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             ),
             {"displacement": FORWARD, "angle": ROLLED},
             (("x1", "z2"),),
-            kept={1: None, 4: None},
+            constant_rows={1: None, 4: None},
             parameters={"radius": LENGTH},
             couples=("along", "angle"),
             coupling=tread,
@@ -392,7 +394,7 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
             (PROFILE, ("coupling", *ON_CURVE, *TURN[1:])),
             {"displacement": ARC, "lap": ("lap", *ON_CURVE), "angle": TURN},
             {**FOLLOWS, "roller": LENGTH},
-            kept={1: None},
+            constant_rows={1: None},
         ),
         "knife_edge": JointType("axis", (("edge_slip", *TRIADS),), sketch="blade"),
         "rope": JointType("path", (), {"length": ("rope",)}, sketch="two_balls"),

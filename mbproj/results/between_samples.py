@@ -106,10 +106,10 @@ def peaks(time: Array, values: Array, piece: Pieces) -> Peaks:
         high = np.where(tells[1], piece.end[chosen], time[np.minimum(chosen + 1, last - 1)])
         sign = np.where(value[smooth] < 0.0, -1.0, 1.0)
         starts = [(np.clip(chosen - n // 2, first, last - n), n) for n in range(count, max(count - LOWER, 1), -1)]
-        found = [_search(time, values, columns[smooth], *start, low, high, sign) for start in starts]
-        best, when = found[0]
+        searches = [_search(time, values, columns[smooth], *start, low, high, sign) for start in starts]
+        best, when = searches[0]
         beside = (chosen - count // 2 < first) | (chosen - count // 2 > last - count)
-        apart = [np.where(beside | (own == 0), np.abs(best - each), 0.0) for own, (each, _) in enumerate(found[1:])]
+        apart = [np.where(beside | (k == 0), np.abs(best - each), 0.0) for k, (each, _) in enumerate(searches[1:])]
         higher = np.abs(best) > (1.0 + np.where(beside, NOTHING, ROUND_OFF)) * np.abs(value[smooth])
         value[smooth], at[smooth] = np.where(higher, best, value[smooth]), np.where(higher, when, at[smooth])
         uncertainty[smooth] = np.where(beside, BEYOND, SAFETY) * np.max(apart, axis=0) + ROUND_OFF * np.abs(best)
@@ -139,16 +139,16 @@ def _at_events(time: Array, values: Array, sizes: Array, piece: Pieces) -> tuple
         few = rows[counts < FEWEST]
         bound = np.maximum(bound, (np.abs(sizes[few]) + apart[few]).max(axis=0, initial=-np.inf))
         for count in sorted(set(counts[counts >= FEWEST].tolist())):
-            own = rows[counts == count]
+            chosen = rows[counts == count]
             ends = []
             for many in range(count, max(count - LOWER, 1), -1):
-                nodes = (piece.first[own] if side == 0 else piece.last[own] - many)[:, None] + np.arange(many)
-                times = time[own, None] + (when[own] - time[own])[:, None] * np.linspace(0.25, 1.0, 4)
+                nodes = (piece.first[chosen] if side == 0 else piece.last[chosen] - many)[:, None] + np.arange(many)
+                times = time[chosen, None] + (when[chosen] - time[chosen])[:, None] * np.linspace(0.25, 1.0, 4)
                 ends.append(np.abs(size(np.einsum("egn,enck->egck", _weights(time[nodes], times), values[nodes]))))
             spread = BEYOND * np.max([np.abs(ends[0] - each) for each in ends[1:]], axis=(0, 2))
             most = ends[0].max(axis=1)
-            larger = np.where(most > np.abs(sizes[own]) + spread, most, 0.0)
-            told[side, own] = np.where(spread <= TELLS * most, larger, -np.inf)
+            larger = np.where(most > np.abs(sizes[chosen]) + spread, most, 0.0)
+            told[side, chosen] = np.where(spread <= TELLS * most, larger, -np.inf)
             bound = np.maximum(bound, (most + spread).max(axis=0, initial=-np.inf))
     return told, bound
 
@@ -197,9 +197,9 @@ def between(time: Array, values: Array, events: Array, when: Array) -> Array:
     start = np.clip(after - AROUND // 2, first, np.maximum(first, last - AROUND))
     values_between, counts = np.empty((len(when), values.shape[1])), np.minimum(last - start, AROUND)
     for count in set(counts.tolist()):
-        own = np.flatnonzero(counts == count)
-        rows = start[own, None] + np.arange(count)
-        values_between[own] = np.einsum("gn,gnk->gk", _weights(time[rows], when[own, None])[:, 0], values[rows])
+        chosen = np.flatnonzero(counts == count)
+        rows = start[chosen, None] + np.arange(count)
+        values_between[chosen] = np.einsum("gn,gnk->gk", _weights(time[rows], when[chosen, None])[:, 0], values[rows])
     return values_between
 
 
@@ -237,8 +237,8 @@ def in_and_out(time: Array, values: Array, piece: Pieces) -> tuple[Array, Array]
         row, column = np.nonzero(changes)
         if len(row):
             some = _Segments(part.interval[row], part.begin[row], part.end[row], part.start[row], part.samples)
-            for own, sign in ((up, 1.0), (down, -1.0)):
-                np.add.at(own, column, _above(time, sign * values, some, column))
+            for total, sign in ((up, 1.0), (down, -1.0)):
+                np.add.at(total, column, _above(time, sign * values, some, column))
     return up, down
 
 
@@ -259,9 +259,9 @@ def _segments(time: Array, piece: Pieces) -> Iterator[_Segments]:
     counts = np.minimum(last - first, SMOOTH)
     start = np.clip(sample - counts // 2 + 1, first, last - counts)
     for count in sorted(set(counts.tolist())):
-        own = np.flatnonzero(counts == count)
-        for at in range(0, len(own), AT_ONCE):
-            few = own[at : at + AT_ONCE]
+        chosen = np.flatnonzero(counts == count)
+        for at in range(0, len(chosen), AT_ONCE):
+            few = chosen[at : at + AT_ONCE]
             yield _Segments(interval[few], begin[few], end[few], start[few], count)
 
 
@@ -291,10 +291,10 @@ def _above(time: Array, values: Array, part: _Segments, column: Integers) -> Arr
 def _weights(nodes: Array, times: Array) -> Array:
     """The Lagrange polynomials (C, g, n) of the nodes (C, n) at the times (C, g)."""
     count = nodes.shape[1]
-    found = np.ones((*times.shape, count))
-    for own in range(count):
+    weights = np.ones((*times.shape, count))
+    for node in range(count):
         for other in range(count):
-            if other != own:
-                span = nodes[:, own] - nodes[:, other]
-                found[..., own] *= (times - nodes[:, other, None]) / span[:, None]
-    return found
+            if other != node:
+                span = nodes[:, node] - nodes[:, other]
+                weights[..., node] *= (times - nodes[:, other, None]) / span[:, None]
+    return weights

@@ -85,15 +85,15 @@ def claim(part: Path) -> tuple[int, Path | None]:
 
     Raises InputError where another run has it, or mbproj did not write it; OSError where it cannot be created.
     """
-    kept = None
+    rescued = None
     while True:
         try:
             descriptor = os.open(part, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         except FileExistsError:
-            kept = _clear(part) or kept
+            rescued = _clear(part) or rescued
             continue
         if lock(descriptor) and _is_at(descriptor, part):
-            return descriptor, kept
+            return descriptor, rescued
         os.close(descriptor)
 
 

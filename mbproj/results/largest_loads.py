@@ -145,11 +145,11 @@ def _of_source(recorded: Recorded, source: LoadSource, piece: Pieces, cycle: Cyc
         angular = [not units or unit == "rad" for unit in units[chosen] or [""] * (chosen.stop - first)]
         unit = [source.units[0] if turns else source.units[1] for turns in angular]
         load_numbers, largest = _rows(recorded.time, values, piece, cycle), float(np.abs(values).max(initial=0.0))
-        for name, own, numbers, column in zip(
+        for name, load_unit, numbers, column in zip(
             names[chosen], unit, load_numbers, range(first, chosen.stop), strict=True
         ):
             sure = open_ is None or _is_unique(values[:, column - first] @ open_[column], largest)
-            yield Load(source.kind, name, source.quantity, own, *numbers)._replace(unique=sure)
+            yield Load(source.kind, name, source.quantity, load_unit, *numbers)._replace(unique=sure)
         power = None if source.power is None else recorded.read(source.power, chosen)
         if source.rate is not None:
             power = values[..., 0] * recorded.read(source.rate, chosen)

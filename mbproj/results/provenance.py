@@ -115,8 +115,8 @@ def _node(value: Any) -> Node:
     """A value of JSON as a node of a scene; entries that are None are left out."""
     if not isinstance(value, Mapping):
         return from_value(value, PLACE)
-    given = {key: _node(part) for key, part in value.items() if part is not None}
-    return MappingNode(given, dict.fromkeys(given, PLACE), PLACE)
+    parts = {key: _node(part) for key, part in value.items() if part is not None}
+    return MappingNode(parts, dict.fromkeys(parts, PLACE), PLACE)
 
 
 MESHES = "scene/meshes"

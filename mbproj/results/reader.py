@@ -73,12 +73,12 @@ def open_own_results(path: Path | str) -> Results:
 
 def opened_own(path: Path | str, kind: type[Same]) -> Same:
     """Open results that this process has just written, without the child process that reads others first."""
-    return _results(open_file(Path(path), lambda contents: None), kind, own=True)
+    return _results(open_file(Path(path), lambda contents: None), kind, just_written=True)
 
 
-def _results(contents: Contents, kind: type[Same], *, own: bool = False) -> Same:
+def _results(contents: Contents, kind: type[Same], *, just_written: bool = False) -> Same:
     try:
-        return _checked(contents, kind, own=own)
+        return _checked(contents, kind, just_written=just_written)
     except BaseException:
         contents.close()
         raise
@@ -115,9 +115,9 @@ def _existing(path: Path) -> Path:
     return existing
 
 
-def _checked(contents: Contents, kind: type[Same], *, own: bool = False) -> Same:
-    """The results. Raises InputError where parts are missing or do not fit together. In a file of this process, `own`,
-    datasets are checked only when they are read."""
+def _checked(contents: Contents, kind: type[Same], *, just_written: bool = False) -> Same:
+    """The results. Raises InputError where parts are missing or do not fit together. In a file of this process,
+    `just_written`, datasets are checked only when they are read."""
     attributes, path = contents.attributes(), contents.path
     if attributes.get("format") != FORMAT:
         raise not_ours(path)
@@ -128,7 +128,7 @@ def _checked(contents: Contents, kind: type[Same], *, own: bool = False) -> Same
     if not isinstance(attributes.get("status"), str):
         raise damaged(path, "it has no status")
     names = {kind: _names(contents, kind) for kind in ALL_NAMES}
-    samples = contents.rows("time", ()) if own else _samples(contents, _sizes(contents, names))
+    samples = contents.rows("time", ()) if just_written else _samples(contents, _sizes(contents, names))
     return kind(contents, MappingProxyType(attributes), names, ShownPart(slice(0, samples), {}))
 
 

@@ -96,11 +96,11 @@ COMPONENTS = {
 def without_samples(names: tuple[tuple[str, tuple[str, ...]], ...]) -> bytes:
     """The bytes of a file with empty arrays for columns with these names, by kind. They are cached for runs with the
     same names, since the arrays take two thirds of the time of a new file."""
-    sizes = {ALL_NAMES[kind].symbol: len(own) for kind, own in names}
+    sizes = {ALL_NAMES[kind].symbol: len(columns) for kind, columns in names}
     with h5py.File(_name(), "w", driver="core", backing_store=False, libver=VERSIONS) as file:
-        for kind, own in names:
-            if kind not in LATER_NAMES or own:
-                create_text(file, ALL_NAMES[kind].path, own, ALL_NAMES[kind].description)
+        for kind, columns in names:
+            if kind not in LATER_NAMES or columns:
+                create_text(file, ALL_NAMES[kind].path, columns, ALL_NAMES[kind].description)
         for dataset in datasets_for(sizes):
             create_dataset(file, dataset, trailing(dataset, sizes))
         name_axes(file, datasets_for(sizes))
@@ -346,7 +346,7 @@ class ResultsWriter:
         self._flush()
         with self._breaking():
             self._write_events()
-        names = {kind: tuple(own) for kind, own in self._names.items()}
+        names = {kind: tuple(columns) for kind, columns in self._names.items()}
         contents = Contents(self._file, self.part, unfinished=True)
         return Results(contents, {"status": "running"}, names, ShownPart(slice(0, self._samples), {}))
 
@@ -371,7 +371,7 @@ class ResultsWriter:
     def _image(self) -> bytes:
         """The bytes of a file without samples. It is made in memory and written at once, so that OUT.part is never half
         created."""
-        with in_memory(without_samples(tuple((kind, tuple(own)) for kind, own in self._names.items()))) as file:
+        with in_memory(without_samples(tuple((kind, tuple(columns)) for kind, columns in self._names.items()))) as file:
             put(file, {**root_attributes(), **self._marks})
             write_scene(file, self._scene)
             if self._certified is not None:
@@ -490,7 +490,7 @@ class ResultsWriter:
         except (OSError, RuntimeError) as error:
             self._broken = True
             cause = os.strerror(error.errno) if isinstance(error, OSError) and error.errno else str(error)
-            kept = "what was written before is still in it"
+            remains = "what was written before is still in it"
             if not self.part.exists():
-                kept = "it was removed meanwhile, and what was written is lost"
-            raise OutputError(f"cannot write '{self.part}': {cause}; {kept}") from error
+                remains = "it was removed meanwhile, and what was written is lost"
+            raise OutputError(f"cannot write '{self.part}': {cause}; {remains}") from error

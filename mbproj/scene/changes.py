@@ -194,18 +194,18 @@ def _edits(text: str, block: yaml.Node, changes: Changes) -> Iterator[Edit]:
     for name in there:
         other = EITHER.get(name, "")
         names[name] = other if name in changes and changes[name] is None and other in changes else name
-    kept = {name: new for name, new in names.items() if changes.get(new, "") is not None}
-    if block.flow_style and len(kept) < len(there):
-        items = [f"{new}: {_value(text, there[name][1], changes, new)}" for name, new in kept.items()]
+    remaining = {name: new for name, new in names.items() if changes.get(new, "") is not None}
+    if block.flow_style and len(remaining) < len(there):
+        items = [f"{new}: {_value(text, there[name][1], changes, new)}" for name, new in remaining.items()]
         items += [f"{name}: {_as_text(new)}" for name, new in _added(changes, names).items()]
         yield block.start_mark.index, block.end_mark.index, "{" + ", ".join(items) + "}"
         return
     for name, (key, value) in there.items():
-        if name not in kept:
+        if name not in remaining:
             yield _removal(text, key, value)
-        elif kept[name] in changes:
-            yield key.start_mark.index, key.end_mark.index, kept[name]
-            yield value.start_mark.index, _end(value), _value(text, value, changes, kept[name])
+        elif remaining[name] in changes:
+            yield key.start_mark.index, key.end_mark.index, remaining[name]
+            yield value.start_mark.index, _end(value), _value(text, value, changes, remaining[name])
     if _added(changes, names):
         yield _addition(text, block, _added(changes, names))
 
@@ -278,7 +278,7 @@ def _as_text(new: str | Changes | None) -> str:
 
 
 def _flow(changes: Changes) -> str:
-    kept = {name: new for name, new in changes.items() if new is not None}
-    if set(kept) == {"method"}:
-        return _as_text(kept["method"])
-    return "{" + ", ".join(f"{name}: {_as_text(new)}" for name, new in kept.items()) + "}"
+    entries = {name: new for name, new in changes.items() if new is not None}
+    if set(entries) == {"method"}:
+        return _as_text(entries["method"])
+    return "{" + ", ".join(f"{name}: {_as_text(new)}" for name, new in entries.items()) + "}"

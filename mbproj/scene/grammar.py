@@ -159,18 +159,18 @@ def _joint_variant(type_name: str, kind: JointType) -> Record[Joint]:
 
 def _on_plane(type_name: str, kind: JointType, units: Mapping[str, str]) -> Record[Joint]:
     """The record that reads a joint of this type, whose body 2 stays on a plane of body 1."""
-    own: dict[str, Field[Any]] = {
+    fields: dict[str, Field[Any]] = {
         "plane": PLANE,
         "centre": BODY_POINT,
         **({"axis": BODY_DIRECTION} if kind.has_axis else {}),
         **({"x_axis": BODY_DIRECTION} if kind.x_axis == "required" else {}),
     }
-    own |= {name: _parameter(each) for name, each in kind.parameters.items()}
-    keys = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **own, **_of_coordinates(type_name, units)}
+    fields |= {name: _parameter(each) for name, each in kind.parameters.items()}
+    keys = {"type": JOINT_TYPE, "bodies": TWO_BODIES, **fields, **_of_coordinates(type_name, units)}
     sides = {"plane": 0, "centre": 1, "axis": 1, "x_axis": 1}
-    checks = [Rule(("bodies", key), of_side(key, side)) for key, side in sides.items() if key in own]
-    checks += [Rule(("axis", "x_axis"), not_along("x_axis"))] if "x_axis" in own else []
-    return Record(f"a {type_name} joint", keys, _joint, ("type", "bodies", *own), tuple(checks), named=True)
+    checks = [Rule(("bodies", key), of_side(key, side)) for key, side in sides.items() if key in fields]
+    checks += [Rule(("axis", "x_axis"), not_along("x_axis"))] if "x_axis" in fields else []
+    return Record(f"a {type_name} joint", keys, _joint, ("type", "bodies", *fields), tuple(checks), named=True)
 
 
 def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field[Any]]:
@@ -187,8 +187,8 @@ def _of_coordinates(type_name: str, units: Mapping[str, str]) -> dict[str, Field
     }
 
 
-def _parameter(given: Parameter) -> Field[Any]:
-    return Deferred("mbproj.scene.blocks.couplings:parameter", (given,))
+def _parameter(entry: Parameter) -> Field[Any]:
+    return Deferred("mbproj.scene.blocks.couplings:parameter", (entry,))
 
 
 def _each(what: str, numbers: Mapping[str, Field[float]]) -> Field[dict[str, float]]:
@@ -201,37 +201,37 @@ def _each(what: str, numbers: Mapping[str, Field[float]]) -> Field[dict[str, flo
 
 
 def _joint(
-    name: str, type: str, bodies: tuple[str, str], speed: Mapping[str, float] | None = None, **given: Any
+    name: str, type: str, bodies: tuple[str, str], speed: Mapping[str, float] | None = None, **values: Any
 ) -> Joint:
     def pair(*keys: str) -> Pair | None:
-        pairs = [given[key] for key in keys if key in given]
+        pairs = [values[key] for key in keys if key in values]
         return pair_of(pairs[0], bodies) if pairs else None
 
     kind = JOINTS[type]
     points: Pair | None
     axes: Pair | None
     if kind.is_on_plane:
-        points, axes, across = on_plane(bodies, *(given.get(key) for key in ("plane", "centre", "axis", "x_axis")))
+        points, axes, across = on_plane(bodies, *(values.get(key) for key in ("plane", "centre", "axis", "x_axis")))
     else:
         points, axes = pair("location", "locations"), None if kind.merges else pair("axis", "axes")
         across = pair("x_axis")
-        axes = axes and with_face(axes, bodies, given["normal"]) if kind.frame == "face" else axes
+        axes = axes and with_face(axes, bodies, values["normal"]) if kind.frame == "face" else axes
     assert points is not None
     frames = None
-    if kind.merges and "axes" in given:
-        frames = Orientations(given["axes"][bodies[0]], given["axes"][bodies[1]], local=True)
+    if kind.merges and "axes" in values:
+        frames = Orientations(values["axes"][bodies[0]], values["axes"][bodies[1]], local=True)
     return Joint(
         name,
         type,
         bodies,
         points,
         axes,
-        start={key: given[key] for key in kind.coordinates if key in given},
+        start={key: values[key] for key in kind.coordinates if key in values},
         speed=speed or {},
-        parameters={key: given[key] for key in kind.parameters if key in given},
-        reaction=given.get("reaction", False),
-        reflected_inertia=given.get("reflected_inertia", {}),
-        limits=given.get("limits", {}),
+        parameters={key: values[key] for key in kind.parameters if key in values},
+        reaction=values.get("reaction", False),
+        reflected_inertia=values.get("reflected_inertia", {}),
+        limits=values.get("limits", {}),
         frames=frames,
         x_axis=across,
     )

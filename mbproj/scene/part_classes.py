@@ -38,8 +38,8 @@ class ScenePart(Mapping[str, Any]):
         for key in self.required:
             if values.get(key) is None:
                 raise TypeError(f"{name}() lacks the argument '{key}'")
-        given = {key: value for key, value in values.items() if value is not None}
-        self._values = {"type": self.type, **given} if self.type else given
+        present = {key: value for key, value in values.items() if value is not None}
+        self._values = {"type": self.type, **present} if self.type else present
 
     def __getitem__(self, key: str) -> Any:
         return self._values[key]
@@ -51,10 +51,10 @@ class ScenePart(Mapping[str, Any]):
         return len(self._values)
 
     def __repr__(self) -> str:
-        given = ", ".join(
+        arguments = ", ".join(
             f"{key}={value!r}" for key, value in self._values.items() if not (key == "type" and self.type)
         )
-        return f"{type(self).__name__}({given})"
+        return f"{type(self).__name__}({arguments})"
 
 
 def signature_of(keys: Mapping[str, str], required: tuple[str, ...]) -> Signature:

@@ -16,10 +16,10 @@ __all__ = list(CLASSES)
 def __getattr__(name: str) -> Any:
     if name in CLASSES:
         return CLASSES[name]
-    made = None if name.startswith("_") else class_of_plugin(name)
-    if made is None:
+    plugin = None if name.startswith("_") else class_of_plugin(name)
+    if plugin is None:
         raise AttributeError(f"module 'mbproj.scene.parts' has no attribute '{name}'")
-    return made
+    return plugin
 
 
 def __dir__() -> list[str]:

@@ -69,17 +69,17 @@ class Points(Range):
 class Listed(Points):
     """A range of values that are listed one by one."""
 
-    given: tuple[Item, ...]
+    listed: tuple[Item, ...]
 
     @property
     def count(self) -> int:
-        return len(self.given)
+        return len(self.listed)
 
     def item(self, number: int) -> Item:
-        return self.given[number]
+        return self.listed[number]
 
     def quantile(self, share: float) -> Item:
-        return self.given[min(int(share * len(self.given)), len(self.given) - 1)]
+        return self.listed[min(int(share * len(self.listed)), len(self.listed) - 1)]
 
 
 @dataclass(frozen=True)
@@ -387,12 +387,12 @@ def with_unit(name: str, unit: str) -> str:
     return f"{name} ({unit})" if unit else name
 
 
-def units_of(given: Mapping[str, Dimension | None], scene: SceneText) -> dict[str, str]:
+def units_of(dimensions: Mapping[str, Dimension | None], scene: SceneText) -> dict[str, str]:
     """The SI units of the quantities that vary, by path: as the scene has them, or from the dimensions of the values
-    `given`. "" is none."""
+    `dimensions`. "" is none."""
     known = {".".join(map(str, path)): unit for path, unit in scene.units().items()}
     units = {}
-    for path, dimension in given.items():
-        own = symbol_of(dimension) if dimension is not None and dimension != BARE else ""
-        units[path] = known.get(path) or known.get(f"parameters.{path}") or own
+    for path, dimension in dimensions.items():
+        symbol = symbol_of(dimension) if dimension is not None and dimension != BARE else ""
+        units[path] = known.get(path) or known.get(f"parameters.{path}") or symbol
     return units

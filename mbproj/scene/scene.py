@@ -169,7 +169,7 @@ class SceneText:
             raise InputError(in_text_order([*self._problems, problem]))
         self.root, self.text, self.path = root, text, path
         self._is_read = False
-        self._kept: ReadingCache | None = None
+        self._cache: ReadingCache | None = None
 
     @property
     def whole(self) -> str:
@@ -197,14 +197,14 @@ class SceneText:
         # The first reading stores nothing, since most texts are read once; nor do readings of several cases, or with
         # other units, in which expressions that name them are checked again.
         of_cases, other_units = cases_in(parameters) is not None, declares_units(parameters)
-        kept = None if other_units else self._kept
-        if kept is None and self._is_read and not of_cases and not other_units:
+        cache = None if other_units else self._cache
+        if cache is None and self._is_read and not of_cases and not other_units:
             from mbproj.scene.text.reading_cache import ReadingCache
 
-            kept = ReadingCache()
-        places = {**(self._kept.places if self._kept else {}), (): root.place}
+            cache = ReadingCache()
+        places = {**(self._cache.places if self._cache else {}), (): root.place}
         problems = [*self._problems, *wrong_changes, *wrong_files]
-        reading = replace(_reading(root), places=places, problems=problems, kept=kept)
+        reading = replace(_reading(root), places=places, problems=problems, cache=cache)
         with _without_cycles():
             blocks: Mapping[str, Any] | None = SCENE.read(root, (), reading)
         settings = _settings(root, blocks, simulation, reading)
@@ -214,9 +214,9 @@ class SceneText:
             _check_times(blocks, reading)
         if reading.problems or blocks is None or settings is None:
             raise InputError(in_text_order(reading.problems))
-        if kept is not None and not kept.is_full:
-            kept.close(reading.names, reading.items, reading.places)
-            self._kept = kept
+        if cache is not None and not cache.is_full:
+            cache.close(reading.names, reading.items, reading.places)
+            self._cache = cache
         self._is_read = self._is_read or not of_cases
         return Scene(
             title=blocks.get("title", ""),
@@ -369,8 +369,10 @@ SHOWN = 6
 def with_changes(scene: Scene, changes: Mapping[str, object]) -> Scene:
     """The scene with these values. Settings that were given in Python stay, unless the changes name them."""
     again = _read(scene, {**scene.overrides, **changes})
-    given = {name: value for name, value in scene.given_settings.items() if ".".join(place_of(name)) not in changes}
-    settings = settings_of(merge(values_of(again), given)) if given else again.settings
+    from_python = {
+        name: value for name, value in scene.given_settings.items() if ".".join(place_of(name)) not in changes
+    }
+    settings = settings_of(merge(values_of(again), from_python)) if from_python else again.settings
     return replace(again, path=scene.path, settings=settings, elements=scene.elements)
 
 
@@ -379,8 +381,8 @@ def to_yaml(scene: Scene) -> str:
     there is no such text, as for expectations after the end of a run that was made shorter in Python."""
     if scene.elements:
         raise ValueError(f"elements from Python cannot be written: {', '.join(each.name for each in scene.elements)}")
-    given = {".".join(place_of(name)): value for name, value in scene.given_settings.items()}
-    changes = {**scene.overrides, **{path: flow(from_value(value, Place(""))) for path, value in given.items()}}
+    from_python = {".".join(place_of(name)): value for name, value in scene.given_settings.items()}
+    changes = {**scene.overrides, **{path: flow(from_value(value, Place(""))) for path, value in from_python.items()}}
     if not changes:
         return scene.text
     root, _ = compose(scene.text, "scene")
@@ -449,9 +451,9 @@ NAME = "Scene.build"
 def build(blocks: Mapping[str, Any]) -> Scene:
     """The scene that has these blocks; `None` is left out. Raises InputError, whose problems name the
     arguments by their paths, as 'bodies.rod.mass'."""
-    given = {name: blocks[name] for name in SCENE.keys if blocks.get(name) is not None}
+    values = {name: blocks[name] for name in SCENE.keys if blocks.get(name) is not None}
     try:
-        return read_scene_text({"mbproj": 1, **given}, NAME)
+        return read_scene_text({"mbproj": 1, **values}, NAME)
     except InputError as error:
         raise InputError([_at_argument(problem) for problem in error.problems]) from None
 

@@ -90,14 +90,14 @@ def merge(scene: Values, options: Values) -> Values:
     """The values of the scene, with options in their place. `step` and `tolerance` replace each other. Where an option
     changes the method, options of the scene's method that the new one does not have are dropped. A tolerance without an
     integrator gets one with error control."""
-    kept = dict(scene)
+    values = dict(scene)
     if "step" in options or "tolerance" in options:
-        kept.pop("step", None)
-        kept.pop("tolerance", None)
+        values.pop("step", None)
+        values.pop("tolerance", None)
     method = options.get("projection")
     if method not in (None, scene.get("projection", SETTINGS["projection"].usual)):
-        kept = {name: value for name, value in kept.items() if takes(method, name)}
-    merged = {**kept, **options}
+        values = {name: value for name, value in values.items() if takes(method, name)}
+    merged = {**values, **options}
     if "tolerance" in merged:
         merged.setdefault("integrator", BY_TOLERANCE)
     return merged
@@ -180,9 +180,9 @@ _CHECKS: tuple[Callable[[Merged], Iterable[Problem]], ...] = (
 def settings_of(values: Values) -> Settings:
     """The settings of these values, with defaults for the others."""
     method = values.get("projection", SETTINGS["projection"].usual)
-    given = {**{name: SETTINGS[name].where_taken for name in PROJECTIONS[method].options}, **values}
+    complete = {**{name: SETTINGS[name].where_taken for name in PROJECTIONS[method].options}, **values}
     top, inner = (
-        {SETTINGS[name].key: value for name, value in given.items() if len(SETTINGS[name].path) == length}
+        {SETTINGS[name].key: value for name, value in complete.items() if len(SETTINGS[name].path) == length}
         for length in (1, 2)
     )
     return Settings(**top, projection=ProjectionSettings(**inner))

@@ -79,9 +79,9 @@ class Coupling(Primitive):
 
     def terms(self) -> Iterator[tuple[Primitive, float, slice]]:
         """Yield each coordinate, its weight, and its slots."""
-        own = self._primitives()
-        ends = np.cumsum([0, *(len(each.slots) for each in own)]).tolist()
-        for primitive, weight, (first, end) in zip(own, self.weights, pairwise(ends), strict=True):
+        primitives = self._primitives()
+        ends = np.cumsum([0, *(len(each.slots) for each in primitives)]).tolist()
+        for primitive, weight, (first, end) in zip(primitives, self.weights, pairwise(ends), strict=True):
             yield primitive, weight, slice(first, end)
 
     def on_branches(self, held: tuple[float, ...]) -> Coupling:
@@ -110,8 +110,8 @@ class Coupling(Primitive):
         if self.function is None:
             return total
         (first, _, slots), (_, slope, bend) = next(self.terms()), self._curve(x)
-        own = first.curvature(x[..., slots, :], x_dot[..., slots, :])
-        return total - slope * own - bend * self._first_rate(x, x_dot) ** 2
+        of_first = first.curvature(x[..., slots, :], x_dot[..., slots, :])
+        return total - slope * of_first - bend * self._first_rate(x, x_dot) ** 2
 
     def _curve(self, x: Numbers) -> tuple[Numbers, Numbers, Numbers]:
         """Return f, f' and f'' at s₀."""

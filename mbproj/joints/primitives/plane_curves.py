@@ -156,8 +156,8 @@ class OnCurve(Primitive):
         at, (rate, bias) = self.contact(x), self._rates(x, x_dot)
         stretch = 1.0 - at.κ * at.φ
         σ_dot, φ_dot = _product(at.t, rate) / stretch, _product(at.n, rate)
-        own = _product(at.t, bias) + (2.0 * at.κ * φ_dot + at.κ_σ * at.φ * σ_dot) * σ_dot
-        return σ_dot, own / stretch
+        tangential = _product(at.t, bias) + (2.0 * at.κ * φ_dot + at.κ_σ * at.φ * σ_dot) * σ_dot
+        return σ_dot, tangential / stretch
 
 
 @final
@@ -317,8 +317,8 @@ class AlongFace(OnFace):
         turned = np.sign(at.κ.real) * (-apart if slips else apart + 1.0 / at.κ) / self._size(x)
         first, second = (each[..., None] for each in at.t)
         along = first * x[..., 0, :] + second * x[..., 1, :]
-        own = turned[..., None] * m - sign * line
-        parts = [first * own, second * own, turned[..., None] * along, sign * along, -sign * along]
+        lever = turned[..., None] * m - sign * line
+        parts = [first * lever, second * lever, turned[..., None] * along, sign * along, -sign * along]
         return np.stack(parts, axis=-2)[..., None, :, :]
 
     def _curvature(self, x: Numbers, x_dot: Numbers, *, slips: bool) -> Numbers:
@@ -527,8 +527,8 @@ class Gap(TwoCurves):
         rates = self._rates(x, x_dot, at)
         first, second = self._moves(at, rates)
         slides = rates.along - rates.ω * at.q_n
-        own = rates.across_bias + rates.ω_bias * at.q_t + rates.ω * (self.ε * second - rates.ω * at.q_n)
-        return (self.side * (own - at.κ[0] * first * slides))[..., None]
+        bias = rates.across_bias + rates.ω_bias * at.q_t + rates.ω * (self.ε * second - rates.ω * at.q_n)
+        return (self.side * (bias - at.κ[0] * first * slides))[..., None]
 
 
 @dataclass(frozen=True)
@@ -554,10 +554,10 @@ class PlaceOfTwo(TwoCurves):
         rates = self._rates(x, x_dot, at)
         first, second = self._moves(at, rates)
         apart = rates.across + rates.ω * at.q_t
-        own = 2.0 * at.κ[0] * first * apart + at.κ_σ[0] * at.φ * first**2
-        own = own + rates.along_bias - rates.ω_bias * at.q_n - rates.ω**2 * at.q_t
+        bias = 2.0 * at.κ[0] * first * apart + at.κ_σ[0] * at.φ * first**2
+        bias = bias + rates.along_bias - rates.ω_bias * at.q_n - rates.ω**2 * at.q_t
         turns = rates.ω_bias - at.κ_σ[0] * first**2 + at.κ_σ[1] * second**2
-        return self._sum(*self._solved(at, -own, turns))[..., None]
+        return self._sum(*self._solved(at, -bias, turns))[..., None]
 
 
 @final

@@ -202,8 +202,8 @@ class EllipsoidHeight(Primitive):
         share = weighed / reach[..., None]
         of_normal = x[..., 2, :] - x[..., 0, :] - (share[..., None] * axes).sum(axis=-2)
         of_axes = -share[..., None] * n[..., None, :]
-        own = np.stack([-n, of_normal, n], axis=-2)
-        return np.concatenate([own, of_axes], axis=-2)[..., None, :, :]
+        of_points = np.stack([-n, of_normal, n], axis=-2)
+        return np.concatenate([of_points, of_axes], axis=-2)[..., None, :, :]
 
     def curvature(self, x: Numbers, x_dot: Numbers) -> Numbers:
         n, axes, n_dot, axes_dot = x[..., 1, :], x[..., 3:6, :], x_dot[..., 1, :], x_dot[..., 3:6, :]

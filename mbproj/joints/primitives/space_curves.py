@@ -118,9 +118,9 @@ class InSpace(Primitive):
     def _moves(at: SpaceFoot, rate: Numbers, bias: Numbers) -> tuple[Numbers, Numbers]:
         """Return s', and the part of s'' without second derivatives of x."""
         s_dot = dot(at.c1, rate) / at.denominator
-        own = dot(at.c1, bias) + 2.0 * s_dot * dot(at.c2, rate)
-        own = own + s_dot**2 * (dot(at.c3, at.line) - 3.0 * dot(at.c1, at.c2))
-        return s_dot, own / at.denominator
+        tangential = dot(at.c1, bias) + 2.0 * s_dot * dot(at.c2, rate)
+        tangential = tangential + s_dot**2 * (dot(at.c3, at.line) - 3.0 * dot(at.c1, at.c2))
+        return s_dot, tangential / at.denominator
 
 
 @dataclass(frozen=True)
@@ -143,8 +143,8 @@ class BesideCurve(InSpace):
         at = self.contact(x)
         (rate, bias), (e, e1, e2) = self._rates(x, x_dot), self._normals(at)
         s_dot, s_bias = self._moves(at, rate, bias)
-        own = dot(e, bias) + 2.0 * s_dot * dot(e1, rate) + s_bias * dot(e1, at.line)
-        return np.asarray(own + s_dot**2 * (dot(e2, at.line) - dot(e1, at.c1)))[..., None]
+        across = dot(e, bias) + 2.0 * s_dot * dot(e1, rate) + s_bias * dot(e1, at.line)
+        return np.asarray(across + s_dot**2 * (dot(e2, at.line) - dot(e1, at.c1)))[..., None]
 
     def _normals(self, at: SpaceFoot) -> tuple[Numbers, Numbers, Numbers]:
         """Return the normal e and its two derivatives by s."""

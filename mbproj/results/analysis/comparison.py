@@ -92,7 +92,7 @@ def _by_unit(results: Results, symbol: str, unit: str, names: list[str]) -> Iter
     else:
         units = dict(zip(results.names(KINDS[symbol]), results.names(UNITS[symbol]), strict=True))
         groups = {own_unit(unit, of): tuple(name for name in names if units[name] == of) for of in ("rad", "m")}
-    yield from ((own, chosen) for own, chosen in groups.items() if chosen)
+    yield from ((column_unit, chosen) for column_unit, chosen in groups.items() if chosen)
 
 
 def floors(first: Results, second: Results) -> dict[str, float]:
@@ -269,9 +269,9 @@ def compare_motions(
     rows = common_samples(first.time, second.time)
     _check_comparable(first, second, len(rows[0]))
     least = floors(first, second)
-    given = absolute or {}
+    bounds = absolute or {}
     partings = [
-        _compared(columns, first.time[rows[0]], least, given.get(columns.path), tolerance)
+        _compared(columns, first.time[rows[0]], least, bounds.get(columns.path), tolerance)
         for columns in shared_columns(first, second, rows)
     ]
     ends = float(first.time[-1]), float(second.time[-1])

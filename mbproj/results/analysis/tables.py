@@ -81,12 +81,12 @@ def _ratios(results: Results, over: Over) -> tuple[tuple[str, ...], Callable[[],
     the input."""
     names, units = results.names("coordinates"), results.names("coordinate_units")
     others = [(name, unit) for name, unit in zip(names, units, strict=True) if name != over.name]
-    own = over.unit
+    input_unit = over.unit
     headings = ["time (s)"]
     for name, unit in others:
-        same = unit == own
-        headings.append(f"{name} velocity ratio ({'1' if same else f'{unit}/{own}'})")
-        headings.append(f"{name} mechanical advantage ({'1' if same else f'{own}/{unit}'})")
+        same = unit == input_unit
+        headings.append(f"{name} velocity ratio ({'1' if same else f'{unit}/{input_unit}'})")
+        headings.append(f"{name} mechanical advantage ({'1' if same else f'{input_unit}/{unit}'})")
 
     def read() -> Array:
         speed, columns = over.rate, [results.time]
@@ -242,9 +242,9 @@ def _thinned_over_time(x: Array, y: Array) -> tuple[Array, Array]:
     begins = np.flatnonzero(np.diff(column, prepend=-1))
     of = np.repeat(np.arange(len(begins)), np.diff(begins, append=len(x)))
     low, high = np.fmin.reduceat(y, begins)[of], np.fmax.reduceat(y, begins)[of]
-    kept = [begins, np.append(begins[1:], len(x)) - 1]  # the first and the last point of each column
-    kept += [_first(which, of) for which in (y == low, y == high, np.isnan(y))]  # NaN leaves a gap
-    at = np.unique(np.concatenate(kept))
+    places = [begins, np.append(begins[1:], len(x)) - 1]  # the first and the last point of each column
+    places += [_first(which, of) for which in (y == low, y == high, np.isnan(y))]  # NaN leaves a gap
+    at = np.unique(np.concatenate(places))
     return x[at], y[at]
 
 
@@ -267,9 +267,9 @@ def _path(x: Array, y: Array) -> tuple[Array, Array]:
     way = dot[:-1] * (COLUMNS + 1) ** 2 + dot[1:]
     new = np.zeros(len(way), dtype=bool)
     new[np.unique(way, return_index=True)[1]] = True
-    kept = np.flatnonzero(np.append(new, False) | np.append(True, new))
-    ends = np.flatnonzero((np.diff(kept) > 1) | ~new[kept[:-1]]) + 1
-    return np.insert(x[kept], ends, np.nan), np.insert(y[kept], ends, np.nan)
+    places = np.flatnonzero(np.append(new, False) | np.append(True, new))
+    ends = np.flatnonzero((np.diff(places) > 1) | ~new[places[:-1]]) + 1
+    return np.insert(x[places], ends, np.nan), np.insert(y[places], ends, np.nan)
 
 
 def _cells(values: Array, first: float, size: float) -> Integers:

@@ -106,8 +106,8 @@ def put_integer(place: h5py.Dataset | h5py.Group, name: str, value: int) -> None
     """Write an integer under a name; where the object has one of that name, it is overwritten."""
     named = name.encode()
     exists = h5a.exists(place.id, named)
-    kept = h5a.open(place.id, named) if exists else h5a.create(place.id, named, h5t.STD_I64LE, ONE)
-    kept.write(np.array(value, dtype=np.int64))
+    attribute = h5a.open(place.id, named) if exists else h5a.create(place.id, named, h5t.STD_I64LE, ONE)
+    attribute.write(np.array(value, dtype=np.int64))
 
 
 # --- Writes arrays that do not grow, each at once ---------------------------------------------------------------------

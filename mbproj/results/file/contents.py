@@ -385,10 +385,12 @@ class Contents:
 
 def _attributes(place: h5py.Group | h5py.Dataset) -> Iterator[tuple[str, Any]]:
     for name in place.attrs:
-        kept = h5a.open(place.id, name.encode("utf-8", "surrogateescape"))
-        kind = kept.get_type().get_class()
-        of_a_kind = kind in ATTRIBUTE_TYPES if kept.shape == () else kind == h5t.STRING and len(kept.shape or ()) == 1
-        if of_a_kind and kept.get_storage_size() <= ATTRIBUTE_BYTES and name.isprintable():
+        attribute = h5a.open(place.id, name.encode("utf-8", "surrogateescape"))
+        kind = attribute.get_type().get_class()
+        of_a_kind = (
+            kind in ATTRIBUTE_TYPES if attribute.shape == () else kind == h5t.STRING and len(attribute.shape or ()) == 1
+        )
+        if of_a_kind and attribute.get_storage_size() <= ATTRIBUTE_BYTES and name.isprintable():
             value = plain(place.attrs[name])
             for text in value if isinstance(value, list) else [value]:
                 if isinstance(text, str):

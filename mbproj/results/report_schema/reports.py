@@ -99,43 +99,43 @@ def report_schema(name: str) -> dict[str, Any]:
     """The JSON Schema (draft 2020-12) of a report of `REPORTS`. Facts that are said under a condition are optional; a
     run that is complete has all that every complete one has."""
     report = REPORTS[name]
-    made = {
+    schema = {
         "$schema": DIALECT,
         "title": f"mbproj {report.commands[0]} --json",
         "description": report.words,
         **_shape(report.kind, report.facts),
     }
     if name == "run":
-        made["if"] = {"properties": {"status": {"const": "complete"}}}
-        made["then"] = {"required": _keys_when(report.facts, COMPLETE)}
+        schema["if"] = {"properties": {"status": {"const": "complete"}}}
+        schema["then"] = {"required": _keys_when(report.facts, COMPLETE)}
     if name == "info":
-        made["properties"]["attributes"]["properties"] = _object(ATTRIBUTES)["properties"]
-    return made
+        schema["properties"]["attributes"]["properties"] = _object(ATTRIBUTES)["properties"]
+    return schema
 
 
 def _shape(kind: str, fields: Sequence[Fact]) -> dict[str, Any]:
     """The schema of a value of this kind, whose object has these fields."""
-    types, made = [], {}
+    types, schema = [], {}
     for each in kind.split(" | "):
         outer, _, inner = each.partition(" of ")
         types.append("object" if outer == "map" else outer)
         if inner:
             within = "additionalProperties" if outer == "map" else "items"
-            made[within] = _shape(inner.replace(" or ", " | "), fields)
+            schema[within] = _shape(inner.replace(" or ", " | "), fields)
         elif outer == "object" and fields:
-            made |= _object(fields)
-    return {"type": types if len(types) > 1 else types[0], **made}
+            schema |= _object(fields)
+    return {"type": types if len(types) > 1 else types[0], **schema}
 
 
 def _object(fields: Sequence[Fact]) -> dict[str, Any]:
-    made: dict[str, Any] = {"properties": {}, "required": _keys_when(fields, ALWAYS), "additionalProperties": False}
+    schema: dict[str, Any] = {"properties": {}, "required": _keys_when(fields, ALWAYS), "additionalProperties": False}
     for fact in fields:
         shape = {**_shape(fact.kind, fact.fields), "description": _description(fact)}
         if ANY_NAME in fact.key:
-            made.setdefault("patternProperties", {})[f"^{fact.key.replace(ANY_NAME, '.+')}$"] = shape
+            schema.setdefault("patternProperties", {})[f"^{fact.key.replace(ANY_NAME, '.+')}$"] = shape
         else:
-            made["properties"][fact.key] = shape
-    return made
+            schema["properties"][fact.key] = shape
+    return schema
 
 
 def _keys_when(facts: Sequence[Fact], when: str) -> list[str]:

@@ -33,21 +33,21 @@ INERTIA: Field[Matrix] = Converted(
 ORIENTATION = Deferred[Quaternion]("mbproj.scene.fields.placing:ORIENTATION")
 
 
-def _body(given: dict[str, Any]) -> Body:
-    kept = ("orientation", "velocity", "angular_velocity", "start", "appearance")
-    rest = {key: given[key] for key in kept if key in given}
-    mass: Any = given.get("mass")
-    tensor, centre = given.get("inertia"), (0.0, 0.0, 0.0)
+def _body(keys: dict[str, Any]) -> Body:
+    optional = ("orientation", "velocity", "angular_velocity", "start", "appearance")
+    rest = {key: keys[key] for key in optional if key in keys}
+    mass: Any = keys.get("mass")
+    tensor, centre = keys.get("inertia"), (0.0, 0.0, 0.0)
     if tensor is None:
         from mbproj.scene.blocks.solids import drawn_shapes, solid_of
 
-        solid = solid_of(given)
+        solid = solid_of(keys)
         mass, tensor, centre = solid.mass, solid.inertia, solid.centre
         rest["shapes"] = drawn_shapes(solid)
-    position = given.get("position")
+    position = keys.get("position")
     if position is None:
-        position = _placed(given["origin"], given.get("orientation", Body.orientation), centre)
-    return Body(given["name"], mass, tensor, position, **rest)
+        position = _placed(keys["origin"], keys.get("orientation", Body.orientation), centre)
+    return Body(keys["name"], mass, tensor, position, **rest)
 
 
 def _placed(origin: Vector, orientation: Quaternion, point: Vector) -> Vector:

@@ -23,7 +23,7 @@ from mbproj.functions.program import Program
 from mbproj.functions.standard import reading, weighted, within
 from mbproj.scene.blocks.expectations import MEASURE
 from mbproj.scene.blocks.expression_names import VALUE, unit_name
-from mbproj.scene.expressions.dimensions import Found, describe
+from mbproj.scene.expressions.dimensions import Inferred, describe
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.units import BARE
 from mbproj.scene.fields.fields import NAME, Alternatives, Converted, Field, List, OneOf, Record, Text
@@ -36,7 +36,7 @@ from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, flow, from_va
 
 
 #: An expression and its dimension.
-Given: TypeAlias = "tuple[Program, Found]"
+Input: TypeAlias = "tuple[Program, Inferred]"
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class ControlBlock(ABC):
         scene gives that. Raises Unfit for units that do not fit each other."""
 
 
-def unit_like(of: Given, unit: str | None, *values: Value | None) -> str:
+def unit_like(of: Input, unit: str | None, *values: Value | None) -> str:
     """The unit of a block's value that has the dimension of its input `of`: `unit` where it is given, else the SI unit
     of that dimension, or of the `values`. Raises Unfit where the dimensions differ."""
     dimension = None if of[1].certain == BARE else of[1].certain
@@ -89,7 +89,7 @@ class StateSpace(ControlBlock):
     """A state space: x' = A x + B u, y = C x + D u from x = `initial`, with the inputs u = `of`. Several outputs have
     the names `outputs`."""
 
-    of: tuple[Given, ...]
+    of: tuple[Input, ...]
     A: Matrix
     B: Matrix
     C: Matrix
@@ -106,18 +106,18 @@ class StateSpace(ControlBlock):
         def combined(of_x: Row, of_u: Row) -> Any:
             return weighted([*zip(of_x, x, strict=True), *zip(of_u, u, strict=True)])
 
-        own = self.unit if unit is None else unit
+        unit = self.unit if unit is None else unit
         states = [
             ScalarState(f"{name}.x{at}", combined(*rows), start, self.scale)
             for at, (*rows, start) in enumerate(zip(self.A, self.B, self.initial, strict=True), 1)
         ]
         values = [combined(*rows) for rows in zip(self.C, self.D, strict=True)]
         shown = [f"{name}.{output}" for output in self.outputs] or [name]
-        signals = [Signal(each, value, own) for each, value in zip(shown, values, strict=True)]
+        signals = [Signal(each, value, unit) for each, value in zip(shown, values, strict=True)]
         return Expanded(tuple(signals), tuple(states))
 
 
-def _transfer_function(of: Given, num: Row, den: Row, initial: Row | None = None, scale: float = 1.0) -> StateSpace:
+def _transfer_function(of: Input, num: Row, den: Row, initial: Row | None = None, scale: float = 1.0) -> StateSpace:
     """The transfer function in observer form: its first state is the output without the direct term D u. Raises Unfit
     where it has no such form, or a degree above HIGHEST_DEGREE."""
     if den[0] == 0.0:
@@ -143,7 +143,7 @@ def _start(initial: Row | None, n: int) -> Row:
     return initial or (0.0,) * n
 
 
-def _filter(of: Given, time: float, order: int = 1, initial: Value | None = None, scale: float = 1.0) -> StateSpace:
+def _filter(of: Input, time: float, order: int = 1, initial: Value | None = None, scale: float = 1.0) -> StateSpace:
     """Butterworth's low-pass filter: sections of second order, and one of first order where the order is odd. Each
     state has the unit of the signal."""
     n, w, start = order, 1.0 / time, number_of(initial, 0.0)
@@ -172,7 +172,7 @@ def _filter(of: Given, time: float, order: int = 1, initial: Value | None = None
 
 
 def _gain(
-    of: tuple[Given, ...],
+    of: tuple[Input, ...],
     rows: Matrix | None = None,
     outputs: tuple[str, ...] | None = None,
     file: str | None = None,
@@ -185,7 +185,7 @@ def _gain(
 
 
 def _state_space(
-    of: tuple[Given, ...],
+    of: tuple[Input, ...],
     A: Matrix | None = None,
     B: Matrix | None = None,
     C: Matrix | None = None,
@@ -303,7 +303,7 @@ class RateLimit(ControlBlock):
     """A signal y that follows `of` with the rate y' = (of - y)/time, at most `rate` upwards and at most `falling`
     downwards."""
 
-    of: Given
+    of: Input
     rate: float
     falling: float
     time: float
@@ -313,37 +313,37 @@ class RateLimit(ControlBlock):
     def expanded(self, name: str, unit: str | None) -> Expanded:
         program, y = self.of[0], reading(f"{name}.y")
         wanted = weighted([(1.0 / self.time, program), (-1.0 / self.time, y)])
-        own = unit_like(self.of, unit, self.initial)
+        unit = unit_like(self.of, unit, self.initial)
         start = number_of(self.initial, 0.0)
-        state = ScalarState(f"{name}.y", within(wanted, -self.falling, self.rate), start, self.scale, own)
-        return Expanded((Signal(name, y, own),), (state,))
+        state = ScalarState(f"{name}.y", within(wanted, -self.falling, self.rate), start, self.scale, unit)
+        return Expanded((Signal(name, y, unit),), (state,))
 
 
 @dataclass(frozen=True)
 class Delay(ControlBlock):
     """The value that `of` had `count` periods ago, sampled at instants and held in between; `initial` before that."""
 
-    of: Given
+    of: Input
     count: int
     period: float
     initial: Value | None
 
     def expanded(self, name: str, unit: str | None) -> Expanded:
-        own, start = unit_like(self.of, unit, self.initial), number_of(self.initial, 0.0)
-        kept = [f"x{at}" for at in range(1, self.count + 1)]
-        read = [self.of[0], *(reading(f"{name}.{each}") for each in kept)]
-        states = tuple(Held(each, program, start, own) for each, program in zip(kept, read, strict=False))
-        controller = Controller(name, self.period, (Held("value", read[-1], start, own),), states)
-        return Expanded((Signal(name, reading(f"{name}.value"), own),), controllers=(controller,))
+        unit, start = unit_like(self.of, unit, self.initial), number_of(self.initial, 0.0)
+        names = [f"x{at}" for at in range(1, self.count + 1)]
+        read = [self.of[0], *(reading(f"{name}.{each}") for each in names)]
+        states = tuple(Held(each, program, start, unit) for each, program in zip(names, read, strict=False))
+        controller = Controller(name, self.period, (Held("value", read[-1], start, unit),), states)
+        return Expanded((Signal(name, reading(f"{name}.value"), unit),), controllers=(controller,))
 
 
 def _rate_limit(
-    of: Given, rate: float, time: float, falling: float | None = None, initial: Value | None = None, scale: float = 1.0
+    of: Input, rate: float, time: float, falling: float | None = None, initial: Value | None = None, scale: float = 1.0
 ) -> RateLimit:
     return RateLimit(of, rate, rate if falling is None else falling, time, initial, scale)
 
 
-def _delay(of: Given, time: float, period: float, initial: Value | None = None) -> Delay:
+def _delay(of: Input, time: float, period: float, initial: Value | None = None) -> Delay:
     periods = time / period
     count = round(periods)
     if count < 1 or abs(periods - count) > ROUND_OFF * periods:

@@ -55,20 +55,20 @@ RULES: Mapping[str, Callable[[float], float]] = {
 }
 
 
-def parameter(given: Parameter) -> Field[Any]:
+def parameter(entry: Parameter) -> Field[Any]:
     """The field that reads a parameter of the joint table."""
-    if given.may_be in ("curve", "space_curve", "convex"):
-        return _several(given, NameReference("curve", "curves"))
-    if given.may_be == "side":
-        return _several(given, NameChoice("side", lambda: SIDES))
-    number: Field[float] = Number(given.unit, above=0.0 if given.may_be == "positive" else None)
-    if given.may_be in RULES:
-        number = Converted(number, RULES[given.may_be])
-    return _several(given, number)
+    if entry.may_be in ("curve", "space_curve", "convex"):
+        return _several(entry, NameReference("curve", "curves"))
+    if entry.may_be == "side":
+        return _several(entry, NameChoice("side", lambda: SIDES))
+    number: Field[float] = Number(entry.unit, above=0.0 if entry.may_be == "positive" else None)
+    if entry.may_be in RULES:
+        number = Converted(number, RULES[entry.may_be])
+    return _several(entry, number)
 
 
-def _several(given: Parameter, one: Field[Any]) -> Field[Any]:
-    return one if given.many is None else List(one, given.many, given.words)
+def _several(entry: Parameter, one: Field[Any]) -> Field[Any]:
+    return one if entry.many is None else List(one, entry.many, entry.words)
 
 
 # --- Couplings of joints ----------------------------------------------------------------------------------------------
@@ -137,7 +137,7 @@ COUPLER: Mapping[str, Field[Any]] = {
                 Function(None, ("s",), (COORDINATE,), units=()),
                 Converted(
                     table(None, None, ("natural", "clamped", "periodic")),
-                    lambda found: Program(tabulated(found, variable(COORDINATE))),
+                    lambda rows: Program(tabulated(rows, variable(COORDINATE))),
                 ),
             )
         )
@@ -152,10 +152,10 @@ def coupling_record(type_name: str, joint_type: NameChoice) -> Record[Joint]:
     kind = JOINTS[type_name]
     if not kind.couples:
         return Record(f"a {type_name} joint", {"type": joint_type, **COUPLER}, _coupler, ("type", "of"), named=True)
-    own = {name: parameter(each) for name, each in kind.parameters.items()}
+    parameters = {name: parameter(each) for name, each in kind.parameters.items()}
     names = List(NameReference("joint", "joints"), len(kind.couples), "names of joints")
-    coupling = {"type": joint_type, "joints": Converted(names, different), **own}
-    both = tuple(key for key in coupling if key not in own or key in kind.required_parameters)
+    coupling = {"type": joint_type, "joints": Converted(names, different), **parameters}
+    both = tuple(key for key in coupling if key not in parameters or key in kind.required_parameters)
     return Record(f"a {type_name} joint", coupling, _coupling, both, named=True)
 
 
@@ -238,14 +238,14 @@ def _coordinates_meant(joint: Joint, at: int, name: str, joints: Mapping[str, Jo
     """The full names, as "A.angle", of the coordinates that the name number `at` of a coupling, "A" or "A.angle", may
     mean."""
     unit = _unit(joint, at)
-    owner, _, own = name.partition(".")
+    owner, _, coordinate = name.partition(".")
     able, rows = coordinates_in(joints[owner], unit), JOINTS[joints[owner].type].coordinates
-    return [f"{owner}.{each}" for each in able if own in ("", each) and rows[each][0] not in NOT_COUPLED]
+    return [f"{owner}.{each}" for each in able if coordinate in ("", each) and rows[each][0] not in NOT_COUPLED]
 
 
 def _name_faults(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
     """The complaint about a name that means no coordinate, or several, or one that cannot be coupled."""
-    owner, _, own = name.partition(".")
+    owner, _, coordinate = name.partition(".")
     short = bool(JOINTS[joint.type].couples)
     path: KeyPath = ("joints", joint.name, "joints", at) if short else ("joints", joint.name, "of", name)
     if owner not in joints:
@@ -255,12 +255,12 @@ def _name_faults(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) 
     kind, able = joints[owner].type, _coordinates_meant(joint, at, name, joints)
     if len(able) == 1:
         return
-    if (what := NOT_COUPLED.get(JOINTS[kind].coordinates.get(own, ("",))[0])) is not None:
+    if (what := NOT_COUPLED.get(JOINTS[kind].coordinates.get(coordinate, ("",))[0])) is not None:
         yield Complaint(path, f"{what}, as '{name}', cannot be coupled", "couple other coordinates")
         return
-    if own:
+    if coordinate:
         has = ", ".join(JOINTS[kind].coordinates)
-        yield Complaint(path, f"joint '{owner}' is {kind} and has no {own} to couple", has and f"it has {has}")
+        yield Complaint(path, f"joint '{owner}' is {kind} and has no {coordinate} to couple", has and f"it has {has}")
         return
     unit = _unit(joint, at)
     word = WORDS[unit]
@@ -300,8 +300,8 @@ def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) 
         (whole,) = _coordinates_meant(joint, place, name, joints)
         if known.setdefault(whole, name) != name:
             yield Complaint((*path, name), f"'{known[whole]}' and '{name}' are one coordinate", "add their weights")
-        owner, _, own = whole.partition(".")
-        units[name] = COORDINATE_UNITS[JOINTS[joints[owner].type].coordinates[own][0]]
+        owner, _, coordinate = whole.partition(".")
+        units[name] = COORDINATE_UNITS[JOINTS[joints[owner].type].coordinates[coordinate][0]]
     mesh = len(units) == 2 and {*units.values()} == {"rad"} and coupled.function is None and all(coupled.of.values())
     if "teeth" in joint.parameters and not mesh:
         hint = "give each mesh its own coupler of two angles, or leave it out"

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 def fit_two(tracks: Sequence[Track], joint: Joint) -> Iterator[Complaint]:
     """A check that the two curves of a joint can touch on the sides, and within the limits, that the joint gives."""
     path: KeyPath = ("joints", joint.name)
-    given = joint.parameters.get("sides")
-    wrong = [*_wrong_sides(tracks, given, path)]
+    sides = joint.parameters.get("sides")
+    wrong = [*_wrong_sides(tracks, sides, path)]
     yield from wrong
     if wrong:
         return
@@ -40,14 +40,14 @@ def fit_two(tracks: Sequence[Track], joint: Joint) -> Iterator[Complaint]:
     yield from _hollow(tracks, joint)
 
 
-def _wrong_sides(tracks: Sequence[Track], given: tuple[str, ...] | None, path: KeyPath) -> Iterator[Complaint]:
+def _wrong_sides(tracks: Sequence[Track], sides: tuple[str, ...] | None, path: KeyPath) -> Iterator[Complaint]:
     for number, track in enumerate(tracks):
         kind, able = ("closed", ("outside", "inside")) if track.line.closed else ("open", ("left", "right"))
-        if given is None and not track.line.closed:
+        if sides is None and not track.line.closed:
             said = f"curve '{track.name}' is open: say on which side of it the other curve is"
             yield Complaint(path, said, "give sides: two of left, right, along each; outside, inside of closed ones")
             return
-        if given is not None and given[number] not in able:
+        if sides is not None and sides[number] not in able:
             yield Complaint((*path, "sides", number), f"curve '{track.name}' is {kind}", f"give {' or '.join(able)}")
 
 
@@ -81,12 +81,12 @@ def _hollow(tracks: Sequence[Track], joint: Joint) -> Iterator[Complaint]:
     sides = joint.parameters.get("sides", (None, None))
     bulges = [_bulge(track, side, joint, n) for n, (track, side) in enumerate(zip(tracks, sides, strict=True))]
     for number in (0, 1):
-        (points, own), (_, other) = bulges[number], bulges[1 - number]
-        worst = int(own.argmin())
-        if own[worst] >= 0.0 or own[worst] + other.max() > 0.0:
+        (points, bulge), (_, other) = bulges[number], bulges[1 - number]
+        worst = int(bulge.argmin())
+        if bulge[worst] >= 0.0 or bulge[worst] + other.max() > 0.0:
             continue
         at, most = At(float(points[worst, 0]), float(points[worst, 1]), 0.0), float(other.max())
-        said = f"curve '{tracks[number].name}' is hollow at {place(at)}, with a radius of {-1.0 / own[worst]:.4g} m"
+        said = f"curve '{tracks[number].name}' is hollow at {place(at)}, with a radius of {-1.0 / bulge[worst]:.4g} m"
         mate = f"curve '{tracks[1 - number].name}'"
         why = f"{mate} has one of {1.0 / most:.4g} m or more" if most > 0.0 else f"{mate} is hollow or straight"
         hint = "make it rounder there, or the hollow wider; look at the 'sides', too"
@@ -103,12 +103,12 @@ def _bulge(track: Track, side: str | None, joint: Joint, number: int) -> tuple[n
 
     places, κ = track.line.places, curvature(track.line)
     limit = joint.limits.get(f"displacement_{number + 1}")
-    own = np.full(len(κ), True)
+    within = np.full(len(κ), True)
     if limit is not None:
-        own &= places.length >= (0.0 if limit.low is None else limit.low) - track.line.length / len(κ)
-        own &= places.length <= (np.inf if limit.high is None else limit.high) + track.line.length / len(κ)
+        within &= places.length >= (0.0 if limit.low is None else limit.low) - track.line.length / len(κ)
+        within &= places.length <= (np.inf if limit.high is None else limit.high) + track.line.length / len(κ)
     left = 1.0 if track.is_left(side) else -1.0
-    return places.point[own], (-left * κ / (1.0 - κ * track.roller))[own]
+    return places.point[within], (-left * κ / (1.0 - κ * track.roller))[within]
 
 
 # --- Rules on joints that follow a curve ------------------------------------------------------------------------------
@@ -160,13 +160,13 @@ def fit_curves(
 
 def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
     path: KeyPath = ("joints", joint.name)
-    side, given = joint.parameters.get("side"), joint.parameters.get("roller")
+    side, roller = joint.parameters.get("side"), joint.parameters.get("roller")
     able = ("outside", "inside") if curve.line.closed else ("left", "right")
     if side is not None and side not in able:
         kind = "closed" if curve.line.closed else "open"
         yield Complaint((*path, "side"), f"curve '{curve.name}' is {kind}", f"give {' or '.join(able)}")
         return
-    radius = curve.roller if given is None else given
+    radius = curve.roller if roller is None else roller
     if joint.type != "slot" and radius and side is None and not curve.line.closed:
         yield Complaint(path, "a roller on an open curve needs its 'side'", "give left or right, along the curve")
         return
@@ -185,8 +185,8 @@ def _wrong_dimension(curves: Mapping[str, Track | SpaceTrack], joint: Joint) -> 
 
     wants_space = any(each.may_be == "space_curve" for each in JOINTS[joint.type].parameters.values())
     for key in ("curve", "curves"):
-        given = joint.parameters.get(key, ())
-        for name in (given,) if isinstance(given, str) else given:
+        names = joint.parameters.get(key, ())
+        for name in (names,) if isinstance(names, str) else names:
             track = curves.get(name)
             if track is not None and isinstance(track, SpaceTrack) != wants_space:
                 said = f"curve '{name}' is in a plane" if wants_space else f"curve '{name}' is in space"

@@ -68,8 +68,8 @@ class RowField(Field[tuple[Any, ...]]):
 
     def schema(self) -> Schema:
         rows = [each.schema() for each in self.items]
-        own = {"prefixItems": rows, "minItems": len(rows), "maxItems": len(rows)}
-        return {"description": self.expects, "type": "array", **own}
+        array = {"prefixItems": rows, "minItems": len(rows), "maxItems": len(rows)}
+        return {"description": self.expects, "type": "array", **array}
 
 
 LAW = NameChoice("lift law", lambda: LAWS)
@@ -93,11 +93,11 @@ RISES: Field[Any] = Converted(List(RowField((PositionAngle(above=0.0), Number("m
 LIFT: Record[dict[str, Any]] = Record("a lift law", {"base": LENGTH, "rises": RISES}, dict, ("base", "rises"))
 
 
-def _unrolled(**given: float) -> dict[str, float]:
-    if not (0.0 < given["from"] < given["to"] or given["from"] < given["to"] < 0.0):
+def _unrolled(**keys: float) -> dict[str, float]:
+    if not (0.0 < keys["from"] < keys["to"] or keys["from"] < keys["to"] < 0.0):
         hint = "give from and to in increasing order, both above 0 deg or both below: at 0 it has a cusp"
         raise Unfit("has a cusp, or ends before it begins", hint)
-    return given
+    return keys
 
 
 INVOLUTE: Record[dict[str, float]] = Record(
@@ -137,9 +137,9 @@ KEYS: Mapping[str, Field[Any]] = {
 SHAPES = ("points", "space_points", "polyline", "circle", "ellipse", "involute", "table", "lift")
 
 
-def _track(name: str, **given: Any) -> Track | SpaceTrack:
+def _track(name: str, **keys: Any) -> Track | SpaceTrack:
 
-    return track_of(name, **given)
+    return track_of(name, **keys)
 
 
 CURVE: Record[Track | SpaceTrack] = Record(
@@ -164,48 +164,48 @@ GOES_WITH: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def track_of(name: str, **given: Any) -> Track | SpaceTrack:
+def track_of(name: str, **keys: Any) -> Track | SpaceTrack:
     """The curve that these keys give. Raises Unfit where they do not fit each other, or the curve is not sound."""
     for key, shapes in GOES_WITH.items():
-        if key in given and not any(shape in given for shape in shapes):
+        if key in keys and not any(shape in keys for shape in shapes):
             raise Unfit(f"has no use for '{key}'", f"it goes with {' or '.join(shapes)}")
-    if "space_points" in given:
-        closed = given.get("closed", False)
-        _refuse_few(given["space_points"], 3 if closed else 2)
-        return SpaceTrack(name, through_space(given["space_points"], closed))
-    radius = given.get("roller", 0.0)
-    followed = CamFollower("flat") if given.get("flat") else CamFollower("roller" if radius else "point", radius)
-    line = _line(given, followed)
+    if "space_points" in keys:
+        closed = keys.get("closed", False)
+        _refuse_few(keys["space_points"], 3 if closed else 2)
+        return SpaceTrack(name, through_space(keys["space_points"], closed))
+    radius = keys.get("roller", 0.0)
+    followed = CamFollower("flat") if keys.get("flat") else CamFollower("roller" if radius else "point", radius)
+    line = _line(keys, followed)
     _refuse(line, radius, followed)
-    rows = given.get("points", given.get("table", ()))
+    rows = keys.get("points", keys.get("table", ()))
     return Track(name, line, radius, tuple(rows), followed.kind == "flat")
 
 
-def _line(given: Mapping[str, Any], followed: CamFollower) -> PlaneCurve:
-    closed = given.get("closed", False)
-    if "points" in given:
-        _refuse_few(given["points"], 3 if closed else 2)
-        return through(given["points"], closed)
-    if "polyline" in given:
-        _refuse_few(given["polyline"], 3 if closed else 2)
-        if "fillet" not in given and (closed or len(given["polyline"]) > 2):
+def _line(keys: Mapping[str, Any], followed: CamFollower) -> PlaneCurve:
+    closed = keys.get("closed", False)
+    if "points" in keys:
+        _refuse_few(keys["points"], 3 if closed else 2)
+        return through(keys["points"], closed)
+    if "polyline" in keys:
+        _refuse_few(keys["polyline"], 3 if closed else 2)
+        if "fillet" not in keys and (closed or len(keys["polyline"]) > 2):
             raise Unfit("has corners", "give the radius of their arcs as 'fillet'")
         try:
-            return polyline(given["polyline"], given.get("fillet", 0.0), closed)
+            return polyline(keys["polyline"], keys.get("fillet", 0.0), closed)
         except ValueError as error:
             where = error.args[0] + 1
             raise Unfit(f"has no room for the arc at its point {where}", "give a smaller 'fillet'") from error
-    if "table" in given:
-        return polar(given["table"])
-    if "lift" in given:
-        lift = given["lift"]
+    if "table" in keys:
+        return polar(keys["table"])
+    if "lift" in keys:
+        lift = keys["lift"]
         lowest = lift["base"] + min(each.to for each in lift["rises"])
         if lowest <= 0.0:
             raise Unfit("goes through its axis", "give a larger 'base'")
-        return of_law(lift["base"], lift["rises"], followed, given.get("clockwise", False))
-    if "involute" in given:
-        return involute(*(given["involute"][key] for key in ("base", "from", "to")))
-    return ellipse(given["ellipse"] if "ellipse" in given else (given["circle"],) * 2)
+        return of_law(lift["base"], lift["rises"], followed, keys.get("clockwise", False))
+    if "involute" in keys:
+        return involute(*(keys["involute"][key] for key in ("base", "from", "to")))
+    return ellipse(keys["ellipse"] if "ellipse" in keys else (keys["circle"],) * 2)
 
 
 def _refuse_few(points: Sequence[tuple[float, ...]], least: int) -> None:

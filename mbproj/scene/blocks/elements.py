@@ -397,11 +397,11 @@ def _speed_torque(
     rate = reading(f"{s}_dot")
     shaft = formula("n*rate", n=gear, rate=rate)
     curve = _at_speed(torque, shaft)
-    own = curve if command is None else formula("u*T", u=command, T=curve)
-    push = formula("n*T - d*rate", n=gear, T=own, d=friction, rate=rate)
+    driven = curve if command is None else formula("u*T", u=command, T=curve)
+    push = formula("n*T - d*rate", n=gear, T=driven, d=friction, rate=rate)
     warms = formula("d*rate*rate", d=friction, rate=rate)
     if motor_constant is not None:
-        warms = formula("warm + (T/K)**2", warm=warms, T=own, K=motor_constant)
+        warms = formula("warm + (T/K)**2", warm=warms, T=driven, K=motor_constant)
     return Element(
         name,
         reads=(f"{s}_dot",),
@@ -413,7 +413,7 @@ def _speed_torque(
 
 def _at_speed(curve: Program, shaft: Program) -> Program:
     """The program of the curve's torque at the speed that the program `shaft` gives."""
-    return combine(lambda own, turning: replaced(own, {RATE: turning}), curve, shaft)
+    return combine(lambda torque, turning: replaced(torque, {RATE: turning}), curve, shaft)
 
 
 ENGINES = {
@@ -439,11 +439,11 @@ ENGINES = {
 # Type: torsion_spring_damper, joint: pin, stiffness: 40*(1 + grip), damping: 0.5
 
 
-Given = float | Program
+Varying = float | Program
 
 
 def _spring(
-    name: str, s: str, free: str, stiffness: Given = 0.0, damping: Given = 0.0, table: Given = 0.0, **at: Given
+    name: str, s: str, free: str, stiffness: Varying = 0.0, damping: Varying = 0.0, table: Varying = 0.0, **at: Varying
 ) -> Element:
     """The spring F = table(s) - k (s - free) - c s'. It stores k (s - free)²/2, so that a change of k or of the free
     length does work. The work of c is heat."""

@@ -62,7 +62,7 @@ if TYPE_CHECKING:
 
 
 #: An expectation as read: values by key. Numbers whose unit depends on the quantity are `Value`s with a dimension.
-Given = Mapping[str, Any]
+ExpectationKeys = Mapping[str, Any]
 #: The kinds of items that an expectation may be about, with the block that has them; "" where no one block does.
 SUBJECTS: Mapping[str, str] = {
     "marker": "markers",
@@ -156,7 +156,7 @@ QUANTITIES = tuple(
     dict.fromkeys([*(name for of, names in OBSERVABLES.items() if of != "diagnostic" for name in names), *OF_BUSHINGS])
 )
 
-EXPECTATION: Record[Given] = Record(
+EXPECTATION: Record[ExpectationKeys] = Record(
     "an expectation",
     {
         **{of: NameReference(of, block) for of, block in SUBJECTS.items() if block},
@@ -185,69 +185,69 @@ EXPECTATION: Record[Given] = Record(
 )
 
 
-def subject(given: Given) -> tuple[str, str, str]:
+def subject(keys: ExpectationKeys) -> tuple[str, str, str]:
     """The kind of item that an expectation is about, the name of the item, and the quantity."""
-    of = next(key for key in SUBJECTS if key in given)
-    return of, given[of], given.get("quantity", given.get("diagnostic"))
+    of = next(key for key in SUBJECTS if key in keys)
+    return of, keys[of], keys.get("quantity", keys.get("diagnostic"))
 
 
-def expectation(name: str, given: Given, unit: str) -> Expectation:
+def expectation(name: str, keys: ExpectationKeys, unit: str) -> Expectation:
     """The record of an expectation whose quantity is in `unit`."""
-    of, item, quantity = subject(given)
-    value = tuple(part.number for part in given["value"]) if "value" in given else None
-    bounds = {key: given[key].number for key in BOUNDS if key in given}
+    of, item, quantity = subject(keys)
+    value = tuple(part.number for part in keys["value"]) if "value" in keys else None
+    bounds = {key: keys[key].number for key in BOUNDS if key in keys}
     if value is not None:
-        relative = given.get("relative", 0.0) * max(map(abs, value))
-        bounds["tolerance"] = given["absolute"].number if "absolute" in given else relative
-    at = passage_of(given["at"]) if isinstance(given["at"], GivenPassage) else given["at"]
-    further = {key: given[key] for key in ("over", "between") if key in given}
+        relative = keys.get("relative", 0.0) * max(map(abs, value))
+        bounds["tolerance"] = keys["absolute"].number if "absolute" in keys else relative
+    at = passage_of(keys["at"]) if isinstance(keys["at"], GivenPassage) else keys["at"]
+    further = {key: keys[key] for key in ("over", "between") if key in keys}
     return Expectation(
-        name, of, item, quantity, unit, given.get("component", ""), at, given["source"], value, **bounds, **further
+        name, of, item, quantity, unit, keys.get("component", ""), at, keys["source"], value, **bounds, **further
     )
 
 
-def fits(name: str, given: Given, observable: Observable, unit: str | None) -> Iterator[Complaint]:
+def fits(name: str, keys: ExpectationKeys, observable: Observable, unit: str | None) -> Iterator[Complaint]:
     """Complaints about an expectation that does not fit the observable, whose unit here is `unit` (None: any)."""
     path: KeyPath = ("expect", name)
-    what = subject(given)[2]
+    what = subject(keys)[2]
     for check in (_component_fits, _count_fits):
-        complaint = check(given, observable, what)
+        complaint = check(keys, observable, what)
         if complaint is not None:
             yield complaint._replace(path=(*path, *complaint.path))
             return
-    numbers = [(("value", index), part) for index, part in enumerate(given.get("value", ()))]
-    for where, value in [*numbers, *(((key,), given[key]) for key in ("absolute", *BOUNDS) if key in given)]:
+    numbers = [(("value", index), part) for index, part in enumerate(keys.get("value", ()))]
+    for where, value in [*numbers, *(((key,), keys[key]) for key in ("absolute", *BOUNDS) if key in keys)]:
         if unit is not None and not agrees(unit, value.dimension):
             mine = f"is in {unit}" if unit else "has no unit"
             yield Complaint(
-                _place(given, path, where), f"'{what}' {mine}, this is {describe(value.dimension, with_unit=True)}"
+                _place(keys, path, where), f"'{what}' {mine}, this is {describe(value.dimension, with_unit=True)}"
             )
-    if "relative" in given and not any(part.number for part in given["value"]):
+    if "relative" in keys and not any(part.number for part in keys["value"]):
         yield Complaint((*path, "relative"), "a relative tolerance of the value 0 is 0", "give an 'absolute' tolerance")
 
 
-def _place(given: Given, path: KeyPath, where: KeyPath) -> KeyPath:
+def _place(keys: ExpectationKeys, path: KeyPath, where: KeyPath) -> KeyPath:
     """The path of a number of the expectation. A single value is no list in the scene: its path has no index."""
-    return (*path, where[0]) if where[0] != "value" or len(given["value"]) == 1 else (*path, *where)
+    return (*path, where[0]) if where[0] != "value" or len(keys["value"]) == 1 else (*path, *where)
 
 
-def _component_fits(given: Given, observable: Observable, what: str) -> Complaint | None:
-    component, of_one = given.get("component"), given["at"] not in EXTREMES and "value" in given
+def _component_fits(keys: ExpectationKeys, observable: Observable, what: str) -> Complaint | None:
+    component, of_one = keys.get("component"), keys["at"] not in EXTREMES and "value" in keys
     if component and observable.components == 1:
         return Complaint(("component",), f"'{what}' is one number and has no components", "leave it out")
     if component and observable.components == 4:
         return Complaint(("component",), "the sign of an orientation means nothing", "give all four as 'value'")
     if observable.components > 1 and not component and not of_one:
-        key = "at" if "value" in given else next((bound for bound in BOUNDS if bound in given), "quantity")
+        key = "at" if "value" in keys else next((bound for bound in BOUNDS if bound in keys), "quantity")
         otherwise = "measure another quantity" if key == "quantity" else "expect it at a time"
         hint = "add component: x, y, z or norm" if observable.components == 3 else otherwise
         return Complaint((key,), f"'{what}' has {observable.components} components, and this is about one number", hint)
     return None
 
 
-def _count_fits(given: Given, observable: Observable, what: str) -> Complaint | None:
-    needed = 1 if "component" in given else observable.components
-    count = len(given.get("value", [None] * needed))
+def _count_fits(keys: ExpectationKeys, observable: Observable, what: str) -> Complaint | None:
+    needed = 1 if "component" in keys else observable.components
+    count = len(keys.get("value", [None] * needed))
     if count == needed:
         return None
     also = ", or a component: x, y, z or norm" if needed == 3 else ""
@@ -269,26 +269,26 @@ UNITS = {
 #: The blocks that have states and signals.
 CONTROLLED = ("signals", "states", "controllers", "forces")
 Items = Mapping[str, Any]
-Expected = Mapping[str, Given]
+Expected = Mapping[str, ExpectationKeys]
 
 
 def of_markers_and_bodies(expected: Expected) -> Iterator[Complaint]:
     """A check of the expectations of markers, bodies and diagnostics."""
     for of in ("marker", "body", "diagnostic"):
-        for name, given, _, quantity in _of(of, expected):
+        for name, keys, _, quantity in _of(of, expected):
             able = OBSERVABLES[of]
             if quantity in able:
-                yield from fits(name, given, able[quantity], able[quantity].unit)
+                yield from fits(name, keys, able[quantity], able[quantity].unit)
             else:
                 yield Complaint(("expect", name, "quantity"), f"a {of} has no '{quantity}'", _choices(quantity, able))
 
 
 def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Complaint]:
     """A check of the expectations of joints."""
-    for name, given, item, quantity in _of("joint", expected):
+    for name, keys, item, quantity in _of("joint", expected):
         joint, observable = joints[item], OBSERVABLES["joint"].get(quantity)
-        own = coordinates_in(joint, None)
-        theirs = {coordinate for coordinate in COORDINATES if coordinate not in own}
+        coordinates = coordinates_in(joint, None)
+        theirs = {coordinate for coordinate in COORDINATES if coordinate not in coordinates}
         portions = joint.parameters["path"].portions if "path" in joint.parameters else 0
         theirs |= {f"{TENSION}{number}" for number in range(portions + 1, MOST_WHEELS + 2)}
         theirs |= set() if {"curve", "curves"} & joint.parameters.keys() else {CONTACT}
@@ -301,16 +301,16 @@ def of_joints(joints: Mapping[str, Joint], expected: Expected) -> Iterator[Compl
             message = f"joint '{item}' is {joint.type} and has no '{quantity}'"
             yield Complaint(("expect", name, "quantity"), message, f"it has {', '.join(able)}")
         elif not output_of(quantity):
-            yield from fits(name, given, observable, observable.unit)
-        elif given.get("over") in coordinates_of(joints):
-            yield from fits(name, given, observable, ratio_unit(quantity, given["over"]))
+            yield from fits(name, keys, observable, observable.unit)
+        elif keys.get("over") in coordinates_of(joints):
+            yield from fits(name, keys, observable, ratio_unit(quantity, keys["over"]))
 
 
 def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Complaint]:
     """A check of the expectations of forces on bodies, between points and between frames."""
     from mbproj.scene.records import DistanceStop, PlaneStop
 
-    for name, given, item, quantity in _of("force", expected):
+    for name, keys, item, quantity in _of("force", expected):
         force = forces[item]
         able = OF_BUSHINGS if isinstance(force, Bushing) else OBSERVABLES["force"]
         if isinstance(force, BodyForce):
@@ -325,14 +325,14 @@ def of_forces(forces: Mapping[str, Force], expected: Expected) -> Iterator[Compl
                 ("expect", name, "force"), message, "write  stop: NAME  with the quantity gap, rate or force"
             )
         elif isinstance(force, PointForce | Bushing):
-            yield from fits(name, given, able[quantity], able[quantity].unit_with("m"))
+            yield from fits(name, keys, able[quantity], able[quantity].unit_with("m"))
 
 
 def of_joint_forces(
     joints: Mapping[str, Joint], forces: Mapping[str, Force], expected: Expected
 ) -> Iterator[Complaint]:
     """A check of the expectations of forces on coordinates of joints."""
-    for name, given, item, quantity in _of("force", expected):
+    for name, keys, item, quantity in _of("force", expected):
         force, able = forces[item], OBSERVABLES["force"]
         if not isinstance(force, JointForce):
             continue
@@ -346,18 +346,18 @@ def of_joint_forces(
             message = f"force '{item}' acts on {len(units)} coordinates"
             yield Complaint(("expect", name, "force"), message, "write a force for each of them")
         elif units and quantity in able:
-            yield from fits(name, given, able[quantity], able[quantity].unit_with(units[0]))
+            yield from fits(name, keys, able[quantity], able[quantity].unit_with(units[0]))
 
 
 def of_motions(motions: Mapping[str, Motion], expected: Expected) -> Iterator[Complaint]:
     """A check of the expectations of motions."""
-    for name, given, item, quantity in _of("motion", expected):
+    for name, keys, item, quantity in _of("motion", expected):
         able = OBSERVABLES["motion"]
         if quantity not in able:
             yield Complaint(("expect", name, "quantity"), f"a motion has no '{quantity}'", _choices(quantity, able))
         else:
             unit = able[quantity].unit_with(COORDINATES[motions[item].coordinate])
-            yield from fits(name, given, able[quantity], unit)
+            yield from fits(name, keys, able[quantity], unit)
 
 
 def of_stops(expected: Expected, joints: Mapping[str, Joint], forces: Mapping[str, Force]) -> Iterator[Complaint]:
@@ -374,14 +374,14 @@ def of_states(expected: Expected, *blocks: Mapping[str, Any]) -> Iterator[Compla
     """A check of the expectations of states and signals."""
     by_kind = dict(zip(CONTROLLED, blocks, strict=True))
     for of, units in (("signal", _units(by_kind["signals"])), ("state", state_units(by_kind))):
-        for name, given, item, quantity in _of(of, expected):
+        for name, keys, item, quantity in _of(of, expected):
             if item not in units:
                 hint = choose_from(item, units, f"{of}s are") if units else f"the scene has no {of}s"
                 yield Complaint(("expect", name, of), f"unknown {of} '{item}'", hint)
             elif quantity != "value":
                 yield Complaint(("expect", name, "quantity"), f"a {of} has no '{quantity}'", "it has value")
             else:
-                yield from fits(name, given, OBSERVABLES[of]["value"], units[item] or None)
+                yield from fits(name, keys, OBSERVABLES[of]["value"], units[item] or None)
 
 
 def state_units(blocks: Mapping[str, Any]) -> dict[str, str]:
@@ -413,21 +413,21 @@ def _of_items_on_coordinates(
     """Complaints about expectations of the kind `of`, "stop" or "friction"."""
     able, asked = OBSERVABLES[of], [*_of(of, expected)]
     units = load(UNITS[of])(joints, forces) if asked else {}
-    for name, given, item, quantity in asked:
+    for name, keys, item, quantity in asked:
         if item not in units:
             hint = choose_from(item, units, f"{what}s are") if units else f"the scene has {NO_ITEMS[of]}"
             yield Complaint(("expect", name, of), f"unknown {what} '{item}'", hint)
         elif quantity not in able:
             yield Complaint(("expect", name, "quantity"), f"a {what} has no '{quantity}'", _choices(quantity, able))
         else:
-            yield from fits(name, given, able[quantity], able[quantity].unit_with(units[item]))
+            yield from fits(name, keys, able[quantity], able[quantity].unit_with(units[item]))
 
 
 def expectations_of(blocks: Mapping[str, Any]) -> Iterator[Expectation]:
     """The records of a scene's expectations; `blocks` are its blocks as read, after all checks have passed."""
     joints = blocks.get("joints", {})
-    for name, given in blocks.get("expect", {}).items():
-        of, item, quantity = subject(given)
+    for name, keys in blocks.get("expect", {}).items():
+        of, item, quantity = subject(keys)
         coordinate, able = "", OBSERVABLES[of]
         if of == "force":
             force = blocks["forces"][item]
@@ -438,17 +438,17 @@ def expectations_of(blocks: Mapping[str, Any]) -> Iterator[Expectation]:
         elif of in UNITS:
             coordinate = load(UNITS[of])(joints, blocks.get("forces", {}))[item]
         elif of in ("state", "signal"):
-            own = state_units(blocks) if of == "state" else _units(blocks["signals"])
-            yield expectation(name, given, own[item])
+            units = state_units(blocks) if of == "state" else _units(blocks["signals"])
+            yield expectation(name, keys, units[item])
             continue
-        unit = ratio_unit(quantity, given["over"]) if output_of(quantity) else able[quantity].unit_with(coordinate)
-        yield expectation(name, given, unit)
+        unit = ratio_unit(quantity, keys["over"]) if output_of(quantity) else able[quantity].unit_with(coordinate)
+        yield expectation(name, keys, unit)
 
 
 def unsampled(expected: Expected, settings: Settings) -> Iterator[Complaint]:
     """A check that the run records at the times of the expectations."""
-    for name, given in expected.items():
-        time, path = given["at"], ("expect", name, "at")
+    for name, keys in expected.items():
+        time, path = keys["at"], ("expect", name, "at")
         if isinstance(time, GivenPassage):
             continue
         near = None if isinstance(time, str) else nearest_samples(settings, time)
@@ -469,11 +469,11 @@ def acts_on(force: JointForce, joints: Mapping[str, Joint]) -> list[str]:
     return list(dict.fromkeys((*whole.laws, *smooth)))
 
 
-def _of(of: str, expected: Expected) -> Iterator[tuple[str, Given, str, str]]:
+def _of(of: str, expected: Expected) -> Iterator[tuple[str, ExpectationKeys, str, str]]:
     """The name, the values by key, the item and the quantity of each expectation of the kind `of`."""
-    for name, given in expected.items():
-        if of in given:
-            yield (name, given, *subject(given)[1:])
+    for name, keys in expected.items():
+        if of in keys:
+            yield (name, keys, *subject(keys)[1:])
 
 
 def _choices(quantity: str, able: Mapping[str, Observable]) -> str:
@@ -500,7 +500,7 @@ CHECKS = (
 
 _WORDS = (*SUBJECTS, "quantity", "component", "over", "between", "at")
 
-A_MEASURE: Record[Given] = Record(
+A_MEASURE: Record[ExpectationKeys] = Record(
     "a measure",
     {key: EXPECTATION.keys[key] for key in _WORDS},
     dict,
@@ -512,13 +512,13 @@ A_MEASURE: Record[Given] = Record(
 )
 
 
-def _some(measures: Mapping[str, Given]) -> Mapping[str, Given]:
+def _some(measures: Mapping[str, ExpectationKeys]) -> Mapping[str, ExpectationKeys]:
     if not measures:
         raise Unfit("is empty", "say what to measure, as in  tip: {marker: tip, quantity: position, ..}")
     return measures
 
 
-MEASURES: Field[Mapping[str, Given]] = Converted(Named("measure", A_MEASURE), _some)
+MEASURES: Field[Mapping[str, ExpectationKeys]] = Converted(Named("measure", A_MEASURE), _some)
 
 
 def items_of(scene: Scene) -> dict[str, tuple[str, ...]]:
@@ -526,22 +526,22 @@ def items_of(scene: Scene) -> dict[str, tuple[str, ...]]:
     return {block: tuple(items) for block, items in _blocks(scene).items()}
 
 
-def complaints(measures: Mapping[str, Given], scene: Scene) -> Iterator[Complaint]:
+def complaints(measures: Mapping[str, ExpectationKeys], scene: Scene) -> Iterator[Complaint]:
     """Complaints about measures of items or quantities that the scene does not have."""
     blocks = {**_blocks(scene), "expect": measures}
     for check in CHECKS:
         yield from map(_under_measure, check.complaints(blocks, blocks))
 
 
-def untimely(measures: Mapping[str, Given], settings: Settings) -> Iterator[Complaint]:
+def untimely(measures: Mapping[str, ExpectationKeys], settings: Settings) -> Iterator[Complaint]:
     """Complaints about measures at times at which a run with these settings has no sample."""
     return map(_under_measure, unsampled(measures, settings))
 
 
-def measures_of(measures: Mapping[str, Given], scene: Scene) -> tuple[Expectation, ...]:
+def measures_of(measures: Mapping[str, ExpectationKeys], scene: Scene) -> tuple[Expectation, ...]:
     """The records of measures that passed the checks: expectations without a value or a bound."""
-    given = {name: {**words, "source": ""} for name, words in measures.items()}
-    return tuple(expectations_of({**_blocks(scene), "expect": given}))
+    expected = {name: {**words, "source": ""} for name, words in measures.items()}
+    return tuple(expectations_of({**_blocks(scene), "expect": expected}))
 
 
 def _under_measure(complaint: Complaint) -> Complaint:

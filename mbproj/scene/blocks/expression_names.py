@@ -8,7 +8,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.functions.program import Program
 from mbproj.scene.blocks.coordinates import COORDINATES
 from mbproj.scene.blocks.elements import ELEMENTS, SPRINGS, element_type
-from mbproj.scene.expressions.dimensions import Found, called
+from mbproj.scene.expressions.dimensions import Inferred, called
 from mbproj.scene.expressions.evaluate import RESERVED, Unavailable, evaluate
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import BARE, TIME, Dimension, unit_at
@@ -33,8 +33,8 @@ def dimension_in(root: MappingNode, items: Items, name: str, reading: Reading) -
 
     def item(block: str, name: str) -> Node | None:
         if block not in items:
-            own = _at(root, block)
-            values = own.values.items() if isinstance(own, MappingNode) else ()
+            mapping = _at(root, block)
+            values = mapping.values.items() if isinstance(mapping, MappingNode) else ()
             items[block] = {key.replace("-", "_"): node for key, node in values}
         return items[block].get(name)
 
@@ -61,8 +61,8 @@ def dimension_in(root: MappingNode, items: Items, name: str, reading: Reading) -
 def _of_signal(node: Node | None) -> Dimension | None:
     """The dimension of a signal's declared unit. A text that is no unit is reported where it is read."""
     unit = _at(node, "unit")
-    found = unit_at(unit.text, 0) if isinstance(unit, ScalarNode) else None
-    return None if found is None else found[0].dimension
+    parsed = unit_at(unit.text, 0) if isinstance(unit, ScalarNode) else None
+    return None if parsed is None else parsed[0].dimension
 
 
 def _of_state(node: Node | None, reading: Reading) -> Dimension | None:
@@ -111,14 +111,14 @@ EXPRESSION = Function(None, names_channels=True)
 
 
 @dataclass(frozen=True)
-class _Expression(Field["tuple[Program, Found]"]):
+class _Expression(Field["tuple[Program, Inferred]"]):
     """A function of channels (coordinates, signals, states), with its dimension."""
 
     @property
     def expects(self) -> str:
         return "an expression of t, coordinates, signals and states"
 
-    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Found] | None:
+    def read(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Inferred] | None:
         return EXPRESSION.with_dimension(node, path, reading)
 
     def schema(self) -> Schema:

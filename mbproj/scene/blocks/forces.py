@@ -102,15 +102,15 @@ def _resistance(what: str, per_length: str, per_angle: str) -> Field[tuple[Matri
 
 
 def _bushing(
-    name: str, type: str, bodies: tuple[str, str], location: Any, axes: Any = GLOBAL_AXES, **given: Any
+    name: str, type: str, bodies: tuple[str, str], location: Any, axes: Any = GLOBAL_AXES, **keys: Any
 ) -> Bushing:
-    if not any(any(map(any, part)) for part in (*given.get("stiffness", ()), *given.get("damping", ()))) and not any(
-        map(any, given.get("preload", ()))
+    if not any(any(map(any, part)) for part in (*keys.get("stiffness", ()), *keys.get("damping", ()))) and not any(
+        map(any, keys.get("preload", ()))
     ):
         raise Unfit("does nothing", "give a 'stiffness', a 'damping' or a 'preload' that is not zero")
     if isinstance(axes, Mapping):
         axes = Orientations(axes[bodies[0]], axes[bodies[1]], local=True)
-    return Bushing(name, bodies, pair_of(location, bodies), axes, **given)
+    return Bushing(name, bodies, pair_of(location, bodies), axes, **keys)
 
 
 def bushing_record(force_type: NameChoice) -> Record[Force]:
@@ -204,16 +204,16 @@ def _law_choices(force: str, free: str) -> tuple[OneOf, ...]:
     )
 
 
-def _law(given: Mapping[str, Any], force: str, free: str, default: float | None) -> Law:
+def _law(keys: Mapping[str, Any], force: str, free: str, default: float | None) -> Law:
     """The law of the given keys, with `default` for `free`. Raises Unfit where it has no effect, or a key too many."""
-    if not any(key in given for key in ("stiffness", "damping", force, "table")):
+    if not any(key in keys for key in ("stiffness", "damping", force, "table")):
         raise Unfit("does nothing", f"give 'stiffness', 'damping', '{force}' or 'table'")
-    if free in given and "stiffness" not in given:
+    if free in keys and "stiffness" not in keys:
         raise Unfit(f"has a '{free}' and no 'stiffness'", "give the stiffness of the spring")
-    function: Program | None = given.get(force)
-    if "table" in given:
-        function = Program(tabulated(given["table"], variable(COORDINATE)))
-    return Law(given.get("stiffness", 0.0), given.get("damping", 0.0), given.get(free, default), function)
+    function: Program | None = keys.get(force)
+    if "table" in keys:
+        function = Program(tabulated(keys["table"], variable(COORDINATE)))
+    return Law(keys.get("stiffness", 0.0), keys.get("damping", 0.0), keys.get(free, default), function)
 
 
 def _varying(type: str, law: Mapping[str, Any], free: str) -> Kind | None:
@@ -230,14 +230,14 @@ def _spring(
     name: str, type: str, points: Any = None, bodies: Any = None, locations: Any = None, **law: Any
 ) -> PointForce:
     bodies, pair = two_ends(points, bodies, locations)
-    own, varies = _law(law, "force", "free_length", None), _varying(type, law, "free_length")
-    return PointForce(name, bodies, pair, Law() if varies else own, varies)
+    spring, varies = _law(law, "force", "free_length", None), _varying(type, law, "free_length")
+    return PointForce(name, bodies, pair, Law() if varies else spring, varies)
 
 
 def _joint_spring(force: str, free: str, unit: str) -> Any:
     def make(name: str, type: str, joint: str, coordinate: str = "", **law: Any) -> JointForce:
-        own, varies = _law(law, force, free, 0.0), _varying(type, law, free)
-        return JointForce(name, joint, {coordinate: Law() if varies else own}, unit, element=varies)
+        spring, varies = _law(law, force, free, 0.0), _varying(type, law, free)
+        return JointForce(name, joint, {coordinate: Law() if varies else spring}, unit, element=varies)
 
     return make
 
@@ -295,12 +295,12 @@ def _of_element(type_name: str, kind: ElementType) -> Record[Force]:
         locations: Any = None,
         **values: Any,
     ) -> Force:
-        own = Kind(type_name, values)
+        element = Kind(type_name, values)
         if joint:
-            return JointForce(name, joint, {coordinate: Law()}, kind.along, element=own)
+            return JointForce(name, joint, {coordinate: Law()}, kind.along, element=element)
         if coordinate:
             raise Unfit("has a 'coordinate' and no 'joint'", "name the joint whose coordinate it is")
-        return PointForce(name, *two_ends(points, bodies, locations), Law(), own)
+        return PointForce(name, *two_ends(points, bodies, locations), Law(), element)
 
     keys |= kind.keys
     article = "an" if type_name[0] in "aeiou" else "a"

@@ -83,9 +83,9 @@ def not_less(key: str) -> Callable[..., Iterator[Complaint]]:
     return find
 
 
-def _has_arm(coefficient: Any, *given: Any) -> Iterator[Complaint]:
+def _has_arm(coefficient: Any, *values: Any) -> Iterator[Complaint]:
     """A check that friction on an angle has an arm, which makes a torque of a force, or a constant torque."""
-    if not any(isinstance(value, float | Program) for value in given):
+    if not any(isinstance(value, float | Program) for value in values):
         yield armless(("coefficient",))
 
 
@@ -115,8 +115,8 @@ class DryRecord(Record[T_co]):
     """A record of dry friction, in which `static` is in the unit of the sliding friction."""
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
-        given = as_mapping(node)
-        key = next((key for key in SLIDING if given is not None and key in given.values), "")
+        mapping = as_mapping(node)
+        key = next((key for key in SLIDING if mapping is not None and key in mapping.values), "")
         return Record.read(replace(self, keys={**self.keys, "static": STATIC[key]}), node, path, reading)
 
 
@@ -126,21 +126,21 @@ def _record(unit: str, any_coordinate: bool) -> DryRecord[DryFriction]:
     foreign = () if any_coordinate else FOREIGN[unit]
     keys = {key: field for key, field in KEYS.items() if key not in foreign} | dict.fromkeys(SPEEDS, SPEED[unit])
     choices = tuple(
-        OneOf(own, group.needed, group.hint)
+        OneOf(known, group.needed, group.hint)
         for group in CHOICES
-        if len(own := tuple(key for key in group.keys if key in keys)) > 1
+        if len(known := tuple(key for key in group.keys if key in keys)) > 1
     )
     checks = tuple(check for check in CHECKS if check.keys[0] in keys)
     if unit == "rad":
         checks = (*checks, *OF_ANGLES, ARM)
 
-    def make(static: float | Program | None = None, **given: Any) -> DryFriction:
-        (sliding,) = (given[key] for key in SLIDING if key in given)
-        speeds = {key: given.get(key) for key in SPEEDS}
+    def make(static: float | Program | None = None, **values: Any) -> DryFriction:
+        (sliding,) = (values[key] for key in SLIDING if key in values)
+        speeds = {key: values.get(key) for key in SPEEDS}
         bearing = None
-        if "coefficient" in given:
-            radius, axial = (given.get(key) for key in ARMS)
-            bearing = Bearing(radius, axial, given.get("bearing_length", math.inf), given.get("preload", 0.0))
+        if "coefficient" in values:
+            radius, axial = (values.get(key) for key in ARMS)
+            bearing = Bearing(radius, axial, values.get("bearing_length", math.inf), values.get("preload", 0.0))
         return DryFriction(unit, sliding, sliding if static is None else static, bearing=bearing, **speeds)
 
     what = "dry friction" if any_coordinate else f"dry friction on {'an angle' if unit == 'rad' else 'a displacement'}"
@@ -225,9 +225,9 @@ def slides_in_joints(joints: Mapping[str, Joint], forces: Mapping[str, Force]) -
             continue
         for coordinate, dry in force.coulomb.items():
             path: KeyPath = ("forces", force.name, "coulomb", *([coordinate] if coordinate else []))
-            own = coordinates_in(joint, None)
-            if coordinate and coordinate not in own:
-                yield lacks(joint, coordinate, own, path)
+            coordinates = coordinates_in(joint, None)
+            if coordinate and coordinate not in coordinates:
+                yield lacks(joint, coordinate, coordinates, path)
                 continue
             if dry.bearing is not None and not JOINTS[joint.type].rows:
                 said = f"joint '{joint.name}' is {joint.type}, which holds nothing: no load presses on its friction"
@@ -250,12 +250,12 @@ def _slips(joint: Joint, coordinate: str, dry: DryFriction, path: KeyPath) -> It
 
 def _undecided(joint: Joint, dry: DryFriction, path: KeyPath) -> Iterator[Complaint]:
     """The complaint where no coordinate is named, and the joint has none that fits, or several."""
-    pressed, own = dry.bearing, coordinates_in(joint, None)
+    pressed, coordinates = dry.bearing, coordinates_in(joint, None)
     if pressed is not None and not pressed.has_arm:
-        if own == ["angle"]:
+        if coordinates == ["angle"]:
             yield armless((*path, "coefficient"))
-        elif len(own) > 1:
-            yield none_or_several(joint, None, own, path, "coulomb")
+        elif len(coordinates) > 1:
+            yield none_or_several(joint, None, coordinates, path, "coulomb")
     elif not coordinates_in(joint, dry.unit):
         constant = CONSTANT[dry.unit][0]
         key = constant if pressed is None else ARMS[0] if pressed.radius is not None else ARMS[1]

@@ -72,12 +72,12 @@ def _function(unit: str) -> Field[Driver]:
     """The field of a function of time: an expression alone, or a mapping with one of the kinds."""
     kinds = _kinds(unit)
     choice = (OneOf(tuple(kinds), needed=True),)
-    one: Field[Driver] = Record("a motion", kinds, lambda **given: next(iter(given.values())), choices=choice)
+    one: Field[Driver] = Record("a motion", kinds, lambda **driver: next(iter(driver.values())), choices=choice)
     return Alternatives((kinds["expression"], one))
 
 
-def _motion(name: str, joint: str, **given: Driver) -> Motion:
-    ((coordinate, (function, from_start)),) = given.items()
+def _motion(name: str, joint: str, **drivers: Driver) -> Motion:
+    ((coordinate, (function, from_start)),) = drivers.items()
     return Motion(name, joint, coordinate, function, from_start)
 
 

@@ -46,16 +46,16 @@ def ratio_unit(quantity: str, over: str) -> str:
 
 def coordinates_of(joints: Mapping[str, Joint]) -> list[str]:
     """The names of all joint coordinates, such as "crank.angle"."""
-    return [f"{name}.{own}" for name, joint in joints.items() for own in coordinates_in(joint, None)]
+    return [f"{name}.{coordinate}" for name, joint in joints.items() for coordinate in coordinates_in(joint, None)]
 
 
 def of_coordinates(joints: Mapping[str, Joint], expected: Mapping[str, Mapping[str, Any]]) -> Iterator[Complaint]:
     """A check that the coordinates exist that expectations name in a passage, or as the input of a ratio."""
     known = coordinates_of(joints)
-    for name, given in expected.items():
+    for name, keys in expected.items():
         path: KeyPath = ("expect", name)
-        quantity, at = given.get("quantity", ""), given["at"]
-        over, is_ratio = given.get("over"), bool(output_of(quantity))
+        quantity, at = keys.get("quantity", ""), keys["at"]
+        over, is_ratio = keys.get("over"), bool(output_of(quantity))
         if is_ratio and over is None:
             yield Complaint((*path, "quantity"), f"'{quantity}' is to an input", "add  over: JOINT.COORDINATE")
         elif over is not None and not is_ratio:
@@ -76,9 +76,9 @@ def of_coordinates(joints: Mapping[str, Joint], expected: Mapping[str, Mapping[s
 
 def of_corners(expected: Mapping[str, Mapping[str, Any]], markers: Mapping[str, Any]) -> Iterator[Complaint]:
     """A check that the two markers exist between which a transmission angle is measured."""
-    for name, given in expected.items():
-        path, between = ("expect", name), given.get("between")
-        if given.get("quantity") == TRANSMISSION_ANGLE and "marker" in given:
+    for name, keys in expected.items():
+        path, between = ("expect", name), keys.get("between")
+        if keys.get("quantity") == TRANSMISSION_ANGLE and "marker" in keys:
             if between is None:
                 hint = "add  between: [FIRST, SECOND]"
                 yield Complaint((*path, "quantity"), "a transmission angle is between two other markers", hint)
@@ -87,7 +87,7 @@ def of_corners(expected: Mapping[str, Mapping[str, Any]], markers: Mapping[str, 
                 if marker not in markers:
                     hint = choose_from(marker, markers)
                     yield Complaint((*path, "between", place), f"unknown marker '{marker}'", hint)
-                elif marker == given["marker"]:
+                elif marker == keys["marker"]:
                     yield Complaint((*path, "between", place), f"'{marker}' is the corner itself", "name another")
         elif between is not None:
             hint = f"leave it out, or ask for {TRANSMISSION_ANGLE}"

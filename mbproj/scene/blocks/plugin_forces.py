@@ -18,7 +18,7 @@ from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.scene.blocks.elements import ELEMENTS, ElementType
 from mbproj.scene.blocks.forces import OWN_RECORDS, TWO_ENDS
 from mbproj.scene.expressions.compiled import compiled
-from mbproj.scene.expressions.dimensions import Found, describe
+from mbproj.scene.expressions.dimensions import Inferred, describe
 from mbproj.scene.expressions.evaluate import RESERVED, Value
 from mbproj.scene.expressions.syntax_tree import ExpressionError, parse
 from mbproj.scene.expressions.units import TIME as SECONDS
@@ -60,12 +60,12 @@ def register_force(
     energy = None if stores is None else _formula(name, stores, OF_ENERGY, dimensions, "J")
 
     def make(called: str, s: str, **values: float) -> Element:
-        given = {key: Value(value) for key, value in {**(defaults or {}), **values}.items()}
+        numbers = {key: Value(value) for key, value in {**(defaults or {}), **values}.items()}
         return Element(
             called,
             reads=(s, f"{s}_dot"),
-            forces=(Force(s, push(given), loses=loses),),
-            stores=None if energy is None else energy(given),
+            forces=(Force(s, push(numbers), loses=loses),),
+            stores=None if energy is None else energy(numbers),
         )
 
     text = repr((along, force, dict(parameters), defaults, sorted(positive), stores, loses))
@@ -121,9 +121,9 @@ def _check_real(element: Element) -> None:
 
 def _programs(element: Element) -> Iterator[Program]:
     """The programs of an element; its expressions have no other numbers than real ones."""
-    own = [each.rate for each in element.states] + [each.push for each in element.forces]
-    own += [each.function for each in element.rows if each.function is not None]
-    yield from (each for each in (*own, element.stores, element.lost) if isinstance(each, Program))
+    programs = [each.rate for each in element.states] + [each.push for each in element.forces]
+    programs += [each.function for each in element.rows if each.function is not None]
+    yield from (each for each in (*programs, element.stores, element.lost) if isinstance(each, Program))
 
 
 def _operands(program: Program) -> Iterator[tuple[str, object]]:
@@ -172,10 +172,10 @@ def _formula(
     try:
         tree = parse(text, frozenset(dimensions))
         symbols = {key: at for at, key in enumerate(dimensions)}
-        known = {key: Found.of(each) for key, each in dimensions.items()}
+        known = {key: Inferred.of(each) for key, each in dimensions.items()}
         dimension = compiled(tree, {}, symbols, known)[1].dimension
     except ExpressionError as error:
         raise _unfit(name, f"'{text}': {error}", error.hint) from error
     if dimension is not None and not dimension_of(unit).agrees(dimension):
         raise _unfit(name, f"'{text}' is {describe(dimension)}, not in {unit}", "check the units of the parameters")
-    return lambda given: Program(compiled(tree, given, variables)[0], text)
+    return lambda numbers: Program(compiled(tree, numbers, variables)[0], text)

@@ -417,11 +417,11 @@ def _in_plane(joint: Joint) -> Iterator[Complaint]:
 
 def _long_enough(joint: Joint, radii: Sequence[float], seen: Sequence[Sequence[float]]) -> Iterator[Complaint]:
     path: Path = joint.parameters["path"]
-    given = joint.parameters.get("length")
+    length = joint.parameters.get("length")
     shortest = math.dist(path.nodes[0].at.vector, path.nodes[-1].at.vector) - abs(radii[0]) - abs(radii[-1])
     fixed = all(node.body == GROUND for node in (path.nodes[0], path.nodes[-1]))
-    if given is not None and fixed and given < shortest:
-        said = f"the rope is shorter than its path: {given:.6g} m between ends {shortest:.6g} m apart"
+    if length is not None and fixed and length < shortest:
+        said = f"the rope is shorter than its path: {length:.6g} m between ends {shortest:.6g} m apart"
         yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its ends")
         return
     pairs = zip(pairwise(path.nodes), pairwise(radii), pairwise(seen), strict=True)
@@ -430,7 +430,7 @@ def _long_enough(joint: Joint, radii: Sequence[float], seen: Sequence[Sequence[f
         for (first, second), (radius, other), ends in pairs
         if first.body == second.body
     ]
-    if given is not None and not path.lifting and given <= sum(fixed_spans):
+    if length is not None and not path.lifting and length <= sum(fixed_spans):
         least = sum(fixed_spans)
-        said = f"the rope is shorter than its path: {given:.6g} m, of {least:.6g} m between places of one body"
+        said = f"the rope is shorter than its path: {length:.6g} m, of {least:.6g} m between places of one body"
         yield Complaint(("joints", joint.name, "length"), said, "give a longer rope, or move its places")

@@ -25,7 +25,7 @@ from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.blocks.expectations import MEASURE, Measure
 from mbproj.scene.blocks.expression_names import NOT_FREE, VALUE, unit_name
 from mbproj.scene.blocks.parameters import NAME, NAME_RULE
-from mbproj.scene.expressions.dimensions import Found, called, describe
+from mbproj.scene.expressions.dimensions import Inferred, called, describe
 from mbproj.scene.expressions.evaluate import Value
 from mbproj.scene.expressions.units import BARE, TIME, Dimension, unit_at
 from mbproj.scene.fields.fields import Alternatives, Converted, Field, Named, OneOf, Record, Schema, Text
@@ -50,7 +50,7 @@ def _unit(text: str) -> Dimension:
 
 def _signal(
     name: str,
-    value: tuple[Program, Found] | None = None,
+    value: tuple[Program, Inferred] | None = None,
     unit: Dimension | None = None,
     **block: ControlBlock,
 ) -> Signal | Expanded:
@@ -59,11 +59,11 @@ def _signal(
     if value is None:
         (only,) = block.values()
         return only.expanded(name, None if unit is None else called(unit))
-    program, found = value
-    if unit is not None and found.dimension is not None and not found.agrees(unit):
-        its = describe(found.dimension, with_unit=True)
+    program, inferred = value
+    if unit is not None and inferred.dimension is not None and not inferred.agrees(unit):
+        its = describe(inferred.dimension, with_unit=True)
         raise Unfit(f"is in {called(unit)}, and its expression is {its}", "check the units of both")
-    return Signal(name, program, unit_name(found.certain if unit is None else unit))
+    return Signal(name, program, unit_name(inferred.certain if unit is None else unit))
 
 
 @dataclass(frozen=True)
@@ -93,16 +93,18 @@ _SIGNAL: Field[Signal | Expanded] = Alternatives(
 
 def _state(
     name: str,
-    derivative: tuple[Program, Found],
+    derivative: tuple[Program, Inferred],
     initial: Value | None = None,
     scale: Value | None = None,
 ) -> ScalarState:
     """The record of a state. Its unit is that of its numbers, else that of its derivative times a second. Raises Unfit
     where these differ."""
     rate, of_rate = derivative[0], derivative[1].certain
-    given = [each.dimension for each in (initial, scale) if each is not None and each.dimension not in (None, BARE)]
-    dimension = given[0] if given else None
-    for other in given[1:]:
+    dimensions = [
+        each.dimension for each in (initial, scale) if each is not None and each.dimension not in (None, BARE)
+    ]
+    dimension = dimensions[0] if dimensions else None
+    for other in dimensions[1:]:
         if dimension is not None and other is not None and not dimension.agrees(other):
             raise Unfit(f"begins with {describe(dimension)} and has a scale that is {describe(other)}")
     if of_rate is not None and of_rate != BARE:
@@ -136,13 +138,13 @@ STATES = Named("state", _STATE, reserved=NOT_FREE, names=NAME, rule=NAME_RULE)
 
 def _hold(
     name: str,
-    value: tuple[Program, Found] | None = None,
+    value: tuple[Program, Inferred] | None = None,
     initial: Value | None = None,
-    next: tuple[Program, Found] | None = None,
+    next: tuple[Program, Inferred] | None = None,
 ) -> Held:
-    given = value or next
-    assert given is not None
-    program, dimension = given[0], given[1].certain
+    expression = value or next
+    assert expression is not None
+    program, dimension = expression[0], expression[1].certain
     if initial is not None and dimension is not None and initial.dimension is not None:
         if not initial.dimension.agrees(dimension):
             raise Unfit("has an initial value in another unit than its expression", "check the units of both")
@@ -183,15 +185,15 @@ def _controller(
     delay: float = 0.0,
     start: float = 0.0,
 ) -> Controller:
-    held, kept = hold or {}, states or {}
+    held, states = hold or {}, states or {}
     if not held:
         raise Unfit("holds nothing", "write what it computes: hold: {u: ..}")
-    both = sorted(held.keys() & kept.keys())
+    both = sorted(held.keys() & states.keys())
     if both:
         raise Unfit(f"has '{both[0]}' twice", "a held value and a state cannot share a name")
     if not delay < period:
         raise Unfit(f"has a delay of {delay:g} s and a period of {period:g} s", "the delay is shorter than the period")
-    return Controller(name, period, tuple(held.values()), tuple(kept.values()), delay, start)
+    return Controller(name, period, tuple(held.values()), tuple(states.values()), delay, start)
 
 
 @dataclass(frozen=True)
@@ -201,8 +203,8 @@ class ControllerRecord(Record[Controller]):
     def read(self, node: Node, path: KeyPath, reading: Reading) -> Controller | None:
         mapping = as_mapping(node)
         blocks = [] if mapping is None else [mapping.values[key] for key in ("hold", "states") if key in mapping.values]
-        own = [name for block in map(as_mapping, blocks) if block is not None for name in block.keys]
-        reading.inner = {name: f"{path[-1]}.{name}" for name in own}
+        names = [name for block in map(as_mapping, blocks) if block is not None for name in block.keys]
+        reading.inner = {name: f"{path[-1]}.{name}" for name in names}
         try:
             return super().read(node, path, reading)
         finally:
@@ -229,23 +231,23 @@ CONTROLLER: Record[Controller] = ControllerRecord(
 WITH_PARTS = ("joints", "forces", "markers", "controllers")
 
 
-def expanded(given: Mapping[str, Any], reading: Reading) -> Mapping[str, Any]:
-    """Return the blocks of the scene `given` with plain signals, states and controllers in place of blocks. Reports
+def expanded(scene: Mapping[str, Any], reading: Reading) -> Mapping[str, Any]:
+    """Return the blocks of a `scene` with plain signals, states and controllers in place of blocks. Reports
     signals whose parts would have the names of another item's parts."""
-    signals = given.get("signals", {})
+    signals = scene.get("signals", {})
     blocks = {name: each for name, each in signals.items() if isinstance(each, Expanded)}
     if not blocks:
-        return given
+        return scene
     for name, block in blocks.items():
-        for kind in _blocks_with_name(name, block, given):
+        for kind in _blocks_with_name(name, block, scene):
             message = f"'{name}' is the name of one of the {kind} too, and its parts would be called alike"
             reading.report(message, reading.places["signals", name], "give the signal another name")
     parts = [part for each in signals.values() for part in (each.signals if isinstance(each, Expanded) else (each,))]
-    states = [*given.get("states", {}).values(), *(state for block in blocks.values() for state in block.states)]
+    states = [*scene.get("states", {}).values(), *(state for block in blocks.values() for state in block.states)]
     delays = [each for block in blocks.values() for each in block.controllers]
-    controllers = [*delays, *given.get("controllers", {}).values()]
+    controllers = [*delays, *scene.get("controllers", {}).values()]
     named = {"signals": parts, "states": states, "controllers": controllers}
-    return {**given, **{key: {each.name: each for each in several} for key, several in named.items()}}
+    return {**scene, **{key: {each.name: each for each in several} for key, several in named.items()}}
 
 
 def _blocks_with_name(name: str, block: Expanded, blocks: Mapping[str, Any]) -> Iterator[str]:
@@ -259,8 +261,8 @@ def _blocks_with_name(name: str, block: Expanded, blocks: Mapping[str, Any]) -> 
 def where(kind: str, name: str, signals: Mapping[str, object]) -> tuple[str, ...] | None:
     """The path of the signal from which the item `name` of the block `kind` was expanded; None where the scene itself
     has the item."""
-    own = name.partition(".")[0]
-    return ("signals", own) if "." in name or (kind == "controllers" and own in signals) else None
+    owner = name.partition(".")[0]
+    return ("signals", owner) if "." in name or (kind == "controllers" and owner in signals) else None
 
 
 # --- A rule on expressions --------------------------------------------------------------------------------------------
@@ -298,8 +300,9 @@ def _unknown(name: str, able: Collection[str], place: Any) -> tuple[str, Any, st
     if name.rpartition(".")[2] in TOO_LATE:
         what = f"'{name}' follows from the forces, which this would change: an algebraic loop"
         return what, place, "use a coordinate, its rate, a spring's force, or a state that follows one of them"
-    own, _, last = name.rpartition(".")
-    rate = f"{own}.{last.removeprefix('velocity_').removesuffix('_speed')}_dot"  # as linear models and results call it
+    owner, _, last = name.rpartition(".")
+    # Linear models and results have velocity_x and angle_speed for what an expression calls x_dot and angle_dot.
+    rate = f"{owner}.{last.removeprefix('velocity_').removesuffix('_speed')}_dot"
     hint = f"did you mean '{rate}'?" if rate in able else choose_from(name, able)
     return f"unknown name '{name}'", place, hint
 
@@ -317,8 +320,8 @@ def _functions_with_names(blocks: Blocks) -> Iterator[tuple[KeyPath, Program]]:
         for block, several in (("hold", controller.hold), ("states", controller.states)):
             for each in several:
                 if each.program.reads:
-                    own = where("controllers", name, signals)
-                    yield own or ("controllers", name, block, each.name), each.program
+                    path = where("controllers", name, signals)
+                    yield path or ("controllers", name, block, each.name), each.program
     for name, force in blocks.get("forces", {}).items():
         for key, program in _functions_of_force(force):
             if program is not None and program.reads:
@@ -370,8 +373,8 @@ def _parts_of(force: Force, joints: Mapping[str, Any]) -> Iterator[str]:
     if not isinstance(force, PointForce | JointForce):
         return
     if force.element is not None:
-        made = element_type(force.element.type).make(force.name, "s", **force.element.values)
-        yield from (f"{force.name}.{state.name}" for state in made.states)
+        element = element_type(force.element.type).make(force.name, "s", **force.element.values)
+        yield from (f"{force.name}.{state.name}" for state in element.states)
         yield f"{force.name}.force"
     elif isinstance(force, PointForce):
         yield f"{force.name}.force"

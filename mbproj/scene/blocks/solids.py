@@ -215,8 +215,8 @@ def _tensor(parts: Iterable[SolidPart], centre: Vector) -> Matrix:
         axes = rotations.to_matrix(part.orientation)
         arm = [at - middle for at, middle in zip(part.position, centre, strict=True)]
         for i, j in _ELEMENTS:
-            own = sum(axes[i][k] * axes[j][k] * part.shape.spread[k] for k in range(3))
-            second[i, j] += part.mass * (own + arm[i] * arm[j])
+            spread = sum(axes[i][k] * axes[j][k] * part.shape.spread[k] for k in range(3))
+            second[i, j] += part.mass * (spread + arm[i] * arm[j])
     xx, yy, zz, xy, xz, yz = second.values()
     if not all(abs(moment) <= LARGEST for moment in (*centre, *second.values(), xx + yy + zz)):
         raise Unfit("has moments of inertia that are too large", "look at the units of its dimensions")
@@ -233,13 +233,13 @@ def has_volume(shape: Shape, density: float) -> Iterator[Complaint]:
         yield Complaint(("density",), f"a {shape.kind} has no volume, so no density", "give its mass")
 
 
-SHAPE: Record[Shape] = Record("a shape", SHAPE_FIELDS, lambda **given: next(iter(given.values())), choices=(A_SHAPE,))
+SHAPE: Record[Shape] = Record("a shape", SHAPE_FIELDS, lambda **keys: next(iter(keys.values())), choices=(A_SHAPE,))
 
 
-def _part(given: dict[str, Any]) -> SolidPart:
-    shape = next(given[kind] for kind in SHAPE_FIELDS if kind in given)
-    place = {key: given[key] for key in ("position", "orientation") if key in given}
-    return SolidPart(shape, mass_of(shape, given.get("mass"), given.get("density")), **place)
+def _part(keys: dict[str, Any]) -> SolidPart:
+    shape = next(keys[kind] for kind in SHAPE_FIELDS if kind in keys)
+    place = {key: keys[key] for key in ("position", "orientation") if key in keys}
+    return SolidPart(shape, mass_of(shape, keys.get("mass"), keys.get("density")), **place)
 
 
 PART: Field[SolidPart] = Converted(
@@ -262,12 +262,12 @@ PART: Field[SolidPart] = Converted(
 SOLID: Field[SolidBody] = Converted(List(PART, None, "shapes"), together)
 
 
-def solid_of(given: Mapping[str, Any]) -> SolidBody:
+def solid_of(keys: Mapping[str, Any]) -> SolidBody:
     """The solid of a body's keys `shapes`, or `shape` with a mass or a density."""
-    if "shapes" in given:
-        solid: SolidBody = given["shapes"]
+    if "shapes" in keys:
+        solid: SolidBody = keys["shapes"]
         return solid
-    return alone(SolidPart(given["shape"], mass_of(given["shape"], given.get("mass"), given.get("density"))))
+    return alone(SolidPart(keys["shape"], mass_of(keys["shape"], keys.get("mass"), keys.get("density"))))
 
 
 def drawn_shapes(solid: SolidBody) -> tuple[PlacedShape, ...]:
@@ -311,9 +311,9 @@ def _file(text: str) -> str:
     return text
 
 
-def _placed_shape(given: dict[str, Any]) -> PlacedShape:
-    shape = next(given[kind] for kind in SHAPE_FIELDS if kind in given)
-    place = {key: given[key] for key in PLACE if key in given}
+def _placed_shape(keys: dict[str, Any]) -> PlacedShape:
+    shape = next(keys[kind] for kind in SHAPE_FIELDS if kind in keys)
+    place = {key: keys[key] for key in PLACE if key in keys}
     return PlacedShape(shape.kind, shape.sizes, shape.axis, **place)
 
 

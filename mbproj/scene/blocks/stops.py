@@ -131,11 +131,11 @@ class StopRecord(Record[T_co]):
     `exponent` e the stiffness is in N/m^e."""
 
     def read(self, node: Node, path: KeyPath, reading: Reading) -> T_co | None:
-        given = node.values.get("exponent") if isinstance(node, MappingNode) else None
+        written = node.values.get("exponent") if isinstance(node, MappingNode) else None
         stiffness = self.keys["stiffness"]
-        if given is None or not isinstance(stiffness, Number):
+        if written is None or not isinstance(stiffness, Number):
             return super().read(node, path, reading)
-        exponent = self.keys["exponent"].read(given, path, Reading(names=reading.names))
+        exponent = self.keys["exponent"].read(written, path, Reading(names=reading.names))
         unit = None if exponent is None else f"{stiffness.unit}^{exponent:.10g}"
         return Record.read(replace(self, keys={**self.keys, "stiffness": _stiffness(unit)}), node, path, reading)
 
@@ -169,14 +169,14 @@ def _is_not_plastic(stiffness: float, restitution: float) -> Iterator[Complaint]
 LAW_CHECKS = (Rule(("stiffness", "restitution"), _is_not_plastic),)
 
 
-def _law(given: Mapping[str, Any]) -> StopLaw:
-    if "stiffness" not in given:
-        if not given["rigid"]:
+def _law(keys: Mapping[str, Any]) -> StopLaw:
+    if "stiffness" not in keys:
+        if not keys["rigid"]:
             raise Unfit("is not rigid and has no 'stiffness'", "give the stiffness, or rigid: true")
-        return StopLaw(restitution=given.get("restitution", 0.0))
-    restitution = given.get("restitution")
-    damping = given.get("damping", 0.0 if restitution is None else None)
-    return StopLaw(given["stiffness"], given.get("exponent", 1.0), restitution, damping)
+        return StopLaw(restitution=keys.get("restitution", 0.0))
+    restitution = keys.get("restitution")
+    damping = keys.get("damping", 0.0 if restitution is None else None)
+    return StopLaw(keys["stiffness"], keys.get("exponent", 1.0), restitution, damping)
 
 
 def limit_field(unit: str) -> Record[Limit]:
@@ -204,35 +204,35 @@ def _plane(body: str, location: Any, normal: Any) -> tuple[OfBody, OfBody]:
     return _of_body(body, location), _of_body(body, normal)
 
 
-def _stop(name: str, type: str, plane: Any = None, **given: Any) -> Force:
+def _stop(name: str, type: str, plane: Any = None, **keys: Any) -> Force:
     if plane is None:
-        return _between_points(name, **given)
-    if "point" not in given:
+        return _between_points(name, **keys)
+    if "point" not in keys:
         raise Unfit("lacks 'point'", "give the point that stays on one side of the plane")
     location, normal = plane
-    point = given.pop("point")
+    point = keys.pop("point")
     if point.body == location.body:
         raise Unfit(f"has its plane and its point on body '{point.body}'", "give two different bodies")
-    friction, radius, axis = given.pop("friction", None), given.pop("radius", 0.0), given.pop("axis", None)
+    friction, radius, axis = keys.pop("friction", None), keys.pop("radius", 0.0), keys.pop("axis", None)
     if axis is None:
-        return PlaneStop(name, location, normal, point, radius, _law(given), friction)
+        return PlaneStop(name, location, normal, point, radius, _law(keys), friction)
     if not radius > 0.0:
         raise Unfit("has an 'axis' and no 'radius'", "a wheel has both; a ball has a 'radius' alone")
     wrong = [body for body in axis if body != point.body] if isinstance(axis, Mapping) else []
     if wrong:
         raise Unfit(f"has its axis on body '{wrong[0]}'", f"the wheel is on body '{point.body}', as 'point' says")
-    return PlaneStop(name, location, normal, point, radius, _law(given), friction, _of_body(point.body, axis))
+    return PlaneStop(name, location, normal, point, radius, _law(keys), friction, _of_body(point.body, axis))
 
 
 def _between_points(
-    name: str, points: Any = None, bodies: Any = None, locations: Any = None, **given: Any
+    name: str, points: Any = None, bodies: Any = None, locations: Any = None, **keys: Any
 ) -> DistanceStop:
     bodies, pair = two_ends(points, bodies, locations)
-    low, high = given.pop("shortest", None), given.pop("longest", None)
+    low, high = keys.pop("shortest", None), keys.pop("longest", None)
     if low is None and high is None:
         raise Unfit("does nothing", "give 'shortest' or 'longest'")
     ends = [OfBody(body, at, pair.local) for body, at in zip(bodies, (pair.first, pair.second), strict=True)]
-    return DistanceStop(name, ends[0], ends[1], Limit(low, high, _law(given)))
+    return DistanceStop(name, ends[0], ends[1], Limit(low, high, _law(keys)))
 
 
 def _between(shortest: float, longest: float) -> Iterator[Complaint]:

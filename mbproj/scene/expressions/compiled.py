@@ -10,7 +10,7 @@ from mbproj.base.errors import did_you_mean
 from mbproj.functions.program import CHANNELS, Code, Instruction, Op, Program, apply, number, replaced, variable
 from mbproj.functions.standard import combine
 from mbproj.functions.table import polygon
-from mbproj.scene.expressions.dimensions import UNKNOWN, Found, Origin, of_binary, of_call, of_quantity
+from mbproj.scene.expressions.dimensions import UNKNOWN, Inferred, Origin, of_binary, of_call, of_quantity
 from mbproj.scene.expressions.evaluate import CONSTANTS, Value, evaluate, function_of, increasing, not_here
 from mbproj.scene.expressions.syntax_tree import (
     Binary,
@@ -35,12 +35,12 @@ _OPERATORS: Mapping[str, Op] = MappingProxyType(
 Variables = Mapping[str, int]
 Parameters = Mapping[str, Value | None]
 #: The dimensions of variables, by name.
-Dimensions = Mapping[str, Found]
+Dimensions = Mapping[str, Inferred]
 
 
 def compiled(
     tree: Expression, parameters: Parameters, variables: Variables, known: Dimensions = MappingProxyType({})
-) -> tuple[Code, Found]:
+) -> tuple[Code, Inferred]:
     """The program of the tree, and the dimension of its value; `known` are those of variables. Units that do not fit
     each other are no error where numbers or names without unit may bring others (`may_be_any`).
 
@@ -51,12 +51,12 @@ def compiled(
 
 def _compiled(
     tree: Expression, parameters: Parameters, variables: Variables, known: Dimensions, lenient: bool
-) -> tuple[Code, Found]:
+) -> tuple[Code, Inferred]:
     """`compiled`; `lenient`: parts whose units do not fit each other have no known dimension, and are no error."""
     if not names(tree) & variables.keys():
         _refuse_unknown(tree, parameters, variables)
         value = evaluate(tree, parameters)
-        return number(value.number), Found.of(value.dimension, scaled=_has_bare_number(tree))
+        return number(value.number), Inferred.of(value.dimension, scaled=_has_bare_number(tree))
     match tree:
         case NameNode():
             if tree.name in parameters:
@@ -79,15 +79,15 @@ def _compiled(
 
 def may_be_any(tree: Expression, parameters: Parameters, known: Dimensions) -> bool:
     """Whether a name of the expression has no known unit, or all its numbers are without unit, in SI."""
-    given = {name: parameters[name] for name in names(tree) & parameters.keys()}
+    values = {name: parameters[name] for name in names(tree) & parameters.keys()}
     units = [known.get(name, UNKNOWN).dimension for name in names(tree) - parameters.keys() - CONSTANTS.keys()]
-    units += [value.dimension for value in given.values() if value is not None]
+    units += [value.dimension for value in values.values() if value is not None]
     fixed = any(known[name].origin is Origin.FIXED for name in names(tree) & known.keys())
-    has_unit = fixed or bool(given) or any(isinstance(node, QuantityNode) for node, _ in walk(tree))
+    has_unit = fixed or bool(values) or any(isinstance(node, QuantityNode) for node, _ in walk(tree))
     return None in units or (_has_bare_number(tree) and not has_unit)
 
 
-def _fitting(of: Callable[[], Found], lenient: bool) -> Found:
+def _fitting(of: Callable[[], Inferred], lenient: bool) -> Inferred:
     """The dimension of a part. Raises ExpressionError where its units do not fit each other, unless `lenient`."""
     try:
         return of()
@@ -119,7 +119,7 @@ def _refuse_unknown(tree: Expression, parameters: Parameters, variables: Variabl
 
 def _binary(
     tree: Binary, parameters: Parameters, variables: Variables, known: Dimensions, lenient: bool
-) -> tuple[Code, Found]:
+) -> tuple[Code, Inferred]:
     left, left_dimension = _compiled(tree.left, parameters, variables, known, lenient)
     right, right_dimension = _compiled(tree.right, parameters, variables, known, lenient)
     constant = right[0].operand if len(right) == 1 and right[0].op is Op.CONSTANT else None
@@ -131,11 +131,11 @@ def _binary(
 
 def _call(
     tree: Call, parameters: Parameters, variables: Variables, known: Dimensions, lenient: bool
-) -> tuple[Code, Found]:
+) -> tuple[Code, Inferred]:
     function = function_of(tree, [*parameters, *variables])
     arguments = [_compiled(argument, parameters, variables, known, lenient) for argument in tree.arguments]
-    found = [dimension for _, dimension in arguments]
-    dimension = _fitting(lambda: of_call(tree, function, found), lenient)
+    dimensions = [dimension for _, dimension in arguments]
+    dimension = _fitting(lambda: of_call(tree, function, dimensions), lenient)
     if tree.function in _WRITTEN_OUT:
         return _WRITTEN_OUT[tree.function](tree, [code for code, _ in arguments]), dimension
     op = Op.ABS if tree.function == "hypot" and len(arguments) == 1 else Op[tree.function.upper()]
@@ -176,4 +176,4 @@ def formula(text: str, **parts: float | Program) -> Program:
     tree = parse(text, frozenset(parts))
     code, _ = compiled(tree, {}, {name: CHANNELS + at for at, name in enumerate(parts)})
     programs = [part if isinstance(part, Program) else Program(number(part)) for part in parts.values()]
-    return combine(lambda *own: replaced(code, {CHANNELS + at: each for at, each in enumerate(own)}), *programs)
+    return combine(lambda *codes: replaced(code, {CHANNELS + at: each for at, each in enumerate(codes)}), *programs)

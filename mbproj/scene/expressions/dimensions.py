@@ -65,7 +65,7 @@ _TAKES_GAIN = (Origin.MOVING, Origin.SHIFTED, Origin.MIXED)
 
 
 @dataclass(frozen=True)
-class Found:
+class Inferred:
     """The dimension of an expression, None where it is not known, and its origin. `scaled`: it is FIXED, with a number
     without unit as a factor. `loose`: such a number may bring powers of the time into it."""
 
@@ -75,9 +75,9 @@ class Found:
     scaled: bool = False
 
     @staticmethod
-    def of(dimension: Dimension | None, *, scaled: bool = False) -> Found:
+    def of(dimension: Dimension | None, *, scaled: bool = False) -> Inferred:
         """That of a constant."""
-        return Found(dimension, Origin.NUMBER if dimension == BARE else Origin.FIXED, scaled=scaled)
+        return Inferred(dimension, Origin.NUMBER if dimension == BARE else Origin.FIXED, scaled=scaled)
 
     @property
     def certain(self) -> Dimension | None:
@@ -101,21 +101,21 @@ class Found:
         return wanted.agrees(self.dimension)
 
 
-UNKNOWN = Found(None, Origin.MOVING)
-_PURE = Found(BARE, Origin.PURE)
-_ANY_RATE = Found(BARE, Origin.TIME, loose=True)
+UNKNOWN = Inferred(None, Origin.MOVING)
+_PURE = Inferred(BARE, Origin.PURE)
+_ANY_RATE = Inferred(BARE, Origin.TIME, loose=True)
 #: The time, in expressions of it.
-OF_TIME = Found(TIME, Origin.TIME)
+OF_TIME = Inferred(TIME, Origin.TIME)
 
 
-def of_quantity(tree: QuantityNode, operand: Found) -> Found:
+def of_quantity(tree: QuantityNode, operand: Inferred) -> Inferred:
     """The dimension of an operand with a unit behind it. Raises ExpressionError where it has a unit already."""
     if not operand.is_pure():
         raise ExpressionError(f"'{tree.unit}' stands after what has a unit already", tree.at)
-    return Found(unit_of(tree.unit).dimension)
+    return Inferred(unit_of(tree.unit).dimension)
 
 
-def of_binary(tree: Binary, left: Found, right: Found, exponent: float | None) -> Found:
+def of_binary(tree: Binary, left: Inferred, right: Inferred, exponent: float | None) -> Inferred:
     """The dimension of a sum, product or power. `exponent` is the number on the right, None where that is no
     constant."""
     if tree.operator == "**":
@@ -126,7 +126,7 @@ def of_binary(tree: Binary, left: Found, right: Found, exponent: float | None) -
     return _product(left, over)
 
 
-def of_call(tree: Call, function: ExpressionFunction, arguments: Sequence[Found]) -> Found:
+def of_call(tree: Call, function: ExpressionFunction, arguments: Sequence[Inferred]) -> Inferred:
     """The dimension of a function's value."""
     if function.paired:
         x, y = _common(tree.at, [arguments[0], *arguments[1::2]]), _common(tree.at, arguments[2::2])
@@ -141,18 +141,18 @@ def of_call(tree: Call, function: ExpressionFunction, arguments: Sequence[Found]
     if function.result is None:
         return _raised(common, function.power)
     if all(each.origin in (Origin.NUMBER, Origin.FIXED) for each in arguments):
-        return Found.of(function.result)
-    return _PURE if function.result == BARE else Found(function.result, Origin.MOVING)
+        return Inferred.of(function.result)
+    return _PURE if function.result == BARE else Inferred(function.result, Origin.MOVING)
 
 
-def _raised(found: Found, exponent: float) -> Found:
-    if found.dimension is None or exponent == 1.0:
-        return found
-    origin = Origin.MOVING if found.origin is Origin.MIXED else found.origin
-    return Found(found.dimension**exponent, origin, found.loose)
+def _raised(base: Inferred, exponent: float) -> Inferred:
+    if base.dimension is None or exponent == 1.0:
+        return base
+    origin = Origin.MOVING if base.origin is Origin.MIXED else base.origin
+    return Inferred(base.dimension**exponent, origin, base.loose)
 
 
-def _to_power(tree: Binary, left: Found, right: Found, exponent: float | None) -> Found:
+def _to_power(tree: Binary, left: Inferred, right: Inferred, exponent: float | None) -> Inferred:
     if not right.is_pure():
         assert right.dimension is not None
         raise ExpressionError(f"an exponent has no unit, this is {describe(right.dimension, with_unit=True)}", tree.at)
@@ -164,7 +164,7 @@ def _to_power(tree: Binary, left: Found, right: Found, exponent: float | None) -
     return UNKNOWN if exponent is None or None in (left.dimension, right.dimension) else _raised(left, exponent)
 
 
-def _product(left: Found, right: Found) -> Found:
+def _product(left: Inferred, right: Inferred) -> Inferred:
     if left.dimension is None or right.dimension is None:
         return UNKNOWN
     dimension, loose = left.dimension * right.dimension, left.loose or right.loose
@@ -174,20 +174,20 @@ def _product(left: Found, right: Found) -> Found:
             return _PURE
         scaled = left.scaled or right.scaled
         loose = loose or (scaled and Origin.TIME in origins)
-        return Found(dimension, Origin.FIXED, loose, scaled or Origin.NUMBER in origins)
+        return Inferred(dimension, Origin.FIXED, loose, scaled or Origin.NUMBER in origins)
     if not {Origin.NUMBER, Origin.PURE}.isdisjoint(origins):
         factor, other = (left, right) if left.origin in (Origin.NUMBER, Origin.PURE) else (right, left)
         if other.origin in _TAKES_GAIN and other.dimension != BARE:
             return UNKNOWN
         if other.origin is Origin.TIME:
             return _ANY_RATE if factor.origin is Origin.NUMBER else other
-        return Found(BARE, Origin.NUMBER if Origin.NUMBER in origins else Origin.PURE)
+        return Inferred(BARE, Origin.NUMBER if Origin.NUMBER in origins else Origin.PURE)
     if Origin.TIME in origins:
-        return Found(dimension, Origin.TIME, loose) if {*origins} == {Origin.TIME} else UNKNOWN
-    return Found(dimension, Origin.SHIFTED if Origin.SHIFTED in origins else Origin.MOVING, loose)
+        return Inferred(dimension, Origin.TIME, loose) if {*origins} == {Origin.TIME} else UNKNOWN
+    return Inferred(dimension, Origin.SHIFTED if Origin.SHIFTED in origins else Origin.MOVING, loose)
 
 
-def _common(at: int, terms: Sequence[Found]) -> Found:
+def _common(at: int, terms: Sequence[Inferred]) -> Inferred:
     """The common dimension of terms that are added or compared; numbers without unit take it. Raises ExpressionError
     where dimensions differ."""
     known = [each for each in terms if each.dimension is not None]
@@ -200,28 +200,28 @@ def _common(at: int, terms: Sequence[Found]) -> Found:
             return UNKNOWN
         return next(
             (each for each in (_ANY_RATE, _PURE) if each.origin in origins),
-            Found(BARE, Origin.MOVING if Origin.MOVING in origins else Origin.NUMBER),
+            Inferred(BARE, Origin.MOVING if Origin.MOVING in origins else Origin.NUMBER),
         )
     dimension, loose = with_unit[0].dimension, any(each.loose for each in known)
     fixed = any(each.origin in (Origin.FIXED, Origin.MIXED) for each in with_unit)
     if Origin.TIME in origins:
         if not fixed:
             return UNKNOWN if origins & {*_TAKES_GAIN} else _rate(dimension, with_unit, known)
-        return Found(dimension, Origin.TIME if dimension == TIME else Origin.FIXED, loose)
+        return Inferred(dimension, Origin.TIME if dimension == TIME else Origin.FIXED, loose)
     if len(known) < len(terms):
-        return Found(dimension, Origin.MIXED, loose) if fixed else UNKNOWN
+        return Inferred(dimension, Origin.MIXED, loose) if fixed else UNKNOWN
     if {each.origin for each in with_unit} == {Origin.FIXED}:
-        return Found(dimension, Origin.FIXED, loose)
+        return Inferred(dimension, Origin.FIXED, loose)
     shifted = not {each.origin for each in known} <= {Origin.MOVING}
-    return Found(dimension, Origin.MIXED if fixed else Origin.SHIFTED if shifted else Origin.MOVING, loose)
+    return Inferred(dimension, Origin.MIXED if fixed else Origin.SHIFTED if shifted else Origin.MOVING, loose)
 
 
-def _rate(dimension: Dimension | None, with_unit: Sequence[Found], known: Sequence[Found]) -> Found:
+def _rate(dimension: Dimension | None, with_unit: Sequence[Inferred], known: Sequence[Inferred]) -> Inferred:
     """The sum of terms of the time; numbers beside it may be in any unit."""
-    return Found(dimension, Origin.TIME) if len(with_unit) == len(known) else _ANY_RATE
+    return Inferred(dimension, Origin.TIME) if len(with_unit) == len(known) else _ANY_RATE
 
 
-def _check_alike(at: int, first: Found, second: Found) -> None:
+def _check_alike(at: int, first: Inferred, second: Inferred) -> None:
     """Raises ExpressionError where two terms with units cannot be added."""
     assert first.dimension is not None
     assert second.dimension is not None

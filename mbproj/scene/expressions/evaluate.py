@@ -12,7 +12,7 @@ from types import MappingProxyType
 from mbproj.base.cases import per_case
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from, did_you_mean
-from mbproj.scene.expressions.dimensions import Found, of_binary, of_call, of_quantity
+from mbproj.scene.expressions.dimensions import Inferred, of_binary, of_call, of_quantity
 from mbproj.scene.expressions.syntax_tree import (
     Binary,
     Call,
@@ -157,20 +157,20 @@ def not_here(tree: NameNode) -> ExpressionError:
 
 
 def _with_unit(tree: QuantityNode, operand: Value) -> Value:
-    dimension, unit = of_quantity(tree, Found.of(operand.dimension)).dimension, unit_of(tree.unit)
+    dimension, unit = of_quantity(tree, Inferred.of(operand.dimension)).dimension, unit_of(tree.unit)
     scaled = _finite(tree.at, operator.mul, operand.number, unit.multiply)
     return Value(_finite(tree.at, operator.truediv, scaled, unit.divide), dimension)
 
 
 def _binary(tree: Binary, left: Value, right: Value) -> Value:
     number = _finite(tree.at, _OPERATORS[tree.operator], left.number, right.number)
-    found = of_binary(tree, Found.of(left.dimension), Found.of(right.dimension), right.number)
-    return Value(number, found.dimension)
+    inferred = of_binary(tree, Inferred.of(left.dimension), Inferred.of(right.dimension), right.number)
+    return Value(number, inferred.dimension)
 
 
 def _call(tree: Call, arguments: list[Value], names: Mapping[str, Value | None]) -> Value:
     function = function_of(tree, names)
-    dimension = of_call(tree, function, [Found.of(argument.dimension) for argument in arguments]).dimension
+    dimension = of_call(tree, function, [Inferred.of(argument.dimension) for argument in arguments]).dimension
     if function.paired:
         increasing(tree, [argument.number for argument in arguments[1::2]])
     return Value(_finite(tree.at, function.compute, *(argument.number for argument in arguments)), dimension)
@@ -210,8 +210,8 @@ def _finite(at: int, compute: Callable[..., float], *numbers: float) -> float:
     except OverflowError:
         raise ExpressionError("the result is too large", at) from None
     except ValueError:
-        given = ", ".join(f"{number:.6g}" for number in numbers)
-        raise ExpressionError(f"not defined for {given}", at) from None
+        arguments = ", ".join(f"{number:.6g}" for number in numbers)
+        raise ExpressionError(f"not defined for {arguments}", at) from None
     if isinstance(result, complex):
         raise ExpressionError("a power of a negative number needs a whole exponent", at)
     if not math.isfinite(result):

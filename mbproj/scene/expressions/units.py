@@ -179,13 +179,13 @@ def unit_at(text: str, at: int, names: Set[str] = frozenset()) -> tuple[Unit, in
     """The unit that begins at this character of the text, and where it ends; None where none does. `names` are the
     symbols that are names of the scene as well. Raises UnclearUnit where one of them could be both."""
     reader = _Reader(text, at, names)
-    found = reader.unit(at, MAX_DEPTH)
-    if found is None or reader.unclear is None:
-        return found
-    usual = text[at : found[1]] in COMPOUNDS and _POWER_OF_NUMBER.match(text, found[1]) is None
+    parsed = reader.unit(at, MAX_DEPTH)
+    if parsed is None or reader.unclear is None:
+        return parsed
+    usual = text[at : parsed[1]] in COMPOUNDS and _POWER_OF_NUMBER.match(text, parsed[1]) is None
     if not usual:
-        raise UnclearUnit(*reader.unclear, reader.certain, found[1], reader.settled)
-    return found
+        raise UnclearUnit(*reader.unclear, reader.certain, parsed[1], reader.settled)
+    return parsed
 
 
 @lru_cache(maxsize=256)

@@ -163,17 +163,17 @@ class Converted(Field[T_co], Generic[T_co]):
 
 @dataclass(frozen=True)
 class Deferred(Field[T_co], Generic[T_co]):
-    """The field that `where` names as "module:name", or that the function of this name makes of `given`. Its module is
-    imported when a scene first has such a value: a scene imports only what it contains."""
+    """The field that `where` names as "module:name", or that the function of this name makes of `arguments`. Its module
+    is imported when a scene first has such a value: a scene imports only what it contains."""
 
     where: str
-    given: tuple[Any, ...] = ()
+    arguments: tuple[Any, ...] = ()
 
     @cached_property
     def field(self) -> Field[T_co]:
         """The field itself."""
         imported: Any = load(self.where)
-        whole: Field[T_co] = imported if isinstance(imported, Field) else imported(*self.given)
+        whole: Field[T_co] = imported if isinstance(imported, Field) else imported(*self.arguments)
         return whole
 
     @property
@@ -218,13 +218,13 @@ class Rule:
     find: Callable[..., Iterable[Complaint]]
     besides: tuple[str, ...] = ()
 
-    def complaints(self, values: Mapping[str, Any], given: Container[str]) -> Iterable[Complaint]:
-        """The complaints about `values`, those that were read without a problem; `given` are the keys in the text."""
+    def complaints(self, values: Mapping[str, Any], written: Container[str]) -> Iterable[Complaint]:
+        """The complaints about `values`, those that were read without a problem; `written` are the keys in the text."""
         for key in self.keys:
             if key not in values:
                 return ()
         for key in self.besides:
-            if key in given and key not in values:
+            if key in written and key not in values:
                 return ()
         return self.find(*(values[key] for key in self.keys), *(values.get(key, {}) for key in self.besides))
 
@@ -292,13 +292,13 @@ class Record(Field[T_co], Generic[T_co]):
 
     def schema(self) -> Schema:
         needed = [key for group in self.choices if group.needed for key in group.keys]
-        own = mapping_schema(self.what, empty=not (self.required or needed))
-        own |= {"properties": {key: field.schema() for key, field in self.keys.items()}}
+        schema = mapping_schema(self.what, empty=not (self.required or needed))
+        schema |= {"properties": {key: field.schema() for key, field in self.keys.items()}}
         if self.required:
-            own["required"] = list(self.required)
+            schema["required"] = list(self.required)
         if self.choices:
-            own["allOf"] = [group.schema() for group in self.choices]
-        return own
+            schema["allOf"] = [group.schema() for group in self.choices]
+        return schema
 
     def _report_keys(self, mapping: MappingNode, reading: Reading) -> None:
         """Report the keys that are unknown and those that are missing."""
@@ -317,10 +317,10 @@ class Record(Field[T_co], Generic[T_co]):
 
     def _report_choice(self, group: OneOf, mapping: MappingNode, reading: Reading) -> None:
         """Report keys of a group that exclude each other, or that none is given where one is needed."""
-        given = [key for key in group.keys if key in mapping.keys]
-        for key in given[1:]:
-            reading.report(f"'{given[0]}' and '{key}' cannot both be given", mapping.values[key].place, group.hint)
-        if group.needed and not given:
+        present = [key for key in group.keys if key in mapping.keys]
+        for key in present[1:]:
+            reading.report(f"'{present[0]}' and '{key}' cannot both be given", mapping.values[key].place, group.hint)
+        if group.needed and not present:
             able = [key for key in group.keys if not self._excluded(key, mapping)] or group.keys
             hint = f"add it: {self.keys[able[0]].expects}" if len(able) == 1 else "add one of them"
             reading.report(f"missing key {either(map(repr, able))}", mapping.place, hint)

@@ -12,7 +12,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import did_you_mean
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE, TIME, Program
 from mbproj.functions.table import CubicTable, periodic, polygon, spline
-from mbproj.scene.expressions.dimensions import OF_TIME, Found, Origin, describe
+from mbproj.scene.expressions.dimensions import OF_TIME, Inferred, Origin, describe
 from mbproj.scene.expressions.evaluate import CONSTANTS
 from mbproj.scene.expressions.syntax_tree import Expression, NameNode, names, walk
 from mbproj.scene.expressions.units import ANGLE, BARE, SYMBOLS
@@ -45,7 +45,7 @@ class Function(Field[Program]):
         pair = self.with_dimension(node, path, reading)
         return None if pair is None else pair[0]
 
-    def with_dimension(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Found] | None:
+    def with_dimension(self, node: Node, path: KeyPath, reading: Reading) -> tuple[Program, Inferred] | None:
         """The function and the dimension of its value; None where it is wrong, which is reported."""
         if not isinstance(node, ScalarNode) or not node.text.strip():
             self.reject(node, path, reading)
@@ -60,27 +60,29 @@ class Function(Field[Program]):
         if pair is None:
             return None
         reads = tuple(reading.inner.get(name, name) for name in reads)
-        program, found = replace(pair[0], reads=reads), pair[1]
-        pure = self.unit != "" or found.certain in (None, BARE, ANGLE)
-        if self.unit is not None and not (pure and found.agrees(dimension_of(self.unit))):
-            assert found.dimension is not None
+        program, inferred = replace(pair[0], reads=reads), pair[1]
+        pure = self.unit != "" or inferred.certain in (None, BARE, ANGLE)
+        if self.unit is not None and not (pure and inferred.agrees(dimension_of(self.unit))):
+            assert inferred.dimension is not None
             wanted = f"is in {self.unit}" if self.unit else "has no unit"
-            message = f"{label(path)} {wanted}, this is {describe(found.dimension, with_unit=True)}"
-            scaled = "a number without unit is a pure number beside these: give it its unit" if found.scaled else None
+            message = f"{label(path)} {wanted}, this is {describe(inferred.dimension, with_unit=True)}"
+            scaled = (
+                "a number without unit is a pure number beside these: give it its unit" if inferred.scaled else None
+            )
             reading.report(message, node.place, unit_hint(node.text, tree) or scaled)
             return None
         if self.unit == "rad":
             note_degrees(node, path, reading)
-        reading.units[path] = unit_text(self.unit, found.certain)
-        return program, found
+        reading.units[path] = unit_text(self.unit, inferred.certain)
+        return program, inferred
 
-    def _dimensions(self, channels: Iterable[str], reading: Reading) -> dict[str, Found]:
+    def _dimensions(self, channels: Iterable[str], reading: Reading) -> dict[str, Inferred]:
         """The dimensions of the variables and channels that have known ones."""
         of_variables = zip(self.variables, self.units, strict=False)
-        own = {name: Found(dimension_of(unit), Origin.MOVING) for name, unit in of_variables}
-        given = {name: reading.dimension_of(name, reading) for name in channels}
-        read = {name: Found(each, Origin.MOVING) for name, each in given.items() if each is not None}
-        return {**own, **read, **({"t": OF_TIME} if "t" in own else {})}
+        known = {name: Inferred(dimension_of(unit), Origin.MOVING) for name, unit in of_variables}
+        dimensions = {name: reading.dimension_of(name, reading) for name in channels}
+        read = {name: Inferred(each, Origin.MOVING) for name, each in dimensions.items() if each is not None}
+        return {**known, **read, **({"t": OF_TIME} if "t" in known else {})}
 
     def schema(self) -> Schema:
         return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S"}
@@ -116,11 +118,11 @@ class Varying(Field[float | Program]):
 
 def channels_in(tree: Expression, variables: Mapping[str, int], reading: Reading) -> tuple[str, ...]:
     """The names of channels in an expression, in their order."""
-    own = [node for node, _ in walk(tree) if isinstance(node, NameNode) and node.name not in variables]
+    nodes = [node for node, _ in walk(tree) if isinstance(node, NameNode) and node.name not in variables]
     return tuple(
         dict.fromkeys(
             node.name
-            for node in sorted(own, key=lambda node: node.at)
+            for node in sorted(nodes, key=lambda node: node.at)
             if "." in node.name or any(node.name in block for block in _blocks(reading))
         )
     )

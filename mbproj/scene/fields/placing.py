@@ -91,9 +91,9 @@ def on_plane(bodies: tuple[str, str], plane: Any, centre: Any, axis: Any, x: Any
     """The points, the axes and the x axes of two bodies. The first has the plane with its location and normal; the
     second has the centre, the axis and x. All are global, or all by body."""
     location, normal = plane
-    given = {"plane": (location, normal), "centre": (centre,), "axis": (axis,), "x_axis": (x,)}
+    by_key = {"plane": (location, normal), "centre": (centre,), "axis": (axis,), "x_axis": (x,)}
     local = isinstance(location, Mapping)
-    for key, parts in given.items():
+    for key, parts in by_key.items():
         if any(isinstance(part, Mapping) != local for part in parts if part is not None):
             raise Unfit(
                 f"mixes global and local: its '{key}' is not as the 'plane' is", "give all of them as lists, or by body"
@@ -124,8 +124,8 @@ def with_face(axes: Pair, bodies: tuple[str, str], normal: Any) -> Pair:
 def of_side(key: str, side: int) -> Callable[[tuple[str, str], Any], Iterator[Complaint]]:
     """A check that a mapping by body under `key` has only the body number `side` (0 or 1) of the two."""
 
-    def find(bodies: tuple[str, str], given: Any) -> Iterator[Complaint]:
-        parts = zip(("location", "normal"), given, strict=True) if key == "plane" else [("", given)]
+    def find(bodies: tuple[str, str], value: Any) -> Iterator[Complaint]:
+        parts = zip(("location", "normal"), value, strict=True) if key == "plane" else [("", value)]
         for name, part in parts:
             for complaint in of_these_bodies(key)(bodies[side], part):
                 path = (key, name, *complaint.path[1:]) if name else complaint.path

@@ -176,10 +176,10 @@ def same_kind(point: str, key: str) -> Callable[[Placed, Placed], Iterator[Compl
 def not_along(key: str) -> Callable[[Placed | Vector, Placed | Vector], Iterator[Complaint]]:
     """A check that the direction under `key` is not along the joint's axis."""
 
-    def by_body(given: Placed | Vector) -> Mapping[str, Vector]:
-        if isinstance(given, Mapping):
-            return given
-        return {"": given.first if isinstance(given, Pair) else given}
+    def by_body(direction: Placed | Vector) -> Mapping[str, Vector]:
+        if isinstance(direction, Mapping):
+            return direction
+        return {"": direction.first if isinstance(direction, Pair) else direction}
 
     def find(axis: Placed | Vector, other: Placed | Vector) -> Iterator[Complaint]:
         first, second = by_body(axis), by_body(other)
@@ -268,8 +268,8 @@ class Number(Field[float]):
 
     def schema(self) -> Schema:
         limits = {"minimum": self.minimum, "exclusiveMinimum": self.above, "maximum": self.maximum}
-        given = {key: limit for key, limit in limits.items() if limit is not None}
-        return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", **given}
+        bounds = {key: limit for key, limit in limits.items() if limit is not None}
+        return {"description": self.expects, "type": ["number", "string"], "pattern": r"\S", **bounds}
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from mbproj.scene.text.nodes import CasesNode, MappingNode, Node, ScalarNode, Se
 
 if TYPE_CHECKING:
     from mbproj.functions.program import Program
-    from mbproj.scene.expressions.dimensions import Found
+    from mbproj.scene.expressions.dimensions import Inferred
     from mbproj.scene.text.reading_cache import ReadingCache
 
 
@@ -33,7 +33,7 @@ class Unfit(Exception):
 class Reading:
     """The state of one reading, to which fields add. `names` are the parameters (None: wrong, and reported), `items`
     the names of each block's items. `notes` are on legal input that may be a mistake. `units` are the SI units of the
-    numbers by path, where they are known. `kept` has the values of an earlier reading, or stores those of this one.
+    numbers by path, where they are known. `cache` has the values of an earlier reading, or stores those of this one.
     `inner` are the full names of the short names that expressions may use within an item. `dimension_of` returns the
     dimension of a signal, a state, or a name with a point, None where it is not known."""
 
@@ -43,7 +43,7 @@ class Reading:
     problems: list[Problem] = field(default_factory=list)
     notes: list[Problem] = field(default_factory=list)
     units: dict[KeyPath, str] = field(default_factory=dict)
-    kept: ReadingCache | None = None
+    cache: ReadingCache | None = None
     inner: Mapping[str, str] = field(default_factory=dict)
     dimension_of: Callable[[str, Reading], Dimension | None] = lambda name, reading: None
 
@@ -51,10 +51,10 @@ class Reading:
         """The value of the field `kind` at `path`. It comes from an earlier reading where nothing has changed that it
         depends on."""
         self.places[path] = node.place
-        if self.kept is None or kind.defines_names:
+        if self.cache is None or kind.defines_names:
             return kind.read(node, path, self)
-        if self.kept.is_full:
-            entry = self.kept.again(kind, node, path, self.names, self.items)
+        if self.cache.is_full:
+            entry = self.cache.again(kind, node, path, self.names, self.items)
             if entry is None:
                 return kind.read(node, path, self)
             self.notes += entry.notes
@@ -62,7 +62,7 @@ class Reading:
         problems, notes = len(self.problems), len(self.notes)
         value = kind.read(node, path, self)
         if len(self.problems) == problems:
-            self.kept.keep(kind, node, path, value, self.notes[notes:])
+            self.cache.keep(kind, node, path, value, self.notes[notes:])
         return value
 
     def report(self, message: str, place: Place | None, hint: str | None = None) -> None:
@@ -103,8 +103,8 @@ class Reading:
         return frozenset(symbol for symbol in SYMBOLS for names in named if symbol in names)
 
     def program(
-        self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int], known: Mapping[str, Found]
-    ) -> tuple[Program, Found] | None:
+        self, node: ScalarNode, tree: Expression | None, variables: Mapping[str, int], known: Mapping[str, Inferred]
+    ) -> tuple[Program, Inferred] | None:
         """The program of the node's tree and the dimension of its value; None where it is wrong, which is reported.
         `known` are the dimensions of variables."""
         from mbproj.functions.program import Program
@@ -112,8 +112,8 @@ class Reading:
 
         try:
             if tree is not None:
-                code, found = compiled(tree, self.names, variables, known)
-                return Program(code, node.text.strip()), found
+                code, inferred = compiled(tree, self.names, variables, known)
+                return Program(code, node.text.strip()), inferred
         except ExpressionError as error:
             self.report(error.message, node.place_at(error.at), error.hint)
         except Unavailable:

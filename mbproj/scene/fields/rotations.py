@@ -171,7 +171,9 @@ def _is_possible_diagonal(matrix: Matrix) -> bool:
         return False
     x, y, z = (matrix[i][i] for i in range(3))
     slack = ROUND_OFF * (x + y + z) / 3.0
-    return all(own >= 0.0 for own in (x, y, z)) and all(own <= slack for own in (x - y - z, y - z - x, z - x - y))
+    return all(value >= 0.0 for value in (x, y, z)) and all(
+        value <= slack for value in (x - y - z, y - z - x, z - x - y)
+    )
 
 
 @per_case

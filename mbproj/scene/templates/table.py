@@ -36,8 +36,8 @@ TEMPLATES: Mapping[str, Template] = {
 }
 
 
-def scene_text(name: str, given: Mapping[str, str], spatial: bool = False) -> str:
-    """The text of the scene file of the template `name`; `given` are numbers by option, as texts with their units.
+def scene_text(name: str, options: Mapping[str, str], spatial: bool = False) -> str:
+    """The text of the scene file of the template `name`; `options` are numbers by option, as texts with their units.
 
     Raises InputError for an option that the template does not have, a number that its option does not take, or lengths
     that make no mechanism.
@@ -46,7 +46,7 @@ def scene_text(name: str, given: Mapping[str, str], spatial: bool = False) -> st
     if spatial and not template.spatial:
         able = ", ".join(other for other, entry in TEMPLATES.items() if entry.spatial)
         raise InputError(Problem(f"a {name} has no --spatial", Place("--spatial"), f"these have: {able}"))
-    values: Values = values_of(given, template.defaults, name)
+    values: Values = values_of(options, template.defaults, name)
     lines = template.lines(values, spatial) if template.spatial else template.lines(values)
     return "\n".join(lines) + "\n"
 

@@ -57,17 +57,17 @@ class Values:
         return [f"  {option}: {self.text[option]}" for option in options]
 
 
-def values_of(given: Mapping[str, str], defaults: Mapping[str, str], what: str) -> Values:
-    """Read the values of a template called `what`; an option that is not in `given` has its default. Raises InputError
-    for an option that the template does not have, or a number that cannot be read."""
+def values_of(options: Mapping[str, str], defaults: Mapping[str, str], what: str) -> Values:
+    """Read the values of a template called `what`; an option that is not in `options` has its default. Raises
+    InputError for an option that the template does not have, or a number that cannot be read."""
     problems = []
-    for option in given:
+    for option in options:
         if option not in defaults:
             takes = ", ".join(f"--{other}" for other in defaults)
             problems.append(Problem(f"a {what} has no --{option}", Place(f"--{option}"), f"it takes {takes}"))
     if problems:
         raise InputError(problems)
-    text = {option: " ".join(str(given.get(option, default)).split()) for option, default in defaults.items()}
+    text = {option: " ".join(str(options.get(option, default)).split()) for option, default in defaults.items()}
     number: dict[str, float] = {}
     for option, value in text.items():
         try:

@@ -359,7 +359,7 @@ def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list
         isinstance(each.value, ScalarNode) and ("(" in each.value.text or not each.value.text) for each in entries
     ):
         return list(entries), []
-    kept: list[WrittenKey] = []
+    joined: list[WrittenKey] = []
     problems = []
     at = 0
     while at < len(entries):
@@ -378,9 +378,9 @@ def whole_entries(entries: Sequence[WrittenKey]) -> tuple[list[WrittenKey], list
                 ),
             )
             problems.append(_problem("{ }", node, f"decimals take a point: {_name(key)}: {node.text}"))
-        kept.append(WrittenKey(key, place, node if count else value))
+        joined.append(WrittenKey(key, place, node if count else value))
         at += count or 1
-    return kept, problems
+    return joined, problems
 
 
 def _problem(inside: str, node: ScalarNode, hint: str) -> Problem:

@@ -81,9 +81,9 @@ def _bushing(scene: Scene, force: Bushing, item: int, layout: PartNumbers) -> It
     """A ring on the first body about a pin on the second, both along the z axes of their frames."""
     r, poses = layout.thickness, poses_of(scene)
     points, frames = (force.points.first, force.points.second), (force.axes.first, force.axes.second)
-    for side, (body, given, axes) in enumerate(zip(force.bodies, points, frames, strict=True)):
+    for side, (body, location, axes) in enumerate(zip(force.bodies, points, frames, strict=True)):
         position, rotation = poses[body]
-        point = np.array(given) if force.points.local else rotation.T @ (np.array(given) - position)
+        point = np.array(location) if force.points.local else rotation.T @ (np.array(location) - position)
         turned = pose((0.0, 0.0, 0.0), axes)[1]
         z, x = (turned if force.axes.local else rotation.T @ turned)[:, [2, 0]].T
         ring = Solid("tube", (3.2 * r, 1.4 * r, 4.4 * r), point, triad(z, x))
@@ -143,8 +143,8 @@ def _stop_plane(scene: Scene, stop: PlaneStop, item: int) -> _StopPlane:
         vector = np.array(placed.vector)
         return np.asarray(turn.T @ ((position + rotation @ vector if placed.local else vector) - place))
 
-    given = np.array(stop.normal.vector)
-    normal = given if stop.normal.local else turn.T @ given
+    direction = np.array(stop.normal.vector)
+    normal = direction if stop.normal.local else turn.T @ direction
     point, location = on_plane(stop.point), on_plane(stop.location)
     return _StopPlane(item, normal, point - normal * float(normal @ (point - location)))
 

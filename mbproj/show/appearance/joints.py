@@ -426,12 +426,12 @@ def _wheels(joint: Joint, item: int, layout: PartNumbers, motion: PoseHistory) -
     owners = [layout.bodies[name][1] for name in joint.couples.joints]
     points = [start.point(owner, frame["p2"])[0] for owner, frame in zip(owners, frames, strict=True)]
     axes = [start.vector(owner, frame["z2"])[0] for owner, frame in zip(owners, frames, strict=True)]
-    given = joint.parameters
-    if "slots" in given:
+    numbers = joint.parameters
+    if "slots" in numbers:
         yield from _geneva(joint, item, layout, start, points, axes)
-    sizes = [abs(radius) for radius in given.get("radii", (given["radius"],) if "radius" in given else ())]
-    if "teeth" in given:
-        sizes += radii(points, axes, given["teeth"]) or ()
+    sizes = [abs(radius) for radius in numbers.get("radii", (numbers["radius"],) if "radius" in numbers else ())]
+    if "teeth" in numbers:
+        sizes += radii(points, axes, numbers["teeth"]) or ()
     for radius, owner, frame in zip(sizes, owners, frames, strict=False):
         for part in wheel(frame["p2"], frame["z2"], frame["x2"], radius, layout.thickness):
             yield DrawnPart(part, owner, "joints", item)

@@ -50,9 +50,9 @@ class PartNumbers:
         """The places in a scene whose bodies start as in `motion`."""
         number = {GROUND: -1} | {body.name: at for at, body in enumerate(scene.bodies)}
         poses = poses_of(scene)
-        kept = [joint for joint in scene.joints if joint.couples is None]
-        bodies = {joint.name: (number[joint.bodies[0]], number[joint.bodies[1]]) for joint in kept}
-        local = zip(kept, local_frames(kept, poses), strict=True)
+        joints = [joint for joint in scene.joints if joint.couples is None]
+        bodies = {joint.name: (number[joint.bodies[0]], number[joint.bodies[1]]) for joint in joints}
+        local = zip(joints, local_frames(joints, poses), strict=True)
         frames = {joint.name: dict(zip(SYMBOLS, frame, strict=True)) for joint, frame in local}
         markers = {
             marker.name: _local(np.array(marker.location), poses[marker.body], marker.local) for marker in scene.markers
@@ -63,7 +63,7 @@ class PartNumbers:
         for name, frame in frames.items():
             cloud += [start.point(body, frame[f"p{side}"]) for side, body in enumerate(bodies[name], 1)]
         cloud += [start.point(number[marker.body], markers[marker.name]) for marker in scene.markers]
-        cloud += [start.point(body, point) for joint in kept for body, point in _curves(joint, bodies, frames)]
+        cloud += [start.point(body, point) for joint in joints for body, point in _curves(joint, bodies, frames)]
         held, axes = _held_points(scene, bodies, frames)
         loose = frozenset(range(len(scene.bodies))) - held.keys()
         for owner, point in _soft_points(scene, number, poses, springs, held):
@@ -120,8 +120,8 @@ def _soft_points(
     bushings, others = [], []
     for force in scene.forces:
         if isinstance(force, Bushing):
-            for body, given in zip(force.bodies, (force.points.first, force.points.second), strict=True):
-                bushings.append((number[body], _local(np.array(given), poses[body], force.points.local)))
+            for body, location in zip(force.bodies, (force.points.first, force.points.second), strict=True):
+                bushings.append((number[body], _local(np.array(location), poses[body], force.points.local)))
         elif isinstance(force, PointForce):
             others += list(zip((number[body] for body in force.bodies), springs[force.name], strict=True))
         elif isinstance(force, DistanceStop | PlaneStop):

@@ -60,16 +60,16 @@ class Solid:
     def outline(self) -> Array:
         """Points (k, 3), in the axes of the carrier, whose convex hull is that of the solid."""
         if self.mesh is not None:
-            own = self.mesh.vertices
+            points = self.mesh.vertices
         elif self.kind == "box":
-            own = 0.5 * np.array(self.size) * np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+            points = 0.5 * np.array(self.size) * np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
         elif self.kind == "sphere":
-            own = self.size[0] * SPHERE
+            points = self.size[0] * SPHERE
         else:
             radius, length = self.size[0], self.size[-1]
             ends = [np.column_stack([radius * CIRCLE, np.full(len(CIRCLE), end)]) for end in (-length / 2, length / 2)]
-            own = np.concatenate(ends)
-        return self.position + own @ self.rotation.T
+            points = np.concatenate(ends)
+        return self.position + points @ self.rotation.T
 
 
 _TURN = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
@@ -221,17 +221,17 @@ def outline_of(joint: Joint) -> Outline | None:
     is_cam = is_flat or joint.type in ("cam", "cam_contact", "rolling_on_curve")
     angle = track.line.places.angle
     beside = (track.line.places.point * np.column_stack([np.cos(angle), np.sin(angle)])).sum(axis=1)
-    own = _outline(track, track.roller if is_cam else 0.0, joint.parameters.get("side") if is_cam else "inside")
+    outline = _outline(track, track.roller if is_cam else 0.0, joint.parameters.get("side") if is_cam else "inside")
     roller = joint.parameters.get("roller", track.roller) if is_cam else 0.0
-    return own._replace(roller=roller, face=float(np.abs(beside).max()) if is_flat else 0.0)
+    return outline._replace(roller=roller, face=float(np.abs(beside).max()) if is_flat else 0.0)
 
 
 def both_outlines(joint: Joint) -> tuple[Outline, ...]:
     """The outlines of both bodies for a joint whose curves touch. For another joint, that of body 1, where it has
     one."""
     if "curves" not in joint.parameters:
-        own = outline_of(joint)
-        return () if own is None else (own,)
+        outline = outline_of(joint)
+        return () if outline is None else (outline,)
     sides = joint.parameters.get("sides", (None, None))
     return tuple(
         _outline(track, track.roller, side) for track, side in zip(joint.parameters["curves"], sides, strict=True)
@@ -305,11 +305,11 @@ def wire_of(joint: Joint) -> Wire | None:
     return Wire(points[:-1] if track.line.closed else points, track.line.closed)
 
 
-def wire(own: Wire, point: Array, turn: Array, r: float) -> Solid:
+def wire(curve: Wire, point: Array, turn: Array, r: float) -> Solid:
     """A thin bar along a space curve, in a frame with its origin at `point` (3,), turned by `turn` (4,)."""
-    points, count = own.points, len(own.points)
+    points, count = curve.points, len(curve.points)
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
-    if not own.closed:
+    if not curve.closed:
         along[0], along[-1] = points[1] - points[0], points[-1] - points[-2]
     along /= np.linalg.norm(along, axis=1)[:, None]
     beside = np.empty_like(points)
@@ -321,7 +321,7 @@ def wire(own: Wire, point: Array, turn: Array, r: float) -> Solid:
     other, half = np.cross(along, beside), 0.5 * THICK * r
     corners = [(1.0, -1.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0)]
     vertices = np.concatenate([points + half * (a * beside + b * other) for a, b in corners])
-    return Solid("mesh", (), point, turn, _tube(vertices, count, own.closed))
+    return Solid("mesh", (), point, turn, _tube(vertices, count, curve.closed))
 
 
 def _tube(vertices: Array, count: int, closed: bool) -> Mesh:

@@ -232,9 +232,9 @@ def draw(
     from mbproj.show.figures import panels
 
     entry = KINDS[kind]
-    given: Mapping[str, Sequence[object]] = {"times": times, "corners": corners}
+    inputs: Mapping[str, Sequence[object]] = {"times": times, "corners": corners}
     over = next((each.shown_over for each in results if each.shown_over), None)
-    options = {entry.takes: given[entry.takes]} if entry.takes else {}
+    options = {entry.takes: inputs[entry.takes]} if entry.takes else {}
     figure: Figure = load(entry.draws)(results, labels, **options)
     if over is not None:
         panels.relabel(figure, over.name, over.unit, modulo=over.modulo)

@@ -93,7 +93,7 @@ def draw_friction(results: Sequence[Results], labels: Sequence[str]) -> Figure:
 def _draw(results: Sequence[Results], labels: Sequence[str], kind: str, dataset: str) -> Figure:
     names = fitted_text.all_names(results, kind)
     together = _grouped_by_coordinate(results, kind, dataset, names)
-    groups = rows.fitting([_group(results, kind, dataset, own, names) for own in together], results)
+    groups = rows.fitting([_group(results, kind, dataset, group, names) for group in together], results)
     count = sum(map(len, together[: len(groups)]))
     return rows.draw_rows(
         results, labels, groups, fitted_text.note(kind, count, len(names), "`mbproj export` writes all")
@@ -106,12 +106,12 @@ def _grouped_by_coordinate(
     """Group the names that act along the same coordinate in all results."""
     groups: list[tuple[str, ...]] = []
     for name in names:
-        for place, own in enumerate(groups):
-            if _coordinate_unit(results, kind, own[0]) != _coordinate_unit(results, kind, name):
+        for place, group in enumerate(groups):
+            if _coordinate_unit(results, kind, group[0]) != _coordinate_unit(results, kind, name):
                 continue
-            pairs = [[DatasetColumns(kind, (one,), dataset)(result) for one in (own[0], name)] for result in results]
+            pairs = [[DatasetColumns(kind, (one,), dataset)(result) for one in (group[0], name)] for result in results]
             if all(a is not None and b is not None and np.array_equal(a, b) for a, b in pairs):
-                groups[place] = (*own, name)
+                groups[place] = (*group, name)
                 break
         else:
             groups.append((name,))
@@ -125,37 +125,37 @@ def _coordinate_unit(results: Sequence[Results], kind: str, name: str) -> str:
 
 
 def _group(
-    results: Sequence[Results], kind: str, dataset: str, own: tuple[str, ...], names: Sequence[str]
+    results: Sequence[Results], kind: str, dataset: str, group: tuple[str, ...], names: Sequence[str]
 ) -> PanelGroup:
     """The rows of forces along one coordinate. With one result it is a row with a line for each name. With several it
     is a row for each name, and the coordinate once."""
-    first = next(result for result in results if own[0] in result.names(kind))
-    si = _coordinate_unit(results, kind, own[0])
-    read, act = DatasetColumns(kind, own[:1], dataset), DatasetColumns(kind, own, "force")
+    first = next(result for result in results if group[0] in result.names(kind))
+    si = _coordinate_unit(results, kind, group[0])
+    read, act = DatasetColumns(kind, group[:1], dataset), DatasetColumns(kind, group, "force")
     unit = units_of(si, [values for result in results if (values := read(result)) is not None]).value
     words, acts_in = ACTION[si]
-    label = f"{own[0]}: gap" if kind == "stops" else _coordinate_label(first, own, si, read)
+    label = f"{group[0]}: gap" if kind == "stops" else _coordinate_label(first, group, si, read)
     along = PanelQuantity(label, unit, read)
-    if len(own) == 1:
+    if len(group) == 1:
         listed: list[Row] = [(along, PanelQuantity(words, acts_in, act))]
     elif len(results) == 1:
-        listed = [(along, PanelQuantity(words, acts_in, act, tuple((name, names.index(name)) for name in own)))]
+        listed = [(along, PanelQuantity(words, acts_in, act, tuple((name, names.index(name)) for name in group)))]
     else:
-        each = [PanelQuantity(f"{words} of {name}", acts_in, DatasetColumns(kind, (name,), "force")) for name in own]
+        each = [PanelQuantity(f"{words} of {name}", acts_in, DatasetColumns(kind, (name,), "force")) for name in group]
         listed = [(along, each[0]), *((None, other) for other in each[1:])]
     return PanelGroup(tuple(listed), (PanelQuantity(SIGN, unit, read), PanelQuantity(SIGN, acts_in, act)))
 
 
-def _coordinate_label(result: Results, own: tuple[str, ...], si: str, read: DatasetColumns) -> str:
-    """The label of the coordinate along which `own` acts: the joint coordinate with the same values, or a length."""
+def _coordinate_label(result: Results, group: tuple[str, ...], si: str, read: DatasetColumns) -> str:
+    """The label of the coordinate along which `group` acts: the joint coordinate with the same values, or a length."""
     values, of = read(result), ""
     for coordinate, unit in zip(result.names("coordinates"), result.names("coordinate_units"), strict=True):
         if unit == si and values is not None and alike(result.coordinate(coordinate).value, values[:, 0]):
             of = coordinate
             break
-    if len(own) == 1:
-        return f"{own[0]}: {of}" if of else own[0]
-    return of or (f"length of {own[0]}" if si == "m" else own[0])
+    if len(group) == 1:
+        return f"{group[0]}: {of}" if of else group[0]
+    return of or (f"length of {group[0]}" if si == "m" else group[0])
 
 
 def _of_friction(results: Sequence[Results], name: str) -> tuple[PanelGroup, PanelGroup]:
@@ -210,8 +210,8 @@ def draw_ropes(results: Sequence[Results], labels: Sequence[str]) -> Figure:
     row for each portion."""
     names = fitted_text.all_names(results, "tensions")
     ropes = list(dict.fromkeys(name.rpartition(".")[0] for name in names))
-    own = [tuple(name for name in names if name.rpartition(".")[0] == rope) for rope in ropes]
-    groups = rows.fitting([_of_rope(results, *each) for each in zip(ropes, own, strict=True)], results)
+    portions = [tuple(name for name in names if name.rpartition(".")[0] == rope) for rope in ropes]
+    groups = rows.fitting([_of_rope(results, *each) for each in zip(ropes, portions, strict=True)], results)
     return rows.draw_rows(
         results, labels, groups, fitted_text.note("ropes", len(groups), len(ropes), "`mbproj export` writes all")
     )

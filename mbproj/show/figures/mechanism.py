@@ -114,9 +114,9 @@ def _faces(part: Solid, carrier: int, view: View, motion: PoseHistory) -> Iterat
             normal = side * rotation[:, column]
             facing = float(motion.vector(carrier, normal)[0] @ view.eye)
             if length > 0.0 and facing > 0.05:
-                own = part.outline()
-                on_face = (own - part.position) @ normal > 0.5 * length * (1.0 - 1e-9)
-                yield _placed(own[on_face], carrier, motion), 0.2 + 0.8 * facing
+                outline = part.outline()
+                on_face = (outline - part.position) @ normal > 0.5 * length * (1.0 - 1e-9)
+                yield _placed(outline[on_face], carrier, motion), 0.2 + 0.8 * facing
 
 
 def _triangles(part: Solid, carrier: int, base: str, view: View, motion: PoseHistory) -> Iterator[Polygon]:
@@ -174,7 +174,7 @@ def _mixed(
     colour: tuple[float, float, float], other: tuple[float, float, float], part: float
 ) -> tuple[float, float, float]:
     """The colour with a part of another colour mixed in."""
-    red, green, blue = ((1.0 - part) * own + part * its for own, its in zip(colour, other, strict=True))
+    red, green, blue = ((1.0 - part) * first + part * second for first, second in zip(colour, other, strict=True))
     return red, green, blue
 
 
@@ -478,9 +478,9 @@ def mp4(pictures: Iterator[Picture], rate: int, path: Path) -> None:
     """Write H.264, which browsers and slides play."""
     first = next(pictures)
     height, width, _ = first.shape
-    given = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(rate), "-i", "-"]
-    made = ["-c:v", "libx264", "-crf", "20", "-pix_fmt", "yuv420p", "-metadata", f"comment={MARK}", "-f", "mp4"]
-    command = [ffmpeg(), "-y", "-loglevel", "error", *given, *made, str(path)]
+    source = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(rate), "-i", "-"]
+    film = ["-c:v", "libx264", "-crf", "20", "-pix_fmt", "yuv420p", "-metadata", f"comment={MARK}", "-f", "mp4"]
+    command = [ffmpeg(), "-y", "-loglevel", "error", *source, *film, str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None and process.stderr is not None
         try:

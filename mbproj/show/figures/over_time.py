@@ -69,10 +69,10 @@ def _moving(results: Sequence[Results], names: Sequence[str]) -> tuple[int, ...]
 
 def mark_untrusted(figure: Figure, results: Sequence[Results], limit: float) -> str:
     """Shade each marker's panels from the time on at which its error may exceed the limit. Return a text on it."""
-    own: dict[str, list[Axes]] = {}
+    axes: dict[str, list[Axes]] = {}
     for axis in figure.axes:
-        own.setdefault(str(axis.get_label()), []).append(axis)
-    return panels.shade(own, results, limit)
+        axes.setdefault(str(axis.get_label()), []).append(axis)
+    return panels.shade(axes, results, limit)
 
 
 def _rows_apart(name: str, result: Results, moving: tuple[int, ...]) -> PanelGroup:
@@ -85,8 +85,8 @@ def _rows_apart(name: str, result: Results, moving: tuple[int, ...]) -> PanelGro
         parts = tuple(("xyz"[index], index) for index in which)
         some = "" if len(which) == len(moving) else ", ".join(part for part, _ in parts)
         words = (f"{name}: {some}", f"velocity {some}") if some else (f"position of {name}", "velocity")
-        own = [(unit, Components(name, word, which)) for word, unit in PANELS]
-        listed.append(tuple(PanelQuantity(text, *of, parts) for text, of in zip(words, own, strict=True)))
+        quantities = [(unit, Components(name, word, which)) for word, unit in PANELS]
+        listed.append(tuple(PanelQuantity(text, *of, parts) for text, of in zip(words, quantities, strict=True)))
     return PanelGroup(tuple(listed), name=name)
 
 
@@ -96,7 +96,7 @@ def _overlaid_markers(name: str, moving: tuple[int, ...]) -> PanelGroup:
         component = "xyz"[index]
         row = [(unit, Components(name, word, (index,))) for word, unit in PANELS]
         words = f"{name}: {component}", f"velocity {component}"
-        listed.append(tuple(PanelQuantity(text, *own) for text, own in zip(words, row, strict=True)))
+        listed.append(tuple(PanelQuantity(text, *quantity) for text, quantity in zip(words, row, strict=True)))
     apart = tuple(PanelQuantity(SIGN, unit, Components(name, word, (0, 1, 2))) for word, unit in PANELS)
     return PanelGroup(tuple(listed), apart, name)
 
@@ -164,8 +164,8 @@ def _coordinate_group(results: Sequence[Results], name: str) -> PanelGroup:
     def speed(result: Results) -> Array | None:
         return result.coordinate(name).speed if name in result.names("coordinates") else None
 
-    own = [result.coordinate(name) for result in results if name in result.names("coordinates")]
-    units = units_of(own[0].unit, [each.value for each in own])
+    coordinates = [result.coordinate(name) for result in results if name in result.names("coordinates")]
+    units = units_of(coordinates[0].unit, [each.value for each in coordinates])
     row = PanelQuantity(name, units.value, value), PanelQuantity("speed", units.speed, speed)
     apart = PanelQuantity(SIGN, units.value, value), PanelQuantity(SIGN, units.speed, speed)
     return PanelGroup((row,), apart)
@@ -448,9 +448,15 @@ def draw_transmission(
     """Draw a row for each transmission angle, in degrees from 0 to 90."""
     groups = [
         PanelGroup(
-            ((PanelQuantity(f"at {own[1]}, to {own[0]} and {own[2]}", DEGREES.value, _Angle(own), held=False),),)
+            (
+                (
+                    PanelQuantity(
+                        f"at {corner[1]}, to {corner[0]} and {corner[2]}", DEGREES.value, _Angle(corner), held=False
+                    ),
+                ),
+            )
         )
-        for own in corners
+        for corner in corners
     ]
     figure = rows.draw_rows(results, labels, rows.fitting(groups, results))
     for axis in figure.axes:

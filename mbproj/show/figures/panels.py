@@ -297,9 +297,9 @@ def shade(axes: Mapping[str, Sequence[Axes]], results: Sequence[Results], limit:
     ""."""
     shaded = False
     end = max(float(result.time[-1]) for result in results)
-    for name, own in axes.items():
+    for name, of_marker in axes.items():
         times = [time for result in results if (time := since(result, limit, name)) is not None]
-        for axis in own if times and min(times) < end else ():
+        for axis in of_marker if times and min(times) < end else ():
             left, right = axis.get_xlim()
             axis.axvspan(max(min(times), left), end, color=SHADE, linewidth=0, zorder=0)
             axis.set_xlim(left, right)

@@ -71,8 +71,8 @@ def coinciding(results: Sequence[Results], names: Sequence[str]) -> dict[str, li
     """Group the coordinates of the results that coincide: the others by the first of each group."""
     groups: dict[str, list[str]] = {}
     for name in names:
-        own = [_of(result, name) for result in results]
-        first = next((kept for kept in groups if _agree(own, [_of(result, kept) for result in results])), None)
+        curves = [_of(result, name) for result in results]
+        first = next((other for other in groups if _agree(curves, [_of(result, other) for result in results])), None)
         groups.setdefault(name, []) if first is None else groups[first].append(name)
     return groups
 
@@ -86,8 +86,8 @@ def alike(first: Array, second: Array) -> bool:
 def _of(result: Results, name: str) -> tuple[str, Array, Array] | None:
     if name not in result.names("coordinates"):
         return None
-    own = result.coordinate(name)
-    return own.unit, own.value, own.speed
+    coordinate = result.coordinate(name)
+    return coordinate.unit, coordinate.value, coordinate.speed
 
 
 def _agree(one: Sequence[tuple[str, Array, Array] | None], other: Sequence[tuple[str, Array, Array] | None]) -> bool:
@@ -136,12 +136,12 @@ class PanelGroup:
 
 def fitting(groups: Sequence[PanelGroup], results: Sequence[Results]) -> list[PanelGroup]:
     """The first groups, at least one, that fit on a page."""
-    kept: list[PanelGroup] = []
+    shown: list[PanelGroup] = []
     for group in groups:
-        kept.append(group)
-        if len(kept) > 1 and len(_all_rows(kept, results)) > MAX_ROWS:
-            return kept[:-1]
-    return kept
+        shown.append(group)
+        if len(shown) > 1 and len(_all_rows(shown, results)) > MAX_ROWS:
+            return shown[:-1]
+    return shown
 
 
 def draw_rows(
@@ -152,8 +152,8 @@ def draw_rows(
     heights = [LOWER if is_difference else 1.0 for _, _, is_difference in listed]
     figure, axes = panels.panels(len(listed), max(len(row) for _, row, _ in listed), parts=heights)
     shown: dict[AxisUnit, list[Axes]] = {}
-    for own, (group, row, is_difference) in zip(axes, listed, strict=True):
-        for axis, quantity in zip(own, row, strict=True):
+    for row_axes, (group, row, is_difference) in zip(axes, listed, strict=True):
+        for axis, quantity in zip(row_axes, row, strict=True):
             axis.set_label(group.name)
             if quantity is None:
                 axis.set_visible(False)

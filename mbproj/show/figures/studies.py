@@ -489,10 +489,10 @@ def _look(index: int) -> dict[str, Any]:
 
 def _cloud(axis: Axes, cost: Array, value: Array, label: str, look: dict[str, Any]) -> None:
     """Draw settings in the order of their cost."""
-    kept = np.isfinite(cost) & np.isfinite(value)
-    order = np.argsort(cost[kept], kind="stable")
-    values = np.where(value[kept] < panels.FLOOR, panels.FLOOR, value[kept])
-    axis.plot(cost[kept][order], values[order], label=literal(label), **look)
+    finite = np.isfinite(cost) & np.isfinite(value)
+    order = np.argsort(cost[finite], kind="stable")
+    values = np.where(value[finite] < panels.FLOOR, panels.FLOOR, value[finite])
+    axis.plot(cost[finite][order], values[order], label=literal(label), **look)
     axis.set_xscale("log")
     axis.set_yscale("log")
     axis.margins(0.04)

@@ -254,10 +254,10 @@ def line(index: int) -> dict[str, Any]:
     colours and dashes are paired differently."""
     turn, place = divmod(index, len(LINES))
     colour, dashes = LINES[place][0], LINES[(place + turn) % len(LINES)][1]
-    own = {"color": colour, "linestyle": dashes}
+    usual = {"color": colour, "linestyle": dashes}
     cycle = look().sheets.get("axes.prop_cycle")
-    given = list(cycle) if cycle is not None else []
-    return own | given[index % len(given)] if given else own
+    of_sheet = list(cycle) if cycle is not None else []
+    return usual | of_sheet[index % len(of_sheet)] if of_sheet else usual
 
 
 # --- Matplotlib's style sheets, read with errors that give the place --------------------------------------------------

@@ -196,12 +196,12 @@ def middle_of_others(chosen: Chosen, drawn: Sequence[Column]) -> tuple[Cases, st
     """Mark the cases (N,) of a grid in which all quantities but those `drawn` have their middle value, with a remark on
     these. In other designs mark all cases."""
     table = chosen.table
-    kept = np.ones(len(table.status), dtype=bool)
+    at_middle = np.ones(len(table.status), dtype=bool)
     said = []
     for column in chosen.over if table.combine == GRID else ():
         if column not in drawn:
             values = list(dict.fromkeys(column.values.tolist()))
             middle = values[len(values) // 2]
-            kept &= column.values == middle
+            at_middle &= column.values == middle
             said.append(f"{column.name} = {scale_of(column).reads(middle)}")
-    return kept, f"at {', '.join(said)}: choose others with --over" if said else ""
+    return at_middle, f"at {', '.join(said)}: choose others with --over" if said else ""

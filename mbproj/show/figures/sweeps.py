@@ -61,7 +61,7 @@ def no_lines(chosen: Chosen) -> str | None:
 def draw_lines(chosen: Chosen) -> Figure:
     """Draw a row for each measure."""
     first, second = _axes(chosen)
-    kept, said = middle_of_others(chosen, [column for column in (first, second) if column is not None])
+    at_middle, said = middle_of_others(chosen, [column for column in (first, second) if column is not None])
     figure, axes = panels.panels(
         len(chosen.measures), height=max(PANEL_HEIGHT, 2.6 if len(chosen.measures) == 1 else 0)
     )
@@ -70,9 +70,9 @@ def draw_lines(chosen: Chosen) -> Figure:
     for axis, measure in zip(axes[:, 0], chosen.measures, strict=True):
         _, values = chosen.scaled(measure)
         for index, (label, cases) in enumerate(lines):
-            shown = kept & cases
+            shown = at_middle & cases
             _line(axis, places[shown], values[shown], label, index)
-        crosses_below(axis, places[kept & chosen.table.failed])
+        crosses_below(axis, places[at_middle & chosen.table.failed])
         axis.margins(x=0.02)
         panels.name(axis, measure.name, scale_of(measure).unit)
         if ticks:
@@ -81,12 +81,12 @@ def draw_lines(chosen: Chosen) -> Figure:
             spread_out(axis, "x", places)
     axes[-1, 0].set_xlabel(name(first, page_width() - 1.0, 1))
     return panels.finish(
-        figure, remark=chosen.remark(said, cut), with_legend=second is not None or _any_bad(chosen, kept)
+        figure, remark=chosen.remark(said, cut), with_legend=second is not None or _any_bad(chosen, at_middle)
     )
 
 
-def _any_bad(chosen: Chosen, kept: Cases) -> bool:
-    return bool(np.any(chosen.table.failed & kept))
+def _any_bad(chosen: Chosen, at_middle: Cases) -> bool:
+    return bool(np.any(chosen.table.failed & at_middle))
 
 
 def _axes(chosen: Chosen) -> tuple[Column, Column | None]:
@@ -148,7 +148,7 @@ def no_map(chosen: Chosen) -> str | None:
 def draw_map(chosen: Chosen) -> Figure:
     """Draw a map for each measure, two in a row."""
     over = chosen.numbers[:2]
-    kept, said = middle_of_others(chosen, over)
+    at_middle, said = middle_of_others(chosen, over)
     count = len(chosen.measures)
     columns = min(count, 2)
     rows = ceil(count / columns)
@@ -156,7 +156,7 @@ def draw_map(chosen: Chosen) -> Figure:
     figure = Figure(figsize=(page_width(), height), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False).reshape(-1)
     for axis, measure in zip(axes, chosen.measures, strict=False):
-        _map(figure, axis, chosen, measure, over, kept)
+        _map(figure, axis, chosen, measure, over, at_middle)
     for axis in axes[count:]:
         axis.set_visible(False)
     put_legend(figure, panels.legend_entries(list(axes)))
@@ -164,12 +164,14 @@ def draw_map(chosen: Chosen) -> Figure:
     return figure
 
 
-def _map(figure: Figure, axis: Axes, chosen: Chosen, measure: Column, over: tuple[Column, ...], kept: Cases) -> None:
-    x, y = (chosen.scaled(column)[1][kept] for column in over)
+def _map(
+    figure: Figure, axis: Axes, chosen: Chosen, measure: Column, over: tuple[Column, ...], at_middle: Cases
+) -> None:
+    x, y = (chosen.scaled(column)[1][at_middle] for column in over)
     values = chosen.scaled(measure)[1]
     (across, columns), (up, rows) = (np.unique(each, return_inverse=True) for each in (x, y))
     grid = np.full((len(up), len(across)), np.nan)
-    grid[rows.reshape(-1), columns.reshape(-1)] = values[kept]
+    grid[rows.reshape(-1), columns.reshape(-1)] = values[at_middle]
     for which, each in (("x", across), ("y", up)):
         spread_out(axis, which, each)  # type: ignore[arg-type]
     axis.set_facecolor(EMPTY)
@@ -179,7 +181,7 @@ def _map(figure: Figure, axis: Axes, chosen: Chosen, measure: Column, over: tupl
     mesh = axis.pcolormesh(*edges, known, cmap=COLOURS, rasterized=True)
     if min(grid.shape) > 1 and np.ptp(known.compressed()) > 0.0:
         _contours(axis, across, up, known)
-    bad = chosen.table.failed[kept]
+    bad = chosen.table.failed[at_middle]
     crosses(axis, x[bad], y[bad])
     room = page_width() / 2 - 1.0 if len(chosen.measures) > 1 else page_width() - 2.0
     axis.set(xlabel=name(over[0], room), ylabel=name(over[1], NARROW - 0.6))

@@ -116,8 +116,8 @@ def _run(
     shown = motion.at(frames.rows)
     system = compile_system(scene)
     groups = [group_data(group, values, packer) for group, values in load_groups(system, look.loads, shown)]
-    kept, left = fitting(groups_of(result), len(frames.rows))
-    for group in kept:
+    fitted, left = fitting(groups_of(result), len(frames.rows))
+    for group in fitted:
         values = group.values(result)
         peaks = group.name.endswith("violation")
         values = largest_between(values, whole, frames.rows) if peaks else values[frames.rows]

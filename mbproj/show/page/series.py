@@ -197,14 +197,14 @@ def _force_units(units: Sequence[str]) -> tuple[str, ...]:
 
 def fitting(groups: Iterable[SeriesGroup], frames: int) -> tuple[list[SeriesGroup], list[SeriesGroup]]:
     """The groups for which there is room, and those that are left out."""
-    kept: list[SeriesGroup] = []
+    fitted: list[SeriesGroup] = []
     left: list[SeriesGroup] = []
     room = ROOM
     for group in groups:
         size = group.columns * frames
-        (kept if size <= room else left).append(group)
+        (fitted if size <= room else left).append(group)
         room -= size if size <= room else 0
-    return kept, left
+    return fitted, left
 
 
 # --- The data of a mechanism and its run for a page -------------------------------------------------------------------

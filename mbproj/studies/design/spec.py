@@ -17,7 +17,7 @@ from mbproj.scene.blocks.expectations import (
     EXPECTATION,
     MEASURE,
     SUBJECTS,
-    Given,
+    ExpectationKeys,
     Measure,
     complaints,
     items_of,
@@ -42,7 +42,7 @@ from mbproj.studies.design.target import Match, Target
 STARTS, SEED = 20, 0
 FORMAT = "1"
 _OF = {key: EXPECTATION.keys[key] for key in SUBJECTS}
-MATCH: Record[Given] = Record(
+MATCH: Record[ExpectationKeys] = Record(
     "a match",
     {
         **_OF,
@@ -58,7 +58,7 @@ MATCH: Record[Given] = Record(
     choices=(OneOf(tuple(SUBJECTS), needed=True, hint="a match is of one thing; write another for the other"),),
 )
 SIDES = ("at_least", "at_most", "equals")
-LIMIT: Record[Given] = Record(
+LIMIT: Record[ExpectationKeys] = Record(
     "a constraint",
     {**RECORD_OF_MEASURE.keys, "expression": Text(), **dict.fromkeys(SIDES, MEASURE)},
     dict,
@@ -235,8 +235,15 @@ def _goals(blocks: Mapping[str, Any], base: Scene) -> Iterator[Goal]:
             yield Goal(measure, sign)
 
 
+<<<<<<< HEAD
 def _limits(limits: Mapping[str, Given], base: Scene, scene: SceneText, reading: Reading) -> Iterator[DesignLimit]:
     measures = {name: each for name, each in limits.items() if "expression" not in each}
+=======
+def _limits(
+    given: Mapping[str, ExpectationKeys], base: Scene, scene: SceneText, reading: Reading
+) -> Iterator[DesignLimit]:
+    measures = {name: each for name, each in given.items() if "expression" not in each}
+>>>>>>> nounsB
     known = {measure.name: measure for measure in measures_of(measures, base)}
     names = {name: Value(number, None) for name, number in base.parameters.items()}
     units = units_of({f"parameters.{name}": None for name in names}, scene)

@@ -14,7 +14,7 @@ from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.results.analysis.expectations import SampleSource, components, series
 from mbproj.results.between_samples import between
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.blocks.expectations import Given, complaints, measures_of
+from mbproj.scene.blocks.expectations import ExpectationKeys, complaints, measures_of
 from mbproj.scene.blocks.observables import OBSERVABLES, OF_BUSHINGS, Observable, coordinates_of
 from mbproj.scene.fields.quantities import agrees
 from mbproj.scene.fields.reading import Reading
@@ -139,7 +139,7 @@ class Match:
     """A match under `name` with the keys `entry`, for the scene `base`. Its files are relative to `folder`. Problems
     are reported at their places."""
 
-    def __init__(self, name: str, entry: Given, base: Scene, folder: Path, reading: Reading) -> None:
+    def __init__(self, name: str, entry: ExpectationKeys, base: Scene, folder: Path, reading: Reading) -> None:
         self._name, self._entry, self._base, self._reading = name, entry, base, reading
         self._of = next(key for key in OBSERVABLES if key in entry)
         self._path = folder / entry["through"]

@@ -16,7 +16,7 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
-from mbproj.scene.blocks.expectations import MEASURES, Given, complaints, items_of, measures_of, untimely
+from mbproj.scene.blocks.expectations import MEASURES, ExpectationKeys, complaints, items_of, measures_of, untimely
 from mbproj.scene.changes import Change
 from mbproj.scene.fields.fields import ByPath, NameChoice, Record, Text
 from mbproj.scene.fields.quantities import Integer
@@ -301,7 +301,7 @@ def _check_names(blocks: Mapping[str, Any], reading: Reading) -> None:
 
 
 def _misfits(
-    scene: SceneText, design: Design, measures: Mapping[str, Given], places: Mapping[KeyPath, Place]
+    scene: SceneText, design: Design, measures: Mapping[str, ExpectationKeys], places: Mapping[KeyPath, Place]
 ) -> list[Problem]:
     """The problems that the scene's reader finds with values of the sweep, and the measures that runs with these values
     would not have."""
