@@ -186,7 +186,7 @@ def _residual(
 SOLVERS: Mapping[str, Solver] = MappingProxyType({"bordered": solve_bordered, "eliminated": solve_eliminated})
 
 
-# --- Independent combinations of the rows of C_q, in which the equations of motion and of every -----------------------
+# --- Independent combinations of rows ---------------------------------------------------------------------------------
 # Independent combinations of the rows of C_q, in which the equations of motion and of every projection are solved.
 
 

@@ -221,7 +221,7 @@ CONTROLLER: Record[Controller] = ControllerRecord(
 )
 
 
-# --- Replaces the blocks among a scene's signals (`control.blocks`) by plain signals, states --------------------------
+# --- Blocks to plain signals ------------------------------------------------------------------------------------------
 # Replaces the blocks among a scene's signals (`control.blocks`) by plain signals, states and controllers.
 
 

@@ -171,7 +171,7 @@ def _coordinate_group(results: Sequence[Results], name: str) -> PanelGroup:
     return PanelGroup((row,), apart)
 
 
-# --- Energies, and the balance E(t) - E(0) - W + D, which is zero apart from errors of --------------------------------
+# --- Energies and their balance ---------------------------------------------------------------------------------------
 # Energies, and the balance E(t) - E(0) - W + D, which is zero apart from errors of integration.
 
 
@@ -382,7 +382,7 @@ def _names(result: Results, trust: Trust) -> list[str]:
     return [name for name in trust.names if name in chosen]
 
 
-# --- Velocity ratios and mechanical advantages of joint coordinates to an input, and ----------------------------------
+# --- Ratios and transmission angles -----------------------------------------------------------------------------------
 # Velocity ratios and mechanical advantages of joint coordinates to an input, and transmission angles.
 
 
