@@ -196,8 +196,8 @@ def toothed(scene: Scene, joints: Sequence[Joint], coordinates: Sequence[str]) -
 
 
 def _check_bearings(scene: Scene, gear: Joint, first: Joint, second: Joint) -> None:
-    """Raise InputError where the axes of the bearings `first` and `second` of a gear's wheels are not parallel, a wheel
-    is the first body of its bearing, or a friction depends on a bearing's load, which lacks the force of the teeth."""
+    """Raise InputError where the load of a gear's bearings, the joints `first` and `second`, cannot be told: axes are
+    not parallel, or a wheel is the first body of its joint. Or a friction depends on it, which would lack the teeth."""
     place = scene.place("joints", gear.name, "pressure_angle")
     frames = local_frames([first, second], poses := poses_of(scene))
     axes = [frame[7] @ poses[joint.bodies[1]][1].T for frame, joint in zip(frames, (first, second), strict=True)]
