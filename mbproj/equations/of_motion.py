@@ -77,7 +77,7 @@ def tangent_gradients(reflected: ReflectedInertias, pose: Pose) -> Array:
     return tangent_jacobian(reflected.rows, pose)[..., :6]
 
 
-# --- The equations of motion with Euler parameters, Eqs ---------------------------------------------------------------
+# --- With Euler parameters, Eqs. 10-14, and without multipliers, Eqs. 80-81 -------------------------------------------
 
 
 #: (M, C_q, Q, γ) -> (q'', λ)

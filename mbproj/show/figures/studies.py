@@ -124,8 +124,8 @@ def _costs(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
     axes[1].set_yticklabels([])
 
 
-# --- The figures of Zhang, Liu & Liu (2015), sect ---------------------------------------------------------------------
-# 5: position and velocity of a point (2, 3, 7, 8), and the constraint errors of several methods (4, 5, 9, 10). Arrays
+# --- The figures of Zhang, Liu & Liu (2015), sect. 5 ------------------------------------------------------------------
+# Position and velocity of a point (2, 3, 7, 8), and the constraint errors of several methods (4, 5, 9, 10). Arrays
 # in, a Figure out; `save` writes it.
 
 
