@@ -1,4 +1,4 @@
-"""Pictures of loads: forces along coordinates and the energy lost by friction, reactions of joints, and polar diagrams."""
+"""Pictures of loads: forces along coordinates with the energy lost, reactions of joints, and polar diagrams."""
 
 from __future__ import annotations
 

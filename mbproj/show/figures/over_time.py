@@ -1,4 +1,4 @@
-"""Pictures of a run over time: markers, joint coordinates, energies, steps, violations, certified errors, and ratios."""
+"""Pictures of a run over time: markers, joint coordinates, energies, steps, violations, certified errors, ratios."""
 
 from __future__ import annotations
 
