@@ -168,6 +168,16 @@ def test_headers_include_nothing_from_above():
             assert below, f"{path.relative_to(ROOT)} includes {header}"
 
 
+def test_what_comments_of_the_kernel_name_exists():
+    """A reference in Python, written as mbproj.room.module or with a name of it."""
+    known = {name_of(path): path for path in modules()}
+    for path in headers():
+        for where in re.findall(r"\bmbproj(?:\.\w+)+", path.read_text(encoding="utf-8")):
+            module, _, name = where.rpartition(".")
+            is_name = module in known and re.search(rf"\b{name}\b", known[module].read_text(encoding="utf-8"))
+            assert where in known or is_name, f"{path.relative_to(ROOT)} names {where}"
+
+
 def test_no_circle_of_includes():
     TopologicalSorter({path.relative_to(KERNEL).as_posix(): includes(path) for path in headers()}).prepare()
 

@@ -1,8 +1,12 @@
-"""Escapes that make characters visible which command a terminal, or hide what a text says."""
+"""Texts from and for others: characters that command a terminal are escaped, and numbers are read as other programs
+read them.
+"""
 
 from __future__ import annotations
 
 import re
+
+# --- Characters that command a terminal, or hide what a text says -----------------------------------------------------
 
 #: Control characters, Unicode's marks for the direction of writing, and its line and paragraph separators.
 _COMMANDS = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069"

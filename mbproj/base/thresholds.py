@@ -231,7 +231,7 @@ class Ropes:
     )
 
 
-# --- Poses: passing near a singular one, searches around one, and equilibria, modes and linear ------------------------
+# --- Poses ------------------------------------------------------------------------------------------------------------
 # Poses: passing near a singular one, searches around one, and equilibria, modes and linear models at one.
 
 

@@ -117,7 +117,7 @@ def _turns(system: System, pose: Pose, start: Array) -> Integers:
     return turns_of(system, near(system, angles, start), angles)
 
 
-# --- Refuses motions that drive a coordinate beyond its rigid stop, which is known before the -------------------------
+# --- Motions beyond stops ---------------------------------------------------------------------------------------------
 # Refuses motions that drive a coordinate beyond its rigid stop, which is known before the run.
 
 
@@ -174,7 +174,7 @@ def _passage(
     yield Problem(message, stops.places[stop], HINT)
 
 
-# --- The free motions that the joints leave at a pose, in coordinates x, and the rows N of the ------------------------
+# --- Free motions and rows of gaps ------------------------------------------------------------------------------------
 # The free motions that the joints leave at a pose, in coordinates x, and the rows N of the stops' gaps by x.
 # In x the kinetic energy is ½|x|²: u = u₀ + T R⁻¹ x, with G T = 0 and TᵀM T = RᵀR.
 

@@ -44,7 +44,7 @@ from mbproj.model.forces import COORDINATES, Bushings, Forces
 from mbproj.model.primitive_set import Group, PrimitiveSet
 from mbproj.model.system import System
 
-# --- Derivatives of a set of primitives along the tangent coordinates of the bodies that they -------------------------
+# --- Derivatives of primitives ----------------------------------------------------------------------------------------
 # Derivatives of a set of primitives along the tangent coordinates of the bodies that they bind.
 # A slot's point or vector x moves by δx = B ξ with B = [1, -A s~] of (δr, δθ), or [0, -A s~] of a vector; a row of G
 # is g = ∂C/∂x B. Along a motion, ξ constant,

@@ -1,4 +1,6 @@
-"""Friction that depends on a reaction which is not unique: redundant rows can share the load in any proportion."""
+"""Dry friction at a state: loads that are not unique, forces that are functions, the loads of bearings that rub, and
+the recorded quantities of stops and frictions.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +27,8 @@ from mbproj.equations.samples import Samples
 from mbproj.functions.series import run
 from mbproj.model.contacts import Bearings, Frictions, Stops
 from mbproj.model.system import System
+
+# --- Friction that depends on a reaction which is not unique: redundant rows can share the load in any proportion -----
 
 
 def refuse_shared_loads(system: System, state: State) -> None:

@@ -77,7 +77,7 @@ def tangent_gradients(reflected: ReflectedInertias, pose: Pose) -> Array:
     return tangent_jacobian(reflected.rows, pose)[..., :6]
 
 
-# --- The equations of motion with Euler parameters, Eqs ---------------------------------------------------------------
+# --- With Euler parameters, Eqs. 10-14, and without multipliers, Eqs. 80-81 -------------------------------------------
 
 
 #: (M, C_q, Q, γ) -> (q'', λ)
@@ -186,7 +186,7 @@ def _residual(
 SOLVERS: Mapping[str, Solver] = MappingProxyType({"bordered": solve_bordered, "eliminated": solve_eliminated})
 
 
-# --- Independent combinations of the rows of C_q, in which the equations of motion and of every -----------------------
+# --- Independent combinations of rows ---------------------------------------------------------------------------------
 # Independent combinations of the rows of C_q, in which the equations of motion and of every projection are solved.
 
 

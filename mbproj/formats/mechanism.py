@@ -257,7 +257,7 @@ def _shorten(name: str) -> str:
     return name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}..."
 
 
-# --- Joints that close loops, with a frame of each of two links that need not meet where the --------------------------
+# --- Joints that close loops ------------------------------------------------------------------------------------------
 # Joints that close loops, with a frame of each of two links that need not meet where the model begins.
 
 

@@ -22,7 +22,7 @@ from mbproj.model.forces import Forces, Laws
 from mbproj.model.primitive_set import Binding, PrimitiveSet, bind, bindings
 from mbproj.model.system import System
 
-# --- Laws of force that are added to those of the scene while stops touch and dry frictions ---------------------------
+# --- Laws of contacts -------------------------------------------------------------------------------------------------
 # Laws of force that are added to those of the scene while stops touch and dry frictions slide.
 
 

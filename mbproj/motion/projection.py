@@ -188,8 +188,8 @@ class Gpopm(Projection):
         return weighted_correction(M + C_q.T @ C_q, C_q, violation)
 
 
-# --- The projection of a state, Eqs -----------------------------------------------------------------------------------
-# 37-74: when it is due, and the iteration to C = 0 with any method's correction.
+# --- The projection of a state, Eqs. 37-74 ----------------------------------------------------------------------------
+# When it is due, and the iteration to C = 0 with any method's correction.
 # Where the full correction does not reduce the violation, or turns a body too far for its linearised rows, smaller
 # ones are tried in turn. A metric by masses turns bodies of small inertia by large angles to avoid motions of heavy
 # bodies. The smallest correction that turns no body by more than ϑ is that of a metric with moments of inertia added

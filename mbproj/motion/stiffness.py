@@ -220,7 +220,7 @@ def _mean(values: Array) -> float:
     return float(np.sqrt(np.mean(values * values)))
 
 
-# --- The modes of a mechanism's forces and its elements' states at a state of its run, compared -----------------------
+# --- Modes at a state of a run ----------------------------------------------------------------------------------------
 # The modes of a mechanism's forces and its elements' states at a state of its run, compared with the step.
 
 

@@ -19,9 +19,7 @@ from mbproj.results.faults import REPEAT
 from mbproj.results.file.contents import Contents
 from mbproj.results.file.opening import open_file
 
-# --- The layout of summary.h5 -----------------------------------------------------------------------------------------
-# Arrays over the quantities that vary, and the ending of each case.
-
+# --- The layout of summary.h5: arrays over the quantities that vary, and the ending of each case ----------------------
 
 #: The file in the folder of a sweep.
 NAME = "summary.h5"
@@ -46,9 +44,10 @@ ENDINGS: Mapping[str, str] = MappingProxyType(
 
 # --- `read_table` -----------------------------------------------------------------------------------------------------
 
-
+#: What a user may do where a path is no sweep, and where its file is of no use.
 WANTED = "give the folder that 'mbproj sweep SPEC' has written"
 AGAIN = "write it again with: mbproj sweep SPEC"
+#: The design in which every value of a quantity meets every value of the others.
 GRID = "grid"
 
 
@@ -111,7 +110,7 @@ def read_table(path: Path) -> SweepCases:
 
 
 def version_of_table(path: Path) -> object:
-    """The schema version of the summary in a sweep's folder."""
+    """The schema version of the summary in a sweep's folder, as the file has it."""
     with open_file(path / NAME) as contents:
         return contents.attributes().get("schema_version")
 
@@ -122,10 +121,10 @@ def _read(contents: Contents, name: str) -> SweepCases:
         raise InputError(Problem(f"'{contents.path}' is not the summary of a sweep", hint=WANTED))
     version = about.get("schema_version")
     if version not in (WITHOUT_CHECKSUMS, SCHEMA_VERSION):
-        said = f"'{contents.path}' has schema version {version}, and this mbproj reads 1 and 2"
-        raise InputError(Problem(said, hint=AGAIN))
-    for each in contents.datasets() if version == SCHEMA_VERSION else ():
-        contents.check_whole(each)
+        cause = f"'{contents.path}' has schema version {version}, and this mbproj reads 1 and 2"
+        raise InputError(Problem(cause, hint=AGAIN))
+    for dataset in contents.datasets() if version == SCHEMA_VERSION else ():
+        contents.check_whole(dataset)
     varied, measured = (contents.names_in(key) for key in ("varied", "measured"))
     combine = str(about.get("combine", ""))
     axes = varied if combine == GRID else (CASE,)
@@ -150,6 +149,7 @@ def _read(contents: Contents, name: str) -> SweepCases:
 
 
 def _unit(contents: Contents, name: str) -> str:
+    """The unit of a dataset; "" for none, or one that no figure can show."""
     unit = contents.unit(name)
     return unit if isinstance(unit, str) and unit.isprintable() else ""
 

@@ -128,10 +128,12 @@ class Normal(Range):
         return NormalDist(self.mean, self.deviation).inv_cdf(share)
 
 
-# --- Reads ranges, which are written as -------------------------------------------------------------------------------
-# 0.8:1.2:41 41 values from 0.8 to 1.2; with units: 0.8 m:120 cm:41 1:1000:4:log 4 values, evenly spaced by their
-# logarithms [1, 2, 4] values one by one; 1,2,4 on the command line {linspace: [0.8, 1.2, 41]}, {log: [1, 1000, 4]}
-# the first two as mappings {uniform: [0.8, 1.2]}, {normal: {mean: 1, deviation: 0.1}} distributions
+# --- Ranges as they are written ---------------------------------------------------------------------------------------
+#     0.8:1.2:41                                             41 values from 0.8 to 1.2; with units: 0.8 m:120 cm:41
+#     1:1000:4:log                                           4 values, evenly spaced by their logarithms
+#     [1, 2, 4]                                              values one by one; 1,2,4 on the command line
+#     {linspace: [0.8, 1.2, 41]}, {log: [1, 1000, 4]}        the first two as mappings
+#     {uniform: [0.8, 1.2]}, {normal: {mean: 1, deviation: 0.1}}    distributions
 
 
 #: The ranges that are mappings of one key: an example of the value, by the key.

@@ -242,7 +242,7 @@ class Expectation:
     between: tuple[str, ...] = ()
 
 
-# --- Stops, which limit joint coordinates, distances and points, as frozen records in SI units ------------------------
+# --- Stops ------------------------------------------------------------------------------------------------------------
 # Stops, which limit joint coordinates, distances and points, as frozen records in SI units and radians.
 
 

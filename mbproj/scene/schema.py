@@ -1,8 +1,8 @@
 """The scene format as a JSON Schema, from the definitions that read it: for editors and for programs that write scenes.
 
 The reader checks more than the schema: units, expressions, references by name, and rules on several values. It accepts
-nothing that the schema refuses, whether plain values are taken as in YAML's JSON schema or as text. Only a name that
-YAML takes for true, false or null has to be quoted where it is not a key.
+nothing that the schema refuses, whether an editor reads a plain value such as 1e3 as a number or as text. There is one
+exception: a name that YAML takes for true, false or null has to be quoted where it is not a key.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ from mbproj.studies.parallel.hand_out import Where, resumable
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import ValueCache
 
-# --- The energy drift of a run, split into the part of the integrator and the work of the -----------------------------
+# --- Energy drift -----------------------------------------------------------------------------------------------------
 # The energy drift of a run, split into the part of the integrator and the work of the projection.
 # Each step is repeated from the state before it, once without projection and once with it, in the formulation of the
 # run. The change of E - W + D in the first is the integrator's part. The difference of the second from the first is

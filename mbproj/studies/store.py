@@ -196,7 +196,8 @@ def _private_folder() -> Path:
     return private
 
 
-# --- Values of studies, stored by the data that determine them, with the code of mbproj and of ------------------------
+# --- Values of studies ------------------------------------------------------------------------------------------------
+# They are stored by the data that determine them, with the code of mbproj and of plug-ins.
 
 
 Value = TypeVar("Value")

@@ -47,7 +47,7 @@ from mbproj.studies.parallel.hand_out import Where, resumable
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import ValueCache
 
-# --- Pareto fronts of a grid of settings, the settings near them that are timed, and the ------------------------------
+# --- Pareto fronts, neighbours and families ---------------------------------------------------------------------------
 # Pareto fronts of a grid of settings, the settings near them that are timed, and the families of settings that are
 # lines in diagrams.
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mbproj import InputError, read_scene_text, run
-from mbproj.results.analysis.expectations import curves_at, outcomes, passed
+from mbproj.results.analysis.expectations import curves_at, outcomes, time_of_passage
 from mbproj.results.reader import open_results
 from mbproj.scene.records import Passage
 from mbproj.show.figures.kinds import KINDS, draw, why_not
@@ -112,13 +112,13 @@ def test_what_is_wrong_is_said_at_its_key(line, said):
 def test_the_first_passage_counts_modulo_a_turn_and_no_polynomial_crosses_an_event():
     t = np.linspace(0.0, 1.0, 51)
     angle = 0.3 - 9.0 * t
-    found = passed(Passage("A.angle", 6.0, "rad"), t, angle, np.zeros(0))
+    found = time_of_passage(Passage("A.angle", 6.0, "rad"), t, angle, np.zeros(0))
     assert found == pytest.approx((0.3 - 6.0 + 2.0 * np.pi) / 9.0, abs=1e-12)
-    length = passed(Passage("A.displacement", -6.0, "m"), t, angle, np.zeros(0))
+    length = time_of_passage(Passage("A.displacement", -6.0, "m"), t, angle, np.zeros(0))
     assert length == pytest.approx(0.7, abs=1e-12)
     kinked = np.abs(t - 0.41)
     assert curves_at(t, kinked[:, None], 0.43, np.array([0.41]))[0] == pytest.approx(0.02, abs=1e-12)
-    assert passed(Passage("A.angle", 0.3, "rad"), t, angle, np.zeros(0)) == 0.0
+    assert time_of_passage(Passage("A.angle", 0.3, "rad"), t, angle, np.zeros(0)) == 0.0
 
 
 # Pictures and tables over a joint coordinate in place of time, ratios, and transmission angles.

@@ -253,7 +253,7 @@ def _moved(system: System, q: Array, motion: Array) -> Array:
     return moved.reshape(len(q), -1)
 
 
-# --- How far each body's centre of mass can be from points of the ground, f -------------------------------------------
+# --- How far bodies can be from points of the ground ------------------------------------------------------------------
 # A path of links and rods reaches no farther than it is long. So a body's centre lies in a ball about each point of
 # the ground that a joint holds. The radius is the length of the shortest path there: within a body from point to
 # point, along a rod its length, through joints that hold two points together nothing. A joint that slides has the

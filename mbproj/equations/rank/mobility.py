@@ -19,8 +19,8 @@ from mbproj.equations.rank.components import Component, component_rows, loops_of
 from mbproj.equations.rank.row_space import direction, independent, unit_rows
 from mbproj.model.system import System
 
-# --- Motions without kinetic energy, null(M) ∩ null(C_q), which Eq ----------------------------------------------------
-# 20 rules out, or with hardly any; in words.
+# --- Motions without kinetic energy, null(M) ∩ null(C_q) --------------------------------------------------------------
+# Eq. 20 rules them out; motions with hardly any energy are told in the same words.
 
 
 #: The most motions that a message shows.
@@ -198,7 +198,8 @@ def _motion(length: float, centre: Array, shift: Array, turn: Array) -> str:
     return f"turns about {direction(turn)} through {where}{slides}"
 
 
-# --- Rank of C_q and of Eq --------------------------------------------------------------------------------------------
+# --- Rank of C_q and of Eq. 20: degrees of freedom, redundant joints, massless motions --------------------------------
+# None depends on units or size.
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from mbproj.model.channels import NO_MOTIONS
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import Conditions, System
 
-# --- Tells a redundancy that a mechanism has along its motion from a pose that is nearly ------------------------------
+# --- Redundant or nearly singular -------------------------------------------------------------------------------------
 # Tells a redundancy that a mechanism has along its motion from a pose that is nearly singular.
 # Rows that depend on each other along the whole motion do so exactly only where the mechanism's numbers are exact.
 # With numbers of ten digits their distance from dependence is some 1e-10, with an axis that is tilted by 1e-8 rad
@@ -388,7 +388,7 @@ def _direction_words(along: Array, about: Array) -> str:
     return f"along {direction(along)}" if shifts else f"about {direction(about)}" if turns else ""
 
 
-# --- Right-hand sides of the rows of C for velocities and accelerations, and contradictions ---------------------------
+# --- Right-hand sides, and contradictions -----------------------------------------------------------------------------
 # Right-hand sides of the rows of C for velocities and accelerations, and contradictions between dependent rows.
 
 

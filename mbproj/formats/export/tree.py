@@ -283,7 +283,7 @@ def name_counts(scene: Scene) -> Counter[str]:
     return names
 
 
-# --- The springs, dampers, friction, inertias and limits on joint coordinates, in the form that -----------------------
+# --- Springs, dampers, friction, inertias and limits ------------------------------------------------------------------
 # The springs, dampers, friction, inertias and limits on joint coordinates, in the form that other formats have.
 
 

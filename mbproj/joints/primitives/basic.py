@@ -71,8 +71,8 @@ class Primitive(ABC):
         """Return x'ᵀ (∂²C/∂x²) x', shape (..., k, rows)."""
 
 
-# --- The basic primitives, of points and vectors (Haug 1989, sect -----------------------------------------------------
-# 9.4), and the angle of a vector in a plane.
+# --- The basic primitives, of points and vectors ----------------------------------------------------------------------
+# Haug 1989, sect. 9.4; and the angle of a vector in a plane.
 
 
 @final

@@ -1,5 +1,5 @@
-"""A curve in a plane of one body and a point of another: the point's distance from the curve, and its place along
-it.
+"""Primitives of curves in a plane of one body: followed by a point, touched by a flat face, or by the curve of another
+body.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ import numpy as np
 from mbproj.base.arrays import Integers, Numbers, dot
 from mbproj.base.dataclass import dataclass
 from mbproj.joints.primitives.basic import Angle, Primitive
+
+# --- A point that follows a curve: its distance from the curve, and its place along it --------------------------------
 
 #: The piece number where no piece is held.
 FREE = -1

@@ -1,4 +1,8 @@
-"""Constraint rows that couple joint coordinates, and primitives of joints that follow curves."""
+"""Constraint rows and primitives that take more from a scene than points and axes: rows that couple joint coordinates,
+joints that follow curves, and gears whose teeth load bearings.
+
+All is in SI units and radians. What is made here is described in mbproj.joints.primitives and mbproj.model.couplings.
+"""
 
 from __future__ import annotations
 
@@ -21,35 +25,43 @@ from mbproj.model.primitive_set import Binding
 from mbproj.scene.records import GROUND, Coupled, Joint, JointForce
 from mbproj.scene.scene import Scene
 
-_CALLED = {type(primitive): name for name, primitive in COORDINATES.items()}
+# --- Rows that couple joint coordinates, such as those of threads, teeth and belts ------------------------------------
+
+#: The name of a coordinate that can be coupled, such as "angle", by the class of its primitive.
+_NAME_OF = {type(primitive): name for name, primitive in COORDINATES.items()}
 
 
 def row_binding(where: str, coupled: Coupled, constant: float, parts: Sequence[Binding], owner: int) -> Binding:
-    """Return the row bound to the slots of the coordinates `parts`, with this constant. Its reaction is the one on the
-    second body of the last coordinate. Raises InputError, which names `where`, where the row's function has edges or
-    changes with a turn."""
+    """Return the row Σ kᵢ sᵢ - f(s₀) = constant of `coupled`. `parts` are its coordinates sᵢ bound to bodies, in order;
+    `owner` is the number of the row's joint. The row acts on the slots of all parts. Its reaction is the one on the
+    second body of the last coordinate. Raises InputError, which names `where`, if f has edges or alters with a turn."""
     slots = [(body, side if part is parts[-1] else 1, local) for part in parts for body, side, local in part.slots]
     primitive = _coupling(where, coupled, parts)
-    whole = primitive.period * np.round(constant / primitive.period) if primitive.period else 0.0
-    return Binding(primitive, owner, tuple(slots), float(constant - whole))
+    whole_periods = primitive.period * np.round(constant / primitive.period) if primitive.period else 0.0
+    return Binding(primitive, owner, tuple(slots), float(constant - whole_periods))
 
 
 def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Coupling:
-    kinds, weights = tuple(_CALLED[type(part.primitive)] for part in parts), tuple(coupled.of.values())
-    turns = [abs(weight) for weight, kind in zip(weights, kinds, strict=True) if kind == "angle" and weight]
-    curve = None if coupled.function is None else _curve(where, coupled, kinds[0] == "angle")
-    if curve is not None and kinds[0] == "angle":
+    """Return the primitive of a row. A pose tells angles only up to whole turns, and so the row only up to what turns
+    change in it: that has to be whole multiples of one period, such as a tooth. Without a period of its own the row has
+    the largest one. Raises InputError where there is none, or the function does not repeat by it."""
+    kinds, weights = tuple(_NAME_OF[type(part.primitive)] for part in parts), tuple(coupled.of.values())
+    # The change of the row by a turn of each angle, and of the function by a turn of the first, over 2π.
+    changes = [abs(weight) for weight, kind in zip(weights, kinds, strict=True) if kind == "angle" and weight]
+    of_angle = kinds[0] == "angle"
+    curve = None if coupled.function is None else _curve(where, coupled, of_angle)
+    if curve is not None and of_angle:
         ends = curve(np.array([-np.pi, np.pi]))[0].real
-        grows = abs(float(ends[1] - ends[0])) / (2.0 * np.pi)
-        turns += [grows] if grows > THRESHOLDS.same_written * np.abs(ends).max() else []
+        growth = abs(float(ends[1] - ends[0])) / (2.0 * np.pi)
+        changes += [growth] if growth > THRESHOLDS.same_written * np.abs(ends).max() else []
     period = coupled.period
     if period is None:
-        measure = common_measure(turns)
+        measure = common_measure(changes)
         if measure is None:
             what = f"{where} couples several angles whose turns have no common measure"
             raise InputError(Problem(what, hint="give weights whose ratios are those of whole numbers"))
         period = 2.0 * np.pi * measure
-    if curve is not None and kinds[0] == "angle" and not curve.repeats(2.0 * np.pi, period):
+    if curve is not None and of_angle and not curve.repeats(2.0 * np.pi, period):
         hint = "let it repeat with each turn, or change by as much in each"
         raise InputError(Problem(f"the function of {where} changes with a turn", hint=hint))
     return Coupling(kinds, weights, period, curve)
@@ -58,10 +70,10 @@ def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Couplin
 def _curve(where: str, coupled: Coupled, of_angle: bool) -> Curve:
     """Return the function of a row as a curve. Raises InputError where it names other channels or has edges."""
     assert coupled.function is not None
-    if any(each.op is Op.VARIABLE and each.operand != COORDINATE for each in coupled.function.code):
+    if any(step.op is Op.VARIABLE and step.operand != COORDINATE for step in coupled.function.code):
         raise InputError(Problem(f"the function of {where} names more than its first coordinate", hint="add a force"))
     curve = Curve(coupled.function)
-    for low, high in _looked_at(of_angle):
+    for low, high in _intervals_searched(of_angle):
         edges = curve.edges(low, high)
         if edges:
             what = f"the function of {where} has edges, at s = {edges[0]:.6g}"
@@ -69,7 +81,7 @@ def _curve(where: str, coupled: Coupled, of_angle: bool) -> Curve:
     return curve
 
 
-def _looked_at(of_angle: bool) -> Iterator[tuple[float, float]]:
+def _intervals_searched(of_angle: bool) -> Iterator[tuple[float, float]]:
     """The intervals in which a function is searched for edges: more than one turn of an angle, in rad. For a length, in
     m, each power of ten is an interval of its own, because large values of a function hide small jumps."""
     if of_angle:
@@ -93,9 +105,14 @@ def common_measure(sizes: Sequence[float]) -> float | None:
     return largest * math.gcd(*(int(part * whole) for part in parts)) / whole
 
 
+# --- The primitives of joints that follow curves ----------------------------------------------------------------------
+# A `Track` has the line to follow, and the radius of the roller that the curve was made for, 0 for none. All distances
+# are in m, to the left of the line.
+
+
 def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
-    """Return the primitive of a joint that follows a curve. A slot guides a point along the line of the curve. A cam
-    guides a roller: its radius is the joint's or, where the joint gives none, the radius the curve was made for."""
+    """Return the primitive of this kind of a joint that follows a curve. A slot guides a point along the line of the
+    curve. A cam guides a roller: its radius is the joint's or, where the joint gives none, the one of the curve."""
     track: Track = joint.parameters["curve"]
     if kind is Arc:
         return Arc(track.line)
@@ -111,8 +128,8 @@ def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
 
 
 def two_curves(kind: type[TwoCurves], joint: Joint) -> TwoCurves:
-    """Return the primitive of a joint at which two curves touch, by default on their outer sides. A curve that was made
-    for a roller has its profile to the left, at a distance of the roller's radius."""
+    """Return the primitive of this kind of a joint at which two curves touch, by default on their outer sides. A curve
+    that was made for a roller has its profile to the left, at a distance of the roller's radius."""
     tracks: tuple[Track, Track] = joint.parameters["curves"]
     sides = [
         1.0 if track.is_left(side) else -1.0
@@ -127,7 +144,7 @@ def two_curves(kind: type[TwoCurves], joint: Joint) -> TwoCurves:
 
 def touching_of(joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[Touching | None, tuple[str, ...]]:
     """Return the joints that follow curves as `Touching`, None without any, and their names. `coordinates` are the
-    names of the system's coordinates."""
+    names of the system's coordinates; a joint's are one after another, "name.coordinate" each."""
     followers = []
     for joint in joints:
         curves = joint.parameters.get("curves", (joint.parameters.get("curve"),))
@@ -141,8 +158,8 @@ def touching_of(joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[To
 
 
 def rolling(joint: Joint) -> Coupling:
-    """Return the row that keeps a roller from slipping. It couples the lap of the roller's centre, as a length, and the
-    turn of the roller, in metres."""
+    """Return the row (m) that keeps a roller from slipping. It couples the way of the roller's centre along its curve
+    and the turn of the roller times its radius."""
     lap, track = _lap(joint), joint.parameters["curve"]
     side = 1.0 if track.is_left(joint.parameters.get("side")) else -1.0
     period = 2.0 * np.pi / lap.scale if track.line.closed else 0.0
@@ -150,31 +167,37 @@ def rolling(joint: Joint) -> Coupling:
 
 
 def _lap(joint: Joint) -> Lap:
-    """Return the lap of a roller's centre: its way round a closed curve; on an open curve the end is at a quarter
-    turn."""
+    """Return the lap of a roller's centre: its way along the curve as an angle. A closed curve is one turn, an open one
+    a quarter turn, so that its two ends are never the same angle."""
     track: Track = joint.parameters["curve"]
     offset = track.distance(joint.parameters.get("side"), joint.parameters["roller"])
+    # The path of the centre is parallel to the curve: it is shorter by the offset times the angle by which that turns.
     length = track.line.length - offset * track.line.turn
     return Lap(track.line, offset=offset, scale=(2.0 if track.line.closed else 0.5) * np.pi / length)
 
 
+# --- Gears whose teeth load bearings ----------------------------------------------------------------------------------
+
+
 def toothed(scene: Scene, joints: Sequence[Joint], coordinates: Sequence[str]) -> tuple[Toothed, ...]:
-    """Return the gears whose teeth load bearings; `coordinates` are the names of the joints' coordinates. Raises
-    InputError at a gear whose axes are not parallel, or whose bearings' loads determine a friction."""
-    number, teeth = {joint.name: at for at, joint in enumerate(joints)}, []
+    """Return the gears that have a pressure angle: the normal force of their teeth loads the wheels' bearings.
+    `coordinates` are the names of the joints' coordinates. Raises InputError where such a load cannot be told."""
+    number, gears = {joint.name: at for at, joint in enumerate(joints)}, []
     for joint in joints:
         angle = joint.parameters.get("pressure_angle")
         if angle is None or joint.couples is None:
             continue
         first, second = joint.couples.joints
-        _refuse(scene, joint, joints[number[first]], joints[number[second]])
-        own = [coordinates.index(f"{name}.angle") for name in (first, second)]
-        both = number[first], number[second]
-        teeth.append(Toothed(number[joint.name], both, (own[0], own[1]), joint.parameters["teeth"], angle))
-    return tuple(teeth)
+        _check_bearings(scene, joint, joints[number[first]], joints[number[second]])
+        bearings = number[first], number[second]
+        angles = coordinates.index(f"{first}.angle"), coordinates.index(f"{second}.angle")
+        gears.append(Toothed(number[joint.name], bearings, angles, joint.parameters["teeth"], angle))
+    return tuple(gears)
 
 
-def _refuse(scene: Scene, gear: Joint, first: Joint, second: Joint) -> None:
+def _check_bearings(scene: Scene, gear: Joint, first: Joint, second: Joint) -> None:
+    """Raise InputError where the load of a gear's bearings, the joints `first` and `second`, cannot be told: axes are
+    not parallel, or a wheel is the first body of its joint. Or a friction depends on it, which would lack the teeth."""
     place = scene.place("joints", gear.name, "pressure_angle")
     frames = local_frames([first, second], poses := poses_of(scene))
     axes = [frame[7] @ poses[joint.bodies[1]][1].T for frame, joint in zip(frames, (first, second), strict=True)]
@@ -187,6 +210,6 @@ def _refuse(scene: Scene, gear: Joint, first: Joint, second: Joint) -> None:
             raise InputError(Problem(what, place, "give the wheel as the second body of its joint"))
         for force in scene.forces:
             dry = force.coulomb.values() if isinstance(force, JointForce) and force.joint == joint.name else ()
-            if any(each.bearing is not None for each in dry):
+            if any(friction.bearing is not None for friction in dry):
                 what = f"friction '{force.name}' depends on the load of joint '{joint.name}' without forces of teeth"
                 raise InputError(Problem(what, place, "give it a constant 'torque', or leave 'pressure_angle' out"))

@@ -22,7 +22,7 @@ from mbproj.base.registry import IntegratorEntry, integrators
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.motion.steppers.tableau import matrix, vector
 
-# --- The order of a Runge-Kutta method by its order conditions, one for each rooted tree ------------------------------
+# --- The order of a method --------------------------------------------------------------------------------------------
 # The order of a Runge-Kutta method by its order conditions, one for each rooted tree (Hairer, Nørsett & Wanner 1993,
 # sect. II.2): Σ bᵢ Φᵢ(tree) = 1/γ(tree).
 

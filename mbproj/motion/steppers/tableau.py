@@ -144,7 +144,7 @@ def integrals(nodes: Array, end: float) -> Array:
     return np.asarray(lagrange(nodes) @ (end**powers / powers))
 
 
-# --- The coefficients of an implicit Runge-Kutta method for stiff equations, read from a data -------------------------
+# --- Coefficients of implicit methods ---------------------------------------------------------------------------------
 # The coefficients of an implicit Runge-Kutta method for stiff equations, read from a data file.
 
 

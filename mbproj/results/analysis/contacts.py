@@ -1,4 +1,9 @@
-"""The dry frictions of a run: how often and how long each stuck, its largest force, and the energy that it lost."""
+"""What a run did where bodies touch or pull: the histories of dry frictions, of regularised frictions that crept, of
+stops, and of ropes that pushed.
+
+Each part takes the results, in SI units, and gives plain data by name, for JSON and for words. Numbers of samples are
+over the T samples; counts, impulses and lost energies are from the events of the run.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +19,11 @@ from mbproj.results.record import Results
 from mbproj.scene.records import JointForce
 from mbproj.scene.scene import Scene, read_scene_text
 
+# --- Dry friction: how often and how long each stuck, its largest force, and the energy that it lost ------------------
+
 #: The kinds of events after which a friction slides.
 SLIDES = ("slip", "turn")
-#: The names of the two tangents in a stop's plane, along which its friction acts.
+#: Friction at a stop is two frictions in the results, along the two tangents of its plane: "stop.1" and "stop.2".
 TANGENTS = ("1", "2")
 
 
@@ -40,11 +47,11 @@ def friction_records(results: Results) -> dict[str, FrictionHistory]:
     """The history of each dry friction that can stick, by its name. The two tangents of a stop count as one, by the
     stop's name."""
     names = results.names("frictions")
-    together = {_owner(results, name): _with_partner(results, name) for name in names}
-    return {owner: _rubbed(results, owner, columns) for owner, columns in together.items()}
+    columns_of = {_owner(results, name): _with_partner(results, name) for name in names}
+    return {owner: _friction_history(results, owner, columns) for owner, columns in columns_of.items()}
 
 
-def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> FrictionHistory:
+def _friction_history(results: Results, owner: str, columns: Sequence[int]) -> FrictionHistory:
     """The history of the friction in these columns."""
     time, unit = results.time, results.names("friction_units")[columns[0]]
     kinds = [kind for _, kind in _changes(results, owner, columns)]
@@ -61,9 +68,9 @@ def _rubbed(results: Results, owner: str, columns: Sequence[int]) -> FrictionHis
     if not len(time):
         return history
     spans = sticking(results, results.names("frictions")[columns[0]])
-    held, lasts = sum(end - begin for begin, end in spans), float(time[-1] - time[0])
+    stuck, duration = sum(end - begin for begin, end in spans), float(time[-1] - time[0])
     force, lost = (results[f"friction/{quantity}"][:, columns] for quantity in ("force", "dissipation"))
-    history["sticking_seconds"], history["sticking_part"] = held, held / lasts if lasts > 0.0 else None
+    history["sticking_seconds"], history["sticking_part"] = stuck, stuck / duration if duration > 0.0 else None
     history["largest_force"] = float(np.linalg.norm(force, axis=1).max())
     history["energy"] = float((lost[-1] - lost[0]).sum())
     return history
@@ -78,27 +85,27 @@ def sticking(results: Results, name: str) -> list[tuple[float, float]]:
     if len(columns) > 1:
         return _spans_by_samples(results, owner, _sticks(results, owner, columns))
     since = float(time[0]) if _sticks(results, owner, columns)[0] else None
-    notes = []
+    spans = []
     for at, kind in _changes(results, owner, columns):
         if kind == "stick" and since is None:
             since = at
         elif kind in SLIDES and since is not None:
-            notes.append((since, at))
+            spans.append((since, at))
             since = None
     if since is not None:
-        notes.append((since, float(time[-1])))
-    return [(begin, end) for begin, end in notes if end > begin]
+        spans.append((since, float(time[-1])))
+    return [(begin, end) for begin, end in spans if end > begin]
 
 
 def _spans_by_samples(results: Results, owner: str, sticks: Flags) -> list[tuple[float, float]]:
     """The spans of successive samples that stick. They begin and end at events of the friction or its stop, where there
-    are such."""
+    are such. `sticks` (T,) are the samples that stick."""
     time, owners = results.time, (f"friction '{owner}'", f"stop '{owner}'")
-    happened = np.array([each.time for each in results.events if each.name in owners])
+    event_times = np.array([event.time for event in results.events if event.name in owners])
 
     def change(k: int) -> float:
         """The time of the change between the samples k - 1 and k, s."""
-        between = happened[(happened >= time[k - 1]) & (happened <= time[k])]
+        between = event_times[(event_times >= time[k - 1]) & (event_times <= time[k])]
         return float(between[-1]) if len(between) else float(time[k])
 
     ends = np.flatnonzero(np.diff(sticks)) + 1
@@ -116,12 +123,12 @@ def _owner(results: Results, name: str) -> str:
 def _with_partner(results: Results, name: str) -> list[int]:
     """The column of a friction; for friction at a stop the columns of both tangents."""
     names, owner = results.names("frictions"), _owner(results, name)
-    own = [name] if owner == name else [f"{owner}.{tangent}" for tangent in TANGENTS]
-    return [names.index(each) for each in own]
+    columns = [name] if owner == name else [f"{owner}.{tangent}" for tangent in TANGENTS]
+    return [names.index(column) for column in columns]
 
 
 def _sticks(results: Results, owner: str, columns: Sequence[int]) -> Flags:
-    """Mark the samples at which the friction sticks, (T,)."""
+    """Mark the samples at which the friction sticks, (T,): its state is 0 there, and at a stop the stop pushes."""
     still: Flags = (results["friction/state"][:, columns] == 0.0).all(axis=1)
     return still & (results.stop(owner).force > 0.0) if len(columns) > 1 else still
 
@@ -132,9 +139,10 @@ def _changes(results: Results, owner: str, columns: Sequence[int]) -> list[tuple
     time = results.time
     if not len(time):
         return []
-    whose, first, last = f"friction '{owner}'", float(time[0]), float(time[-1])
+    name, first, last = f"friction '{owner}'", float(time[0]), float(time[-1])
     if results.events:
-        return [(each.time, each.kind) for each in results.events if each.name == whose and first <= each.time <= last]
+        events = [event for event in results.events if event.name == name and first <= event.time <= last]
+        return [(event.time, event.kind) for event in events]
     state = results["friction/state"][:, columns[0]]
     at = np.flatnonzero(np.diff(state)) + 1
     return [(float(time[k]), _kind(float(state[k - 1]), float(state[k]))) for k in at]
@@ -149,8 +157,8 @@ def _kind(before: float, after: float) -> str:
 
 def friction_in_words(record: FrictionHistory) -> str:
     """A line on the history of a friction."""
-    held, force, energy = record["sticking_seconds"], record["largest_force"], record["energy"]
-    if held is None or force is None or energy is None:
+    stuck, force, energy = record["sticking_seconds"], record["largest_force"], record["energy"]
+    if stuck is None or force is None or energy is None:
         return "no samples"
     counts = {"began to stick": record["sticks"], "slipped": record["slips"], "turned": record["turns"]}
     parts = [f"{what} {'once' if count == 1 else f'{count} times'}" for what, count in counts.items() if count]
@@ -158,13 +166,12 @@ def friction_in_words(record: FrictionHistory) -> str:
     if part == 1.0:
         parts.append("stuck all the time")
     else:
-        parts.append(f"stuck for {held:.4g} s" + (f" ({100 * part:.3g} %)" if part else ""))
+        parts.append(f"stuck for {stuck:.4g} s" + (f" ({100 * part:.3g} %)" if part else ""))
     most = f"torque {force:.4g} N m" if record["unit"] == "rad" else f"force {force:.4g} N"
     return ", ".join([*parts, f"{most} at most", f"lost {energy:.4g} J"])
 
 
 # --- The creep of regularised dry friction, which moves slowly where exact friction would stick -----------------------
-
 
 #: The key of regularised friction: a scene text without it has none.
 KEY = "regularised"
@@ -186,20 +193,20 @@ def creep_by_friction(results: Results, scene: Scene | None = None) -> dict[str,
     if KEY not in results.scene_text:
         return {}
     try:
-        what = scene or read_scene_text(results.scene_text, str(results.scene_path or results.path), results.overrides)
+        scene = scene or read_scene_text(results.scene_text, str(results.scene_path or results.path), results.overrides)
     except InputError:
         return {}
     histories: dict[str, CreepHistory] = {}
-    for force in what.forces:
+    for force in scene.forces:
         for coordinate, dry in force.coulomb.items() if isinstance(force, JointForce) else ():
             assert isinstance(force, JointForce)
             name = force.called(coordinate)
             if dry.regularised is not None and name in results.names("forces"):
-                histories[name] = _crept(results, name, dry.unit, dry.regularised)
+                histories[name] = _creep_history(results, name, dry.unit, dry.regularised)
     return histories
 
 
-def _crept(results: Results, name: str, unit: str, width: float) -> CreepHistory:
+def _creep_history(results: Results, name: str, unit: str, width: float) -> CreepHistory:
     """The creep of a friction, over intervals at whose ends its rate is below `width`."""
     force, time = results.force(name), results.time
     slow = np.abs(force.rate) <= width
@@ -221,8 +228,7 @@ def creep_in_words(record: CreepHistory) -> str:
     return f"crept by {record['creep']:.4g} {unit} in {record['seconds']:.4g} s, {slower}"
 
 
-# --- The stops of a run -----------------------------------------------------------------------------------------------
-# How often each was struck, its largest force, and the energy that it took.
+# --- Stops: how often each was struck, its largest force, and the energy that it took ---------------------------------
 
 
 class StopHistory(TypedDict):
@@ -270,8 +276,7 @@ def stop_in_words(record: StopHistory) -> str:
     return ", ".join(parts) or "no samples"
 
 
-# --- Ropes that pushed in a run ---------------------------------------------------------------------------------------
-# In a model a rope of constant length can push; a real rope goes slack.
+# --- Ropes that pushed: in a model a rope of constant length can push; a real rope goes slack -------------------------
 
 
 class Pushed(TypedDict):

@@ -14,11 +14,7 @@ from mbproj.base.thresholds import THRESHOLDS
 from mbproj.results.layout import COUNTERS
 from mbproj.results.record import Results
 
-# --- The energy drift of a run ----------------------------------------------------------------------------------------
-# The error of its energy balance.
-
-
-EPSILON = float(np.finfo(float).eps)
+# --- The energy drift of a run: the error of its energy balance -------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -77,6 +73,7 @@ def summary(results: Results) -> dict[str, Any]:
 
 
 def _of_samples(results: Results) -> dict[str, Any]:
+    """The numbers of a run that has samples."""
     time = results.time
     position, velocity = (
         peak(time, results[f"diagnostics/{kind}_violation"], kind) for kind in ("position", "velocity")
@@ -103,6 +100,7 @@ def _of_samples(results: Results) -> dict[str, Any]:
 
 
 def _plain(value: SeriesPeak | None) -> dict[str, Any] | None:
+    """The peak as a dictionary, for JSON."""
     return None if value is None else asdict(value)
 
 

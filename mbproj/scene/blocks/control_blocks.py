@@ -31,7 +31,7 @@ from mbproj.scene.fields.quantities import Integer, Number
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.text.nodes import MappingNode, Node, ScalarNode, flow, from_value
 
-# --- Blocks: signals with states of their own, which the reader replaces by plain signals, ----------------------------
+# --- Blocks -----------------------------------------------------------------------------------------------------------
 # Blocks: signals with states of their own, which the reader replaces by plain signals, states and controllers.
 
 

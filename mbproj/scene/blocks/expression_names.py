@@ -101,7 +101,7 @@ def _at(node: Node | None, *keys: str) -> Node | None:
     return node
 
 
-# --- Fields of expressions that name coordinates, signals and states, and the units of such ---------------------------
+# --- Fields of expressions --------------------------------------------------------------------------------------------
 # Fields of expressions that name coordinates, signals and states, and the units of such expressions.
 
 

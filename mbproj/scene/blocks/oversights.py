@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from mbproj.functions.space_curve import SpaceTrack, Track
     from mbproj.scene.scene import Scene
 
+
 #: A joint is far from a body where its distance from the centre of mass is more than this many lengths of the body.
 #: Half a length is usual.
 FAR = 8.0
@@ -39,29 +40,16 @@ FEWEST = 24
 FELT = 0.05
 
 
-def oversights(scene: Scene) -> list[Problem]:
-    """A note for each group of bodies that nothing holds, each joint far from its body, and each rounded curve."""
-    far, rough = list(_far(scene)), list(_rough(scene)) if scene.curves else []
-    return [*_shortened(list(_loose(scene))), *_shortened(far or list(_alone(scene))), *_shortened(rough)]
-
-
-def _rough(scene: Scene) -> Iterator[Problem]:
-    """A note for each curve whose points were rounded so much that the accelerations of a follower are uncertain."""
-
-    for track in scene.curves:
-        roughness = uncertainty(track)
-        if roughness is not None:
-            digit, bend = roughness
-            message = (
-                f"the points of curve '{track.name}' are rounded to {1e6 * digit:.3g} µm: accelerations are uncertain "
-                f"by {bend:.2g} m times the square of the speed in rad/s"
-            )
-            yield Problem(message, _line_of(scene, "curves", track.name), "give the lift law, or more digits")
-
-
 def notes_on(scene: Scene) -> list[Problem]:
     """The notes of the reader on the scene, and those of `oversights`."""
     return [*scene.notes, *oversights(scene)]
+
+
+def oversights(scene: Scene) -> list[Problem]:
+    """A note for each group of bodies that nothing holds, each joint far from its body, and each rounded curve."""
+    rough = list(_rough(scene)) if scene.curves else []
+    far = list(_far(scene)) or list(_alone(scene))  # one joint would be noted twice
+    return [*_shortened(list(_loose(scene))), *_shortened(far), *_shortened(rough)]
 
 
 def _shortened(notes: list[Problem]) -> list[Problem]:
@@ -75,14 +63,17 @@ def _line_of(scene: Scene, *path: str) -> Place | None:
     return None if place is None else Place(place.file, place.line, place.column)
 
 
+# --- Bodies that nothing holds ----------------------------------------------------------------------------------------
+
+
 def _loose(scene: Scene) -> Iterator[Problem]:
-    """A note for each group of bodies that no joint or spring connects with the ground."""
+    """A note for each group of bodies that no joint or spring connects with the ground. Where nothing is on the ground,
+    as in a spacecraft, only single bodies are noted; and none where all bodies are single."""
     groups = _connected(scene)
-    grounded = [group for group in groups if GROUND in group]
-    alone = [group for group in groups if len(group) == 1]
-    if len(alone) == len(groups):
+    single = [group for group in groups if len(group) == 1]
+    if len(single) == len(groups):
         return
-    for group in alone if len(grounded[0]) == 1 else groups:
+    for group in single if [GROUND] in groups else groups:
         if GROUND in group:
             continue
         if len(group) == 1:
@@ -111,6 +102,9 @@ def _connected(scene: Scene) -> list[list[str]]:
     for name in root:
         groups.setdefault(find(name), []).append(name)
     return list(groups.values())
+
+
+# --- Joints far from their bodies -------------------------------------------------------------------------------------
 
 
 def _far(scene: Scene) -> Iterator[Problem]:
@@ -176,14 +170,20 @@ def _length(body: Body, arm: float) -> float | None:
     return math.sqrt(12.0 * largest / body.mass) if largest > LONG * least else None
 
 
-def grain(numbers: Sequence[float]) -> float:
-    """Half of the last decimal digit that numbers are rounded to; 0 where they have more than 12."""
-    largest = max(abs(each) for each in numbers)
-    for digits in range(DIGITS):
-        unit = 10.0 ** (math.ceil(math.log10(largest)) - digits)
-        if all(abs(each / unit - round(each / unit)) < ROUGHLY for each in numbers):
-            return 0.5 * unit
-    return 0.0
+# --- Points of a cam that were rounded --------------------------------------------------------------------------------
+
+
+def _rough(scene: Scene) -> Iterator[Problem]:
+    """A note for each curve whose points were rounded so much that the accelerations of a follower are uncertain."""
+    for track in scene.curves:
+        roughness = uncertainty(track)
+        if roughness is not None:
+            digit, bend = roughness
+            message = (
+                f"the points of curve '{track.name}' are rounded to {1e6 * digit:.3g} µm: accelerations are uncertain "
+                f"by {bend:.2g} m times the square of the speed in rad/s"
+            )
+            yield Problem(message, _line_of(scene, "curves", track.name), "give the lift law, or more digits")
 
 
 def uncertainty(track: Track | SpaceTrack) -> tuple[float, float] | None:
@@ -204,3 +204,13 @@ def uncertainty(track: Track | SpaceTrack) -> tuple[float, float] | None:
     half = grain(lengths)
     error = 12.0 * half * (len(rows) / (2.0 * math.pi)) ** 2
     return (2.0 * half, error) if error > FELT * 0.5 * (max(radii) - min(radii)) else None
+
+
+def grain(numbers: Sequence[float]) -> float:
+    """Half of the last decimal digit that numbers are rounded to, in their unit; 0 if they have more than 12 digits."""
+    largest = max(abs(number) for number in numbers)
+    for digits in range(DIGITS):
+        unit = 10.0 ** (math.ceil(math.log10(largest)) - digits)
+        if all(abs(number / unit - round(number / unit)) < ROUGHLY for number in numbers):
+            return 0.5 * unit
+    return 0.0

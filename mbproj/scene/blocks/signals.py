@@ -132,8 +132,12 @@ STATES = Named("state", _STATE, reserved=NOT_FREE, names=NAME, rule=NAME_RULE)
 
 # --- The `controllers` block ------------------------------------------------------------------------------------------
 # Values computed at instants and held in between, and states that a controller remembers.
-# Controllers: speed: period: 20 ms delay: 1 ms hold: {u: -80*rail.displacement - 8*rail.displacement_dot - 5*sum}
-# states: {sum: {next: sum + rail.displacement}}
+#     controllers:
+#       speed:
+#         period: 20 ms
+#         delay: 1 ms
+#         hold: {u: -80*rail.displacement - 8*rail.displacement_dot - 5*sum}
+#         states: {sum: {next: sum + rail.displacement}}
 
 
 def _hold(
@@ -223,7 +227,7 @@ CONTROLLER: Record[Controller] = ControllerRecord(
 )
 
 
-# --- Replaces the blocks among a scene's signals (`control.blocks`) by plain signals, states --------------------------
+# --- Blocks to plain signals ------------------------------------------------------------------------------------------
 # Replaces the blocks among a scene's signals (`control.blocks`) by plain signals, states and controllers.
 
 

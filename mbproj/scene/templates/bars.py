@@ -1,4 +1,4 @@
-"""A bar on a pin: the first mechanism, with its period in closed form."""
+"""Scenes of bars, as templates: a pendulum, chains and trees, loops of parallelograms, and bars on the rim of a hub."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 from mbproj.base.errors import InputError
 from mbproj.scene.templates.values import Values, refused
+
+# --- A bar on a pin: the first mechanism, with its period in closed form ----------------------------------------------
 
 PENDULUM = {"length": "1 m", "mass": "1 kg", "angle": "60 deg"}
 #: Steps of the arithmetic-geometric mean: each doubles the number of correct digits.

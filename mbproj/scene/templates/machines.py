@@ -1,4 +1,4 @@
-"""Linkages with a driven crank, whose motion has a closed form: slider-crank and four-bar."""
+"""Scenes of machines, as templates: linkages with a driven crank, a cam, a Geneva drive, and drums with their loads."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from mbproj.base.errors import InputError
 from mbproj.scene.templates.bars import closed_and_kept
 from mbproj.scene.templates.values import Values, refused
+
+# --- Linkages with a driven crank, whose motion has a closed form: slider-crank and four-bar --------------------------
 
 SLIDER_CRANK = {"crank": "100 mm", "rod": "300 mm", "mass": "1 kg", "speed": "60 rpm"}
 FOUR_BAR = {

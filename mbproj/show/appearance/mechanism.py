@@ -1,4 +1,8 @@
-"""`Look`: everything that is drawn of a mechanism, from its scene and its motion."""
+"""What is drawn of a mechanism, from its scene and its motion (`Look`), and from where it is seen (`View`).
+
+Pictures and the animated page draw from these records alone. Bodies are numbered as in the scene, -1 is the ground. The
+points (3,) of a look are in m, in the axes of the body that carries them; those of a view are in global axes.
+"""
 
 from __future__ import annotations
 
@@ -20,6 +24,8 @@ from mbproj.show.appearance.forces import LoadLook, force_parts, loads, slides
 from mbproj.show.appearance.joints import DrawnPart, joint_parts, up_of
 from mbproj.show.appearance.layout import PartNumbers, RollingContact, touching
 from mbproj.show.appearance.motion import PoseHistory
+
+# --- What is drawn ----------------------------------------------------------------------------------------------------
 
 #: The colours of bodies, in turn. Colour-blind readers can tell them apart (Tol, Colour Schemes, 2021, "bright").
 COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#8d99a6")
@@ -72,7 +78,9 @@ class DrawnSpan:
     frame: int = -1
 
     def ends(self, motion: PoseHistory) -> tuple[Array, Array]:
-        """The two end points at the first sample."""
+        """The two end points at the first sample, in global axes. Those of a rope are where the common tangent of its
+        two circles touches them: its direction e in the plane is the line of centres, turned so that e · n × flat = w.
+        """
         start, end = (motion.point(body, point)[0] for body, point in zip(self.carriers, self.points, strict=True))
         if self.normal is None:
             return start, end
@@ -81,8 +89,8 @@ class DrawnSpan:
         across, w = np.cross(n, flat), self.radii[0] - self.radii[1]
         square = flat @ flat
         e = (np.sqrt(max(square - w * w, 0.0)) * flat + w * across) / max(square, 1e-300)
-        aside = np.cross(n, e)
-        return start - self.radii[0] * aside, end - self.radii[1] * aside
+        to_the_left = np.cross(n, e)
+        return start - self.radii[0] * to_the_left, end - self.radii[1] * to_the_left
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,18 +113,18 @@ class Look:
 
 
 def look_of(scene: Scene, motion: PoseHistory, meshes: Mapping[str, TriangleMesh]) -> Look:
-    """The look of a scene in this motion, with the `meshes` of its bodies."""
+    """The look of a scene in this motion, with the `meshes` of its bodies, by body."""
     layout = PartNumbers.of(scene, motion)
-    marked: dict[str, list[Array]] = {}
+    markers_of: dict[str, list[Array]] = {}
     for marker in scene.markers:
-        marked.setdefault(marker.body, []).append(layout.markers[marker.name])
+        markers_of.setdefault(marker.body, []).append(layout.markers[marker.name])
     bodies = [
         tuple(
             parts_of(
                 body,
                 layout.held.get(number, ()),
                 layout.axes.get(number, ()),
-                marked.get(body.name, ()),
+                markers_of.get(body.name, ()),
                 layout.thickness,
                 meshes.get(body.name),
                 loose=number in layout.loose,
@@ -147,8 +155,8 @@ def look_of(scene: Scene, motion: PoseHistory, meshes: Mapping[str, TriangleMesh
 
 
 def _body_look(body: Body, number: int) -> BodyLook:
-    given = body.appearance or Appearance()
-    return BodyLook(body.name, given.colour or COLOURS[number % len(COLOURS)], given.opacity)
+    appearance = body.appearance or Appearance()
+    return BodyLook(body.name, appearance.colour or COLOURS[number % len(COLOURS)], appearance.opacity)
 
 
 def _joint_look(joint: Joint, layout: PartNumbers) -> JointLook:
@@ -177,6 +185,7 @@ def _rope(scene: Scene, joint: Joint, layout: PartNumbers) -> Iterator[DrawnSpan
 
 
 def _spans(scene: Scene, layout: PartNumbers) -> Iterator[DrawnSpan]:
+    """The lines of ropes, rods, springs along joints, and springs and dampers between points."""
     for joint in scene.joints:
         if "path" in joint.parameters:
             yield from _rope(scene, joint, layout)
@@ -198,9 +207,7 @@ def _spans(scene: Scene, layout: PartNumbers) -> Iterator[DrawnSpan]:
             yield DrawnSpan(kind, force.name, carriers, layout.springs[force.name], 2.0 * layout.thickness)
 
 
-# --- The view of a mechanism ------------------------------------------------------------------------------------------
-# Along the normal of the plane in which it moves, or otherwise from above and one side.
-
+# --- From where it is seen: along the normal of the plane in which it moves, or otherwise from above and one side -----
 
 #: The tolerances for parallel axes and for a motion in one plane.
 PARALLEL, IN_PLANE = 1e-6, 1e-6
@@ -227,18 +234,19 @@ class View:
 
 
 def view_of(scene: Scene, motion: PoseHistory, look: Look) -> View:
-    """The view that shows the whole motion."""
-    whole = motion.finite
-    some = motion.at(whole[np.unique(np.linspace(0, len(whole) - 1, SAMPLES).astype(int))])
-    cloud = _cloud(look, some)
+    """The view that shows the whole motion: along the normal where the mechanism is flat, else turned and raised from
+    it; of two normals the one for which the axis that points right is positive, as on paper."""
+    finite = motion.finite
+    sampled = motion.at(finite[np.unique(np.linspace(0, len(finite) - 1, SAMPLES).astype(int))])
+    cloud = _cloud(look, sampled)
     low, high = cloud.min(axis=(0, 1)), cloud.max(axis=(0, 1))
     middle, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     points = outermost(cloud.reshape(-1, 3), 2.0 * look.thickness)
-    normal = _normal(look, some)
+    normal = _normal(look, sampled)
     up = up_of(scene)
     if normal is None:
         return View(middle, _raised(np.array([0.0, -1.0, 0.0]), up), up, radius, points, False)
-    if abs(normal @ up) > 0.9:
+    if abs(normal @ up) > 0.9:  # it moves in a horizontal plane: y is up, as on paper
         up = np.eye(3)[1] if abs(normal[2]) > 0.7 else np.eye(3)[2]
     up = up - (up @ normal) * normal
     up /= np.linalg.norm(up)
@@ -262,18 +270,18 @@ def outermost(cloud: Array, margin: float) -> Array:
 def _cloud(look: Look, motion: PoseHistory) -> Array:
     """Points (T, k, 3) over which the mechanism extends: corners of its bodies, joints, markers, ends of springs,
     wheels and contacts."""
-    rolls = {each.name for each in look.touching}
+    rolling = {contact.name for contact in look.touching}
     points = [(joint.bodies[1], joint.point) for joint in look.joints]
     points += [(marker.body, marker.point) for marker in look.markers]
     points += [end for span in look.spans for end in zip(span.carriers, span.points, strict=True)]
     for drawn in look.drawn:
         is_plate = drawn.layer == "springs" and drawn.part.kind == "box"  # the plane of a stop
-        is_wheel = drawn.layer == "joints" and look.joints[drawn.item].name in rolls
+        is_wheel = drawn.layer == "joints" and look.joints[drawn.item].name in rolling
         if drawn.layer == "bodies" or is_plate or is_wheel:
             corners = drawn.part.outline()
             points += [(drawn.carrier, corner) for corner in _corners(corners.min(axis=0), corners.max(axis=0))]
     moved = [motion.point(body, local) for body, local in points]
-    return np.stack(moved + [each.path(motion) for each in look.touching], axis=1)
+    return np.stack(moved + [contact.path(motion) for contact in look.touching], axis=1)
 
 
 def _corners(low: Array, high: Array) -> Array:
@@ -283,7 +291,7 @@ def _corners(low: Array, high: Array) -> Array:
 
 def _normal(look: Look, motion: PoseHistory) -> Array | None:
     """The normal (3,) of the plane of the motion, from the common direction of the axes or from the paths. None where
-    bodies leave the plane."""
+    there is none: bodies leave the plane, or tilt out of it."""
     axes = [motion.vector(joint.bodies[1], joint.axis)[0] for joint in look.joints if joint.axis is not None]
     moved = (motion.position - motion.position[:1]).reshape(-1, 3)
     _, sizes, directions = np.linalg.svd(moved, full_matrices=False)
@@ -296,16 +304,15 @@ def _normal(look: Look, motion: PoseHistory) -> Array | None:
     else:
         return None
     leaves = float(np.abs(moved @ normal).max(initial=0.0))
-    turns = rotation_matrix(motion.orientation)
-    tilts = float(
-        np.abs(turns @ (np.swapaxes(turns[0], -1, -2) @ normal)[:, :, None] - normal[:, None]).max(initial=0.0)
-    )
+    rotation = rotation_matrix(motion.orientation)
+    normal_in_bodies = np.swapaxes(rotation[0], -1, -2) @ normal  # at the first sample: a body that stays keeps it
+    tilts = float(np.abs(rotation @ normal_in_bodies[:, :, None] - normal[:, None]).max(initial=0.0))
     travel = float(np.abs(moved).max(initial=0.0))
     return normal if leaves <= IN_PLANE * max(travel, look.thickness) and tilts <= IN_PLANE else None
 
 
 def _raised(front: Array, up: Array) -> Array:
-    """The direction `front`, turned and raised."""
+    """The direction `front` (3,), turned about `up` and raised towards it."""
     level = front - (front @ up) * up
     if np.linalg.norm(level) < 0.1:
         level = np.eye(3)[0] - up[0] * up

@@ -1,6 +1,4 @@
-"""Pictures of modes: eigenvalues in the complex plane, shapes by joint coordinate and body, and traces over a
-parameter.
-"""
+"""Pictures of linear models: modes, by eigenvalues, shapes and traces over a parameter, and Bode diagrams."""
 
 from __future__ import annotations
 
@@ -16,6 +14,8 @@ from mbproj.results.linear_files import StoredModel, StoredModes
 from mbproj.show.figures import panels
 from mbproj.show.figures.fitted_text import literal
 from mbproj.show.figures.style import AXIS_HEIGHT, line, page_width, styled
+
+# --- Modes: eigenvalues in the complex plane, shapes by joint coordinate and body, traces over a parameter ------------
 
 #: The most modes whose shapes are drawn, and the most bars of one shape.
 MOST_SHAPES, MOST_BARS = 8, 12

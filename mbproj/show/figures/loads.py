@@ -1,6 +1,4 @@
-"""Forces, motions, stops, dry frictions and ropes over time: the coordinate of each, its force, torque or tensions, and
-the energy lost by friction.
-"""
+"""Pictures of loads: forces along coordinates with the energy lost, reactions of joints, and polar diagrams."""
 
 from __future__ import annotations
 
@@ -22,6 +20,8 @@ from mbproj.show.figures import fitted_text, panels, rows
 from mbproj.show.figures.panels import by_turns, in_degrees, label_of, small_print
 from mbproj.show.figures.rows import MAX_ROWS, SIGN, PanelGroup, PanelQuantity, Row, alike
 from mbproj.show.figures.style import OPEN, AxisUnit, line, page_width, sizes, styled, units_of
+
+# --- Forces, motions, stops, dry frictions and ropes over time: coordinates, forces, and energy lost ------------------
 
 #: The kind of action along a coordinate with this unit, and the unit of the action.
 ACTION = {"m": ("force", AxisUnit("N", "N")), "rad": ("torque", AxisUnit("N m", "N m"))}

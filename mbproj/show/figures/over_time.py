@@ -1,4 +1,4 @@
-"""Position and velocity of each marker over time."""
+"""Pictures of a run over time: markers, joint coordinates, energies, steps, violations, certified errors, ratios."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from mbproj.show.figures import fitted_text, panels, rows
 from mbproj.show.figures.panels import small_print
 from mbproj.show.figures.rows import MAX_ROWS, SIGN, PanelGroup, PanelQuantity, coinciding
 from mbproj.show.figures.style import DEGREES, METRES, AxisUnit, line, sizes, styled, units_of
+
+# --- Position and velocity of each marker -----------------------------------------------------------------------------
 
 #: A component counts as hidden where it moves by less than this part of the range of its panel.
 HIDDEN = 0.03
@@ -171,7 +173,7 @@ def _coordinate_group(results: Sequence[Results], name: str) -> PanelGroup:
     return PanelGroup((row,), apart)
 
 
-# --- Energies, and the balance E(t) - E(0) - W + D, which is zero apart from errors of --------------------------------
+# --- Energies and their balance ---------------------------------------------------------------------------------------
 # Energies, and the balance E(t) - E(0) - W + D, which is zero apart from errors of integration.
 
 
@@ -382,7 +384,7 @@ def _names(result: Results, trust: Trust) -> list[str]:
     return [name for name in trust.names if name in chosen]
 
 
-# --- Velocity ratios and mechanical advantages of joint coordinates to an input, and ----------------------------------
+# --- Ratios and transmission angles -----------------------------------------------------------------------------------
 # Velocity ratios and mechanical advantages of joint coordinates to an input, and transmission angles.
 
 

@@ -17,7 +17,7 @@ from mbproj.results.record import Results
 from mbproj.show.figures import panels
 from mbproj.show.figures.style import OPEN, AxisUnit, sizes, tick_degrees
 
-# --- The differences of overlaid results from the first of them, at the sample times that they ------------------------
+# --- Differences of overlaid results ----------------------------------------------------------------------------------
 # The differences of overlaid results from the first of them, at the sample times that they share. Coordinates that
 # coincide at all times are found too, so that one line shows them.
 

@@ -1,4 +1,6 @@
-"""A page that compares methods: violations, errors, the two parts of the energy drift, and costs."""
+"""Pictures of studies: methods compared, the figures of the paper, stability maps, thresholds, trade-offs, and
+expectations.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +19,8 @@ from mbproj.show.figures import panels
 from mbproj.show.figures.fitted_text import fitted, literal
 from mbproj.show.figures.panels import put_legend, small_print
 from mbproj.show.figures.style import AXIS_HEIGHT, SHADE, label_size, line, page_width, styled
+
+# --- Methods compared: violations, errors, the two parts of the energy drift, and costs -------------------------------
 
 #: The height of a row of panels, and the room for a method's name beside its costs, inches.
 METHOD_ROW, METHOD_NAME = 1.65, 1.2
@@ -124,8 +128,8 @@ def _costs(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
     axes[1].set_yticklabels([])
 
 
-# --- The figures of Zhang, Liu & Liu (2015), sect ---------------------------------------------------------------------
-# 5: position and velocity of a point (2, 3, 7, 8), and the constraint errors of several methods (4, 5, 9, 10). Arrays
+# --- The figures of Zhang, Liu & Liu (2015), sect. 5 ------------------------------------------------------------------
+# Position and velocity of a point (2, 3, 7, 8), and the constraint errors of several methods (4, 5, 9, 10). Arrays
 # in, a Figure out; `save` writes it.
 
 

@@ -1,4 +1,6 @@
-"""Measures over one varied quantity, with a line for each value of a second one."""
+"""Pictures of a sweep: its measures over one quantity, over two, as distributions, and by their sensitivity to each
+quantity.
+"""
 
 from __future__ import annotations
 
@@ -41,6 +43,8 @@ from mbproj.show.figures.sweep_axes import (
     scale_of,
     spread_out,
 )
+
+# --- Measures over one varied quantity, with a line for each value of a second one ------------------------------------
 
 #: Lines with fewer points than this mark them.
 FEW = 60

@@ -1,4 +1,4 @@
-"""The HTML of a page, made from its data."""
+"""The HTML of a page, made from its data. A page is one file: it loads nothing, so that it opens anywhere."""
 
 from __future__ import annotations
 
@@ -16,39 +16,6 @@ from typing import Any
 from mbproj.base.errors import InputError, Problem
 from mbproj.base.version import __version__
 from mbproj.show.page.series import Packer
-
-# --- three.js from the package trimesh --------------------------------------------------------------------------------
-# A classic script in the template of trimesh's own viewer.
-
-
-HINT = "install it with: pip install 'mbproj[animate]'"
-TEMPLATE = Path("resources", "templates", "viewer.zip")
-#: The pattern of the script: its licence, and one line that defines the global name THREE. Loaders and the viewer
-#: follow it.
-SCRIPT = re.compile(r"(/\*\*\s*\* @license\s[^/]*Three\.js Authors[^/]*\*/\s*!function[^\n]*\}\)\);)\n")
-
-
-def three_js() -> str:
-    """The text of three.js with its licence. Raises InputError where trimesh is missing, or has no such script."""
-    spec = find_spec("trimesh")
-    place = None if spec is None or spec.origin is None else Path(spec.origin).parent / TEMPLATE
-    if place is None or not place.is_file():
-        raise InputError(Problem("a page needs three.js, which comes with trimesh", hint=HINT))
-    return _script(place)
-
-
-@cache
-def _script(place: Path) -> str:
-    with zipfile.ZipFile(place) as archive:
-        template = archive.read(archive.namelist()[0]).decode("utf-8")
-    script = SCRIPT.search(template)
-    if script is None:
-        raise InputError(Problem("this version of trimesh has no three.js in its viewer", hint=HINT))
-    return script[1]
-
-
-# --- The HTML of a page, made from its data ---------------------------------------------------------------------------
-
 
 #: The page's own scripts, in the order in which they need each other.
 SCRIPTS = (
@@ -73,16 +40,14 @@ SCRIPTS = (
 )
 #: The script of a page that `mbproj watch` serves.
 WATCH = "watch"
-
-
 #: The policy of a page: it may load nothing. A served page may connect to its server.
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 SERVED = f"{POLICY}; connect-src 'self'"
 
 
 def html(title: str, data: Mapping[str, Any], packer: Packer, watched: int | None = None) -> str:
-    """The whole page. `watched` is its number where `mbproj watch` serves it. Contents of files are data in the page,
-    never markup: `<` is escaped everywhere."""
+    """The whole page that moves, with the arrays of `packer`. `watched` is the number of its version, where `mbproj
+    watch` serves it. Contents of files are data in the page, never markup: `<` is escaped everywhere."""
     scripts = SCRIPTS if watched is None else (*SCRIPTS[:-1], WATCH, SCRIPTS[-1])
     pieces = {
         "title": escape(title),
@@ -121,7 +86,7 @@ def designs_page(title: str, data: Mapping[str, Any]) -> str:
 
 
 def filled(name: str, pieces: Mapping[str, str]) -> str:
-    """The template of this name with its pieces filled in."""
+    """The template of this name with its pieces filled in, at `{{key}}` each."""
     text = page_source(name)
     before, *rest = text.split("{{")
     texts = [before]
@@ -140,3 +105,32 @@ def as_json(data: Mapping[str, Any]) -> str:
 def page_source(name: str) -> str:
     """The text of a file of the page's own scripts and style."""
     return (files("mbproj.show.page") / "browser" / name).read_text(encoding="utf-8")
+
+
+# --- three.js from the package trimesh --------------------------------------------------------------------------------
+# A classic script in the template of trimesh's own viewer: no package of JavaScript has to be installed.
+
+HINT = "install it with: pip install 'mbproj[animate]'"
+TEMPLATE = Path("resources", "templates", "viewer.zip")
+#: The pattern of the script: its licence, and one line that defines the global name THREE. Loaders and the viewer
+#: follow it.
+SCRIPT = re.compile(r"(/\*\*\s*\* @license\s[^/]*Three\.js Authors[^/]*\*/\s*!function[^\n]*\}\)\);)\n")
+
+
+def three_js() -> str:
+    """The text of three.js with its licence. Raises InputError where trimesh is missing, or has no such script."""
+    spec = find_spec("trimesh")
+    place = None if spec is None or spec.origin is None else Path(spec.origin).parent / TEMPLATE
+    if place is None or not place.is_file():
+        raise InputError(Problem("a page needs three.js, which comes with trimesh", hint=HINT))
+    return _script(place)
+
+
+@cache
+def _script(place: Path) -> str:
+    with zipfile.ZipFile(place) as archive:
+        template = archive.read(archive.namelist()[0]).decode("utf-8")
+    script = SCRIPT.search(template)
+    if script is None:
+        raise InputError(Problem("this version of trimesh has no three.js in its viewer", hint=HINT))
+    return script[1]

@@ -97,7 +97,7 @@ def actuators(
     return Actuators(free, tuple(names), tuple(entries), units, np.array([weights.get(name, 1.0) for name in names]))
 
 
-# --- The equations of motion M u' + Gᵀλ = f + B p on the tangent space, solved for the forces p -----------------------
+# --- Equations of motion for actuators --------------------------------------------------------------------------------
 # The equations of motion M u' + Gᵀλ = f + B p on the tangent space, solved for the forces p of actuators.
 # With a null space matrix N of G, NᵀB p = Nᵀ(M u' - f). The constraint forces drop out, and constraints may be
 # redundant. Of all solutions p the one with the least Σ w p² is taken. Where the actuators are as many as the

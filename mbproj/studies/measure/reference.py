@@ -377,7 +377,7 @@ def divisors(number: int) -> list[int]:
     return [int(part) for part in np.flatnonzero(number % np.arange(1, number + 1) == 0) + 1]
 
 
-# --- A reference up to the time until which it is certain, and why it is not certain, or an ---------------------------
+# --- A certain reference ----------------------------------------------------------------------------------------------
 # A reference up to the time until which it is certain, and why it is not certain, or an error goal is missed, beyond:
 # chaos, round-off, or too many kinks.
 # Where forces or motions have more kinks in time than steps can end at, no method keeps its order. Kinks in the state

@@ -1,4 +1,9 @@
-"""in_parallel(): the one function that distributes work, in this process, on this machine, or on a Dask cluster."""
+"""Work in parallel: the one place that distributes it, in this process, on this machine, or on a Dask cluster.
+
+All take a function of a module, data that all items share, and items, and give results as they come: `in_parallel` any
+items, `in_bundles` many short ones, `resumable` items whose results are stored, so that none is computed twice. Items
+and results are sent to other processes, and have to be such that pickle can send them.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +29,10 @@ from mbproj.studies.store import ValueCache
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
-#: The number of processes on this machine (None: one for each processor), or a cluster.
+#: Where to work: the number of processes on this machine (None: one for each processor), or a cluster.
 Where: TypeAlias = "int | Cluster | None"
+
+# --- in_parallel(): any items -----------------------------------------------------------------------------------------
 
 #: Time between two checks for Ctrl-C, s.
 LOOK = 0.1
@@ -57,7 +64,8 @@ def in_parallel(
     a cluster an item that is `blamed` counts as lost only when it was out alone.
 
     Few items are out at a time, so there may be any number of them. An iterator that has ended is asked again while
-    items are out. Leaving the generator early ends the processes. SIGINT and SIGTERM raise KeyboardInterrupt.
+    items are out, because a result may make new items: the parts of a lost bundle. Leaving the generator early ends the
+    processes. SIGINT and SIGTERM raise KeyboardInterrupt.
     """
     if isinstance(where, Cluster):
         yield from on_cluster(function, shared, items, where, lost, timeout, blamed)
@@ -74,6 +82,7 @@ def in_parallel(
     workers = _Workers(lambda: Worker(function, shared, notes))
 
     def run(item: Item) -> Result:
+        """The result of an item, from a process that is idle. A thread waits for each item that is out."""
         worker, begun = workers.take(), monotonic()
         try:
             result: Result = worker.ask(item, timeout(item) if callable(timeout) else timeout)
@@ -87,21 +96,21 @@ def in_parallel(
             workers.idle.put(worker)
 
     pool = ThreadPoolExecutor(max(count, 1))
-    given, numbers = iter(items), itertools.count()
+    rest, numbers = iter(items), itertools.count()
     try:
         with interruption() as asked:
             waiting: dict[Future[Result], int] = {}
             while True:
-                for item, index in zip(islice(given, AHEAD * count - len(waiting)), numbers, strict=False):
+                for item, index in zip(islice(rest, AHEAD * count - len(waiting)), numbers, strict=False):
                     waiting[pool.submit(run, item)] = index
                 if not waiting:
                     return
                 asked.check()
-                ended = wait(waiting, LOOK, FIRST_COMPLETED).done
+                finished = wait(waiting, LOOK, FIRST_COMPLETED).done
                 while notes:
                     warn_once(notes.popleft())
-                for done in ended:
-                    yield waiting.pop(done), done.result()
+                for future in finished:
+                    yield waiting.pop(future), future.result()
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
         workers.stop()
@@ -134,42 +143,7 @@ class _Workers:
             worker.stop()
 
 
-# --- Many runs in parallel, whose results are stored as they come, so that none is run twice --------------------------
-
-
-def resumable(
-    function: Callable[[Any, Any], Any],
-    shared: Any,
-    items: Mapping[str, Any],
-    kept: ValueCache,
-    processes: Where,
-    phase: str,
-    tell: Tell,
-    best: Callable[[Any], tuple[Any, str]] | None = None,
-) -> dict[str, Any]:
-    """The results function(shared, item) of all items by their keys, each of which JSON can hold. Results in the store
-    `kept` are not computed again.
-
-    `tell` is called with the phase and the number of items done. `best` returns the rank of a result and words on it;
-    the words of the least rank are added to the phase."""
-    missing = [key for key in items if key not in kept]
-    ranked = [] if best is None else [best(kept[key]) for key in items if key in kept]
-
-    def say(through: int) -> None:
-        tell(with_words(phase, min(ranked)[1]) if ranked else phase, through, len(items))
-
-    say(len(items) - len(missing))
-    for through, (number, record) in enumerate(
-        in_parallel(function, shared, [items[key] for key in missing], processes), len(items) - len(missing) + 1
-    ):
-        kept.add(missing[number], record)
-        ranked += [] if best is None else [best(record)]
-        say(through)
-    return {key: kept[key] for key in items}
-
-
-# --- in_bundles() -----------------------------------------------------------------------------------------------------
-# Many short items, sent together in bundles, so that sending them costs little.
+# --- in_bundles(): many short items, sent together in bundles, so that sending them costs little ----------------------
 # A bundle whose process dies is sent again item by item: only an item that was alone in its process is blamed.
 
 
@@ -208,8 +182,9 @@ def in_bundles(
     timeout: float | None = None,
     at_once: Callable[[Any, Sequence[Item]], Sequence[Result]] | None = None,
 ) -> Generator[list[tuple[Item, Result]], None, None]:
-    """Yield lists of (item, function(shared, item)), in the order in which bundles end. `lost` returns the result of an
-    item that does not come back, or takes longer than `timeout` in s."""
+    """Yield lists of (item, function(shared, item)), in the order in which bundles end. `at_once(shared, items)`, where
+    there is one, gives the results of several items faster. `lost` returns the result of an item that does not come
+    back, or takes longer than `timeout` in s."""
     is_long = isinstance(where, Cluster) or at_once is not None  # the first bundles are small, and slow for their size
     bundles = _Bundles(iter(items), SECONDS_THERE if is_long else SECONDS)
 
@@ -251,6 +226,7 @@ class _Bundles(Iterator[tuple[Item, ...]]):
 
 
 def _run(shared: tuple[Any, Any, Any], bundle: tuple[Any, ...]) -> tuple[tuple[Any, ...], Outcome]:
+    """The bundle with its results: the work of one process."""
     function, at_once, common = shared
     begun = process_time()  # other programs do not make bundles smaller
     if at_once is not None and len(bundle) > 1:
@@ -266,3 +242,37 @@ def _lost(bundle: tuple[Any, ...], why: str, seconds: float) -> tuple[tuple[Any,
 
 def _is_single(bundle: tuple[Any, ...]) -> bool:
     return len(bundle) == 1
+
+
+# --- resumable(): items whose results are stored as they come, so that none is computed twice -------------------------
+
+
+def resumable(
+    function: Callable[[Any, Any], Any],
+    shared: Any,
+    items: Mapping[str, Any],
+    kept: ValueCache,
+    processes: Where,
+    phase: str,
+    tell: Tell,
+    best: Callable[[Any], tuple[Any, str]] | None = None,
+) -> dict[str, Any]:
+    """The results function(shared, item) of all items by their keys, each of which JSON can hold. Results in the store
+    `kept` are not computed again.
+
+    `tell` is called with the phase and the number of items done. `best` returns the rank of a result and words on it;
+    the words of the least rank are added to the phase."""
+    missing = [key for key in items if key not in kept]
+    ranked = [] if best is None else [best(kept[key]) for key in items if key in kept]
+
+    def say(through: int) -> None:
+        tell(with_words(phase, min(ranked)[1]) if ranked else phase, through, len(items))
+
+    say(len(items) - len(missing))
+    for through, (number, record) in enumerate(
+        in_parallel(function, shared, [items[key] for key in missing], processes), len(items) - len(missing) + 1
+    ):
+        kept.add(missing[number], record)
+        ranked += [] if best is None else [best(record)]
+        say(through)
+    return {key: kept[key] for key in items}

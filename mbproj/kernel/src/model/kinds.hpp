@@ -1,4 +1,5 @@
-// The kinds of constraint primitives in the kernel, their names, and their properties.
+// The kinds of constraint primitives in the kernel, their names, and their properties. What each of them is says its
+// class in Python, which mbproj.joints.primitives.table names.
 #pragma once
 
 #include <algorithm>
@@ -7,8 +8,8 @@
 
 namespace mbproj {
 
-// The primitives of the kernel: their names in mbproj.joints.primitives.table, and the number of points and vectors and of parameters of
-// each. Couplings are sums of instances of these.
+// A coupling is none of them: it is a sum of instances of these. The order counts: tests of a kind below are ranges of
+// it, and `forms` has the same order.
 enum class Kind : int {
     coincident,
     perpendicular,
@@ -38,8 +39,9 @@ enum class Kind : int {
     edge_slip,
 };
 struct Form {
-    const char* name;
-    int slots, parameters;
+    const char* name;  // in the table of Python
+    int slots;         // the number of points and vectors of bodies on which the primitive acts
+    int parameters;    // the number of its constants, such as a radius
 };
 constexpr Form forms[] = {{"coincident", 2, 0},
                           {"perpendicular", 2, 0},
@@ -68,21 +70,22 @@ constexpr Form forms[] = {{"coincident", 2, 0},
                           {"ellipsoid_slip", 8, 3},
                           {"edge_slip", 8, 0}};
 constexpr const Form& form_of(Kind kind) { return forms[static_cast<int>(kind)]; }
-constexpr int most(int Form::* of) {
-    int found = 1;  // no array is empty
-    for (const Form& form : forms) found = std::max(found, form.*of);
-    return found;
+// The sizes of arrays that serve all kinds; at least 1, because no array is empty.
+constexpr int most(int Form::* number) {
+    int largest = 1;
+    for (const Form& form : forms) largest = std::max(largest, form.*number);
+    return largest;
 }
 constexpr int most_slots = most(&Form::slots), most_parameters = most(&Form::parameters);
-// Whether the row is at velocity level: then its value is 0, and its gradient is not the gradient of a function.
+// Whether the row is at velocity level, G v = 0 without a C: its value is 0, and its gradient is that of no function.
 constexpr bool is_slip(Kind kind) { return kind >= Kind::wheel_slip_along; }
-// Whether the value is known only up to whole turns, which are counted.
+// Whether a pose gives the value only up to whole turns, which the run counts.
 constexpr bool is_angle(Kind kind) { return kind == Kind::angle || kind == Kind::lap; }
-// Whether it is a distance from a curve, whose foot stays on one piece of the curve.
+// Whether it is a distance from a curve. Its foot, the nearest point, stays on one piece of the curve during a step.
 constexpr bool is_held(Kind kind) {
     return kind == Kind::profile || kind == Kind::face || kind == Kind::two_curves || kind == Kind::beside_first;
 }
-// Whether it concerns two curves that touch.
+// Whether it is of two curves that touch.
 constexpr bool is_of_two(Kind kind) { return kind >= Kind::two_curves && kind <= Kind::slip_of_two; }
 // Whether its curve is a space curve.
 constexpr bool is_in_space(Kind kind) { return kind >= Kind::beside_first && kind <= Kind::space_arc; }

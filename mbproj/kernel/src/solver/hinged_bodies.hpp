@@ -1,5 +1,5 @@
-// The solution for bodies of the loops that move by hinges: δ = X δ_parent + N z + p. The right-hand sides of the hinge give p,
-// the loops give z.
+// The solution for bodies of the loops that move by hinges: δ = X δ_parent + N z + p. The right-hand sides of the hinge
+// give p, the loops give z.
 #pragma once
 
 #include "solver/delassus_matrix.hpp"
@@ -13,8 +13,8 @@ public:
     HingedBodies(const Model<D>& model, const DelassusMatrix<D>& rows)
         : model_(model), rows_(rows), bodies_(rows.hinges.size()) {}
 
-    // Sets the inverse roots of these bodies from their articulated inertias, and adds the articulated inertias to their parents.
-    // False where a free motion has no inertia.
+    // Sets the inverse roots of these bodies from their articulated inertias, and adds the articulated inertias to
+    // their parents. False where a free motion has no inertia.
     bool set_inertias(std::vector<Inertia<D>>& inertias, std::vector<InverseRoot<D>>& halves) {
         for (std::size_t h = 0; h < bodies_.size(); ++h) {
             const LoopHinge<D>& hinge = rows_.hinges[h];
@@ -49,7 +49,7 @@ public:
         half.backward(twist);
         twist += bodies_[h].p;
         if (of_parent) {
-            Column<F> with_it = rows_.hinges[h].carried(*of_parent);
+            Column<F> with_it = rows_.hinges[h].with_parent(*of_parent);
             half.hold(with_it);
             twist += with_it;
         }

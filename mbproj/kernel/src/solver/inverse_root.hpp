@@ -35,7 +35,7 @@ public:
         kind_ = Kind::hinged;
         width_ = hinge.freedoms();
         for (int k = 0; k < width_; ++k) {
-            Column<F> z = hinge.motion(k);
+            Column<F> z = hinge.free_motion(k);
             for (int j = 0; j < k; ++j) z.add_multiple(-momenta_[j].dot(z), motions_[j]);
             momenta_[k] = M * z;
             const double moved = z.dot(momenta_[k]);

@@ -6,12 +6,12 @@ namespace mbproj {
 namespace {
 
 // At a break that asks, a run waits for values from outside.
-bool is_asked(Run& run) { return run.waits = !run.instants.any_given() && run.schedule.asks(run.now.t); }
+bool is_asked(Run& run) { return run.waits = !run.instants.has_from_outside() && run.schedule.asks(run.now.t); }
 
 // Changes states at the breaks that are passed: to values from outside, then by controllers. False where a controller has a
 // value that is not finite.
 bool act(Run& run) {
-    run.instants.take_given(run.now.y.data());
+    run.instants.set_from_outside(run.now.y.data());
     bool looked = false;
     return run.schedule.act([&](int action) {
         if (!std::exchange(looked, true)) run.instants.set_channels(run.now.t, run.now.y.data());

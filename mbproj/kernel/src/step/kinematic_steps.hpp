@@ -1,4 +1,4 @@
-// Steps of a mechanism without degrees of freedom (mbproj.motion.steppers.kinematic_steps). Joints and motions alone
+// Steps of a mechanism without degrees of freedom (their quadrature: mbproj.motion.steppers.tableau). Joints and motions alone
 // determine the poses of its bodies: Newton's method closes each stage from a prediction by the stages before, and
 // velocities and accelerations follow from the equations. Explicit stages integrate the rest: the work of forces, and
 // states of elements. Newton's method may lead to another assembly of the mechanism: a step is made only where no stage

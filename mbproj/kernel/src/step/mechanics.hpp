@@ -1,4 +1,6 @@
-// What a run computes with: the equations of its model, the projection, and the method of its steps.
+// What a run computes with: the equations of its model, the projection onto C = 0 and G v = -C_t, and the method of its
+// steps. The interface has no dimension: a run is compiled once for models in the plane and in space, whose classes are
+// templates. mechanics.cpp joins both.
 #pragma once
 
 #include <memory>
@@ -13,7 +15,7 @@ class Mechanics {
 public:
     const Tableau tableau;
     const ProjectionSettings projection;
-    Phases phases;
+    Phases phases;  // the time that each part of the steps takes
 
     Mechanics(const Mechanics&) = delete;
     Mechanics& operator=(const Mechanics&) = delete;
@@ -27,7 +29,7 @@ protected:
 };
 
 template <class D> struct Model;
-// `tolerance`: that of the steps' errors, or 0 where steps are fixed.
+// The mechanics of a model with D axes. `tolerance`: that of the steps' errors, or 0 where steps are fixed.
 template <class D> std::unique_ptr<Mechanics> mechanics_of(Model<D> model, Tableau tableau,
                                                            const ProjectionSettings& projection, double tolerance);
 

@@ -1,4 +1,4 @@
-// Step-size control as in mbproj.motion.loop.step_size (Hairer, Nørsett & Wanner 1993, sect. II.4).
+// Step-size control as in mbproj.motion.numpy_loop (Hairer, Nørsett & Wanner 1993, sect. II.4).
 #pragma once
 
 #include <algorithm>
