@@ -18,7 +18,7 @@ from mbproj.studies.compare import compare
 from mbproj.studies.measure.measurement import Measurement, Timing
 from mbproj.studies.measure.reference import certain_reference
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import Mechanism
+from mbproj.studies.measure.solve import Mechanism, solve
 from mbproj.studies.threshold import ThresholdStudy, _recommended, threshold_study
 from mbproj.studies.tradeoff import (
     Ladder,
@@ -337,3 +337,30 @@ def test_thresholds_come_as_an_array_too(slider_crank):
         slider_crank.scene, thresholds=np.array([1e-3, 1e-9]), until=0.1, repetitions=1, processes=1
     )
     assert [trial.setting.threshold for trial in found.trials] == [None, 1e-9, 1e-3, None]
+
+
+def test_each_penalty_and_pair_of_gains_is_an_entry(pendulum):
+    """Each is the run with this option alone; methods that take neither run once."""
+    options = {"steps": (0.01,), "until": 0.5, "repetitions": 1, "processes": 1}
+    methods = ("mass-orthogonal", "baumgarte", "gpopm")
+    options |= {"alphas": (1e2, 1e6), "gains": ((5.0, 5.0), (20.0, 40.0))}
+    compared = compare(pendulum.scene, projections=methods, **options)
+    settings = [entry.measurement.setting for entry in compared.entries]
+    assert [(each.projection, each.alpha, each.gains) for each in settings] == [
+        ("mass-orthogonal", 1e2, None),
+        ("mass-orthogonal", 1e6, None),
+        ("baumgarte", None, (5.0, 5.0)),
+        ("baumgarte", None, (20.0, 40.0)),
+        ("gpopm", None, None),
+    ]
+    for entry in compared.entries:
+        alone = solve(pendulum, entry.measurement.setting, entry.solution.times)
+        np.testing.assert_array_equal(entry.solution.body_position, alone.body_position)
+    labels = [entry.label for entry in compared.entries[:2]]
+    assert labels == ["mass-orthogonal, α = 100", "mass-orthogonal, α = 1e+06"]
+
+
+def test_an_option_that_no_method_takes_is_refused(pendulum):
+    message = "--alphas: error: no method that is compared takes 'alpha'; add mass-orthogonal or mmopm"
+    with pytest.raises(InputError, match=message):
+        compare(pendulum.scene, projections=("gpopm",), alphas=(1e3,), steps=(0.01,))

@@ -113,13 +113,8 @@ def _offset(
     place: Place | None,
 ) -> float:
     """Return the offset of row `number` of a joint: 0, or the value that the row keeps."""
-<<<<<<< HEAD
-    parameter_of = JOINTS[joint.type].kept
+    parameter_of = JOINTS[joint.type].constant_rows
     if number not in parameter_of:
-=======
-    kept = JOINTS[joint.type].constant_rows
-    if number not in kept:
->>>>>>> nounsB
         return 0.0
     name = parameter_of[number]
     if name is not None and name in joint.parameters:

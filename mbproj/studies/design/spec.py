@@ -235,15 +235,10 @@ def _goals(blocks: Mapping[str, Any], base: Scene) -> Iterator[Goal]:
             yield Goal(measure, sign)
 
 
-<<<<<<< HEAD
-def _limits(limits: Mapping[str, Given], base: Scene, scene: SceneText, reading: Reading) -> Iterator[DesignLimit]:
-    measures = {name: each for name, each in limits.items() if "expression" not in each}
-=======
 def _limits(
-    given: Mapping[str, ExpectationKeys], base: Scene, scene: SceneText, reading: Reading
+    limits: Mapping[str, ExpectationKeys], base: Scene, scene: SceneText, reading: Reading
 ) -> Iterator[DesignLimit]:
-    measures = {name: each for name, each in given.items() if "expression" not in each}
->>>>>>> nounsB
+    measures = {name: each for name, each in limits.items() if "expression" not in each}
     known = {measure.name: measure for measure in measures_of(measures, base)}
     names = {name: Value(number, None) for name, number in base.parameters.items()}
     units = units_of({f"parameters.{name}": None for name in names}, scene)
