@@ -172,9 +172,19 @@ def _exit_code() -> int:
         _complain("interrupted")
         return ExitCode.INTERRUPTED
     except Exception as error:
+        if _comes_from_an_interruption(error):
+            _complain("interrupted")
+            return ExitCode.INTERRUPTED
         message, code = message_and_code(error)
         _complain(message)
     return code
+
+
+def _comes_from_an_interruption(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an error: compiled code that calls back, as h5py's iteration, ends in a SystemError."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _show_notes() -> None:

@@ -509,3 +509,18 @@ def test_the_drift_of_results_is_that_of_the_run():
     drift = energy_drift(1e-6 * time, 1e-4 * time, np.full(5, -10.0))
     assert drift.relative == pytest.approx(1e-2)
     assert energy_drift(3e-13 * time, 1e-26 * time, np.full(5, -10.0)).relative == 0.0
+
+
+def test_an_interruption_that_compiled_code_turns_into_an_error_is_one(monkeypatch, capsys):
+    """h5py reports Ctrl-C in a function that it calls back as a SystemError whose cause is the interruption."""
+    from mbproj.commands import main
+
+    def lost(*_: object, **__: object) -> None:
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as cause:
+            raise SystemError("returned a result with an exception set") from cause
+
+    monkeypatch.setattr(main.mbproj, "main", lost)
+    assert main._exit_code() == 130
+    assert capsys.readouterr().err == "interrupted\n"
