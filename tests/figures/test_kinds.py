@@ -443,3 +443,17 @@ def test_the_error_over_time(certified):
     assert figure.axes[0].get_ylabel() == "error of tip (m)"
     window = draw("trust", [certified.select(start=2.0, stop=3.0)], ["run"])
     assert window.axes[0].lines[0].get_xdata()[[0, -1]] == pytest.approx([2.0, 3.0])
+
+
+def test_times_below_a_millisecond_have_one_prefix():
+    """Of a page that compares methods: "0.4" under the axis in ms, where "400m" stood."""
+    from mbproj.show.figures.studies import Compared, comparison_page
+
+    time, low = np.linspace(0.0, 1.0, 5), np.full(5, 1e-9)
+    methods = [Compared("gpopm", time, low, low, low, low, low, low, (5e-4, 4e-4, 6e-4), 12_000, 30_000)]
+    figure = comparison_page(methods, low, "")
+    figure.canvas.draw()
+    costs, counts = figure.axes[6:8]
+    labels = [label.get_text().removeprefix("$\\mathdefault{").removesuffix("}$") for label in costs.get_xticklabels()]
+    assert "0.4" in labels and not any("m" in label for label in labels)
+    assert "20k" in [label.get_text() for label in counts.get_xticklabels()]

@@ -121,7 +121,8 @@ def _costs(axes: Sequence[Axes], methods: Sequence[Compared]) -> None:
     for axis in axes:
         axis.set_ylim(rows[-1] - 0.6, 0.6)
         axis.set_xlim(left=0.0, right=1.08 * max(axis.get_xlim()[1], 1e-9))
-        axis.xaxis.set_major_formatter(EngFormatter(sep=""))
+        if not in_time or axis is axes[1]:  # thousands of counts; milliseconds have their prefix already
+            axis.xaxis.set_major_formatter(EngFormatter(sep=""))
         axis.set_yticks(rows)
         axis.grid(visible=False, axis="y")
     axes[0].set_yticklabels([fitted(method.label, METHOD_NAME, 7.0, 2) for method in methods], fontsize=7)
