@@ -7,7 +7,7 @@ A method keeps C = 0 and C' = 0 while an ordinary integrator runs. A new one is 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, final
 
@@ -515,10 +515,8 @@ def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
 # The methods, and the iteration to C = 0. `make_method` finds one by its name.
 
 
-#: The paper's methods by the names of their classes, which `PROJECTIONS` has.
-METHODS: Mapping[str, type[Method]] = {
-    kind.__name__: kind for kind in (Unprojected, Baumgarte, Gopm, Popm, MassOrthogonal, Mmopm, GpopmPinv, Gpopm)
-}
+#: The methods above by the names of their classes, which `PROJECTIONS` has.
+METHODS = {name: kind for name, kind in [*vars().items()] if isinstance(kind, type) and issubclass(kind, Method)}
 
 
 def make_method(settings: ProjectionSettings) -> Method:

@@ -456,4 +456,4 @@ def test_times_below_a_millisecond_have_one_prefix():
     costs, counts = figure.axes[6:8]
     labels = [label.get_text().removeprefix("$\\mathdefault{").removesuffix("}$") for label in costs.get_xticklabels()]
     assert "0.4" in labels and not any("m" in label for label in labels)
-    assert "20k" in [label.get_text() for label in counts.get_xticklabels()]
+    assert any(label.get_text().endswith("k") for label in counts.get_xticklabels())
