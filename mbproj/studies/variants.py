@@ -33,6 +33,7 @@ from mbproj.functions.program import (
 )
 from mbproj.functions.space_curve import SpaceTrack, Track
 from mbproj.joints.table import COORDINATE_UNITS, JOINTS
+from mbproj.model.compile.frames import SYMBOLS, local_frames, poses_of
 from mbproj.scene.blocks.elements import element_type
 from mbproj.scene.blocks.ropes import Path
 from mbproj.scene.blocks.signals import names_channels
@@ -310,6 +311,19 @@ def scaled_matrix(factor: float, matrix: Matrix) -> Matrix:
 # --- A scene turned and shifted as a whole, with gravity and forces ---------------------------------------------------
 
 
+def _with_x_axes(scene: Scene) -> list[Joint]:
+    """The joints of a scene, each with the direction of its x also where the model chooses it. The model takes it from
+    the global axes, which do not turn with the scene."""
+    free = [joint for joint in scene.joints if joint.x_axis is None and JOINTS[joint.type].x_axis == "optional"]
+    frames = local_frames(free, poses_of(scene))
+    x1, x2 = SYMBOLS.index("x1"), SYMBOLS.index("x2")
+    axes = {
+        joint.name: Pair(_vector(frame[x1]), _vector(frame[x2]), local=True)
+        for joint, frame in zip(free, frames, strict=True)
+    }
+    return [replace(joint, x_axis=axes.get(joint.name, joint.x_axis)) for joint in scene.joints]
+
+
 @dataclass(frozen=True, eq=False)
 class RigidMotion:
     """The rigid motion x -> R x + s with a rotation R (3, 3) and a shift s (3,) in m."""
@@ -328,7 +342,7 @@ class RigidMotion:
             scene,
             gravity=self._direction(scene.gravity),
             bodies=tuple(map(self._body, scene.bodies)),
-            joints=tuple(map(self._joint, scene.joints)),
+            joints=tuple(map(self._joint, _with_x_axes(scene))),
             markers=tuple(map(self._marker, scene.markers)),
             forces=tuple(map(self._force, scene.forces)),
         )

@@ -419,3 +419,25 @@ def test_an_order_is_not_bent_below_what_is_seen():
     errors = np.array([1.14e-08, 2.1e-09, 2.31e-10, 5.34e-11, 7.59e-12, 1.96e-12])
     found = runs.order_of(np.array(runs.STEPS[1:7]), errors)
     assert found is not None and found.value == pytest.approx(5.16, abs=0.01)
+
+
+#: A puck on an inclined plane, with inertia along a direction in the plane that the scene leaves to the model.
+ON_A_PLANE = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 0.2 s, step: 1 ms}
+bodies:
+  puck: {mass: 1 kg, inertia: [0.01, 0.02, 0.03], position: [0.1, 0.2, 0.3], velocity: [0.3, 0.2, 0.1]}
+joints:
+  face:
+    type: point_in_plane
+    bodies: [ground, puck]
+    location: [0.1, 0.25, 0.3]
+    axis: [0.2, 1, 0.3]
+    reflected_inertia: {displacement_y: 0.7 kg}
+"""
+
+
+def test_a_direction_that_the_model_chooses_turns_with_the_scene():
+    checked = outcome("rotation", Case(Mechanism.of(read_scene_text(ON_A_PLANE))))
+    assert checked.measured <= 1e-13
