@@ -224,8 +224,8 @@ def write_starts(
         try:
             text = text_with_changes(scene.text, _changes(scene, system, each, held))
             read = read_scene_text(text, str(scene.path))
-            own = compile_system(read)
-            reached = assemble(own, initial_guess(read, own))
+            rebuilt = compile_system(read)
+            reached = assemble(rebuilt, initial_guess(read, rebuilt))
         except (ValueError, InputError) as error:
             raise InputError(Problem(f"assembly {number} cannot be written: {error}", Place("--write"))) from error
         if max(moved_by(reached.q, each.q)) > THRESHOLDS.same_pose:

@@ -34,7 +34,7 @@ FIRST = ("topology", "rms")
     metavar="A,B,..",
     help="Some of four_bar, slider_crank, watt, stephenson, spatial_four_bar; or all.",
 )
-def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
+def command(topologies: tuple[str, ...] | None, **values: Any) -> int:
     """Finds the numbers of a scene that make a measure smallest or largest.
 
     SPEC is a YAML file: a scene, what varies within which bounds, what is minimised or maximised, and subject to what.
@@ -46,8 +46,8 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
     if topologies is not None:
-        return synthesise_of(topologies, DesignOptions.of(given, FIRST))
-    return search(given, fits=False)
+        return synthesise_of(topologies, DesignOptions.of(values, FIRST))
+    return search(values, fits=False)
 
 
 def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
