@@ -105,17 +105,7 @@ def compare(
     from mbproj.studies.compare import compare as compare_settings
 
     asked = read(compare, locals())
-    names = (
-        "projections",
-        "integrators",
-        "steps",
-        "tolerances",
-        "formulations",
-        "energy_rows",
-        "alphas",
-        "gains",
-        "until",
-    )
+    names = ("projections", "integrators", "steps", "tolerances", "formulations", "energy_rows", "alphas", "gains")
     return compare_settings(
         asked.scene, **with_values(asked, *names, "until"), repetitions=asked.repeat, **asked.effort
     )

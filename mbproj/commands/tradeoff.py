@@ -220,7 +220,7 @@ def _page(result: Tradeoff) -> Figure:
             by_projection={label: cloud(indices) for label, indices in by_projection(result.trials, name).items()},
             integrator=name,
             front=np.column_stack([result.seconds[front], result.error[front]]),
-            own=None
+            scene_setting=None
             if result.own is None or not np.isfinite(result.seconds[result.own])
             else (float(result.seconds[result.own]), float(result.error[result.own])),
             floor=result.floor,
