@@ -129,7 +129,7 @@ def _draw(what: Scene, system: System, all_assemblies: Assemblies, picture: Path
     from mbproj.show.figures.mechanism import draw_side_by_side
     from mbproj.show.figures.style import save
 
-    each = [motion_at(system, assembly.q) for assembly in all_assemblies.found]
+    each = [motion_at(system, assembly.q) for assembly in all_assemblies.assemblies]
     position, orientation = (
         np.concatenate([getattr(one, name) for one in each]) for name in ("position", "orientation")
     )
@@ -151,7 +151,7 @@ def _facts(system: System, all_assemblies: Assemblies) -> dict[str, Any]:
                 "singular": each.is_singular,
                 "at_start": number == 0,
             }
-            for number, each in enumerate(all_assemblies.found)
+            for number, each in enumerate(all_assemblies.assemblies)
         ],
         "units": dict(zip(names, system.names.coordinate_units, strict=True)),
         "starts": all_assemblies.starts,
@@ -183,11 +183,11 @@ def _lines(title: str, system: System, all_assemblies: Assemblies) -> list[str]:
             str(each.hits),
             "singular: assemblies meet here" if each.is_singular else f"{each.distance:.2g}",
         ]
-        for number, each in enumerate(all_assemblies.found, 1)
+        for number, each in enumerate(all_assemblies.assemblies, 1)
     ]
     more = len(system.names.coordinates) - len(names)
     return [
-        f"{title}: {len(all_assemblies.found)} assembl{'y' if len(all_assemblies.found) == 1 else 'ies'}",
+        f"{title}: {len(all_assemblies.assemblies)} assembl{'y' if len(all_assemblies.assemblies) == 1 else 'ies'}",
         columns(["", *names, "found", "distance"], rows),
         *([f"  and {more} more coordinates, which --json has"] if more > 0 else []),
         f"  {all_assemblies.closed:,} of {all_assemblies.starts:,} random starts led to one; {_doubt(all_assemblies)}",
@@ -220,12 +220,12 @@ def write_starts(
     """Write DIR/<scene>_<number>.yaml for each assembly, from 1 on. Raises InputError where the text cannot be changed
     so that the scene starts there."""
     stem = folder / (scene.path.stem if scene.path is not None else "scene")
-    for number, each in enumerate(all_assemblies.found, 1):
+    for number, each in enumerate(all_assemblies.assemblies, 1):
         try:
             text = text_with_changes(scene.text, _changes(scene, system, each, held))
             read = read_scene_text(text, str(scene.path))
-            own = compile_system(read)
-            reached = assemble(own, initial_guess(read, own))
+            rebuilt = compile_system(read)
+            reached = assemble(rebuilt, initial_guess(read, rebuilt))
         except (ValueError, InputError) as error:
             raise InputError(Problem(f"assembly {number} cannot be written: {error}", Place("--write"))) from error
         if max(moved_by(reached.q, each.q)) > THRESHOLDS.same_pose:

@@ -101,8 +101,8 @@ def _shortened(lines: list[str]) -> list[str]:
 
 def _sizes(scene: Scene, system: System, facts: dict[str, Any]) -> list[str]:
     width = max((len(joint.name) for joint in scene.joints), default=0)
-    kept = system.names.joints
-    joints = [f"    {joint.name:{width}}  {_joint(joint, joint.name not in kept)}" for joint in scene.joints]
+    moving = system.names.joints
+    joints = [f"    {joint.name:{width}}  {_joint(joint, joint.name not in moving)}" for joint in scene.joints]
     return [
         f"  {len(scene.bodies)} bodies, {len(scene.joints)} joints, {len(scene.markers)} markers{_driven(scene)}",
         *_shortened([f"    {_body(body)}" for body in scene.bodies]),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from mbproj.base.registry import FORMULATIONS
-from mbproj.commands.declared import Call, Told, declared, given, read, study_command
+from mbproj.commands.declared import Call, Told, declared, read, study_command, with_values
 from mbproj.commands.options import Option, Part, PositiveList, PositivePairs, QuantityNames, TruthValues, some_of
 from mbproj.commands.study_options import (
     Effort,
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given, Quantity
+    from mbproj.commands.python.arguments import Quantity, SceneLike
     from mbproj.studies.compare import Comparison
 
 Projections = Annotated["str | Sequence[str] | None", projections("none,baumgarte,gopm,gpopm")]
@@ -80,7 +80,7 @@ Gains = Annotated[
 
 @declared
 def compare(
-    scene: Given,
+    scene: SceneLike,
     *,
     projections: Projections = None,
     integrators: Integrators = None,
@@ -105,18 +105,10 @@ def compare(
     from mbproj.studies.compare import compare as compare_settings
 
     asked = read(compare, locals())
-    names = (
-        "projections",
-        "integrators",
-        "steps",
-        "tolerances",
-        "formulations",
-        "energy_rows",
-        "alphas",
-        "gains",
-        "until",
+    names = ("projections", "integrators", "steps", "tolerances", "formulations", "energy_rows", "alphas", "gains")
+    return compare_settings(
+        asked.scene, **with_values(asked, *names, "until"), repetitions=asked.repeat, **asked.effort
     )
-    return compare_settings(asked.scene, **given(asked, *names, "until"), repetitions=asked.repeat, **asked.effort)
 
 
 EXAMPLES = (

@@ -3,7 +3,7 @@
     Until = Annotated["Quantity | None", Option(Part.WHAT, "End of the study.", Positive("s"), metavar="TIME")]
 
     @declared
-    def recommend(scene: Given, error: Error, *, until: Until = None, jobs: Jobs = None) -> Recommendation:
+    def recommend(scene: SceneLike, error: Error, *, until: Until = None, jobs: Jobs = None) -> Recommendation:
         asked = read(recommend, locals())       # numbers in SI units, names, the scene; raises InputError
         return search(asked.scene, asked.error, asked.until, asked.where)
 
@@ -167,7 +167,7 @@ def _value(kind: Any, value: Any, name: str) -> Any:
     return value
 
 
-def given(asked: Any, *names: str) -> dict[str, Any]:
+def with_values(asked: Any, *names: str) -> dict[str, Any]:
     """Those of these arguments that have a value: the others are left to the defaults of the study."""
     return {name: value for name in names if (value := getattr(asked, name)) is not None}
 
@@ -225,21 +225,21 @@ def study_command(
 
         path, changes = options.pop("scene"), options.pop("changes", None) or options.pop("settings", ())
         typed = {**options, "changes": changes}
-        settings = overrides({name: value for name, value in options.items() if name not in own})
+        settings = overrides({name: value for name, value in options.items() if name not in study_options})
         if refuse is not None:
             refuse(typed)
-        if "output_step" in own:
+        if "output_step" in study_options:
             settings["output_step"] = options["output_step"]
         scene = read_scene(path, parameters(changes), settings)
-        asked = {argument: options[argument] for argument in own if options.get(argument) is not None}
-        for argument in own.keys() - {"jobs", "scheduler", "scheduler_file", "fresh", "repeat"}:
+        asked = {argument: options[argument] for argument in study_options if options.get(argument) is not None}
+        for argument in study_options.keys() - {"jobs", "scheduler", "scheduler_file", "fresh", "repeat"}:
             options.pop(argument)
         headings = tuple(heading.format(**asked) for heading in first)
         study = Study(options, headings, stem and f"{Path(path).stem}-{stem.format(**asked)}")
         call = Call(path, scene, typed, study)
         if before is not None:
             before(call)
-        asked = {**asked, "jobs": study.where} if "jobs" in own else asked
+        asked = {**asked, "jobs": study.where} if "jobs" in study_options else asked
         for part in ("scheduler", "scheduler_file", "output_step"):
             asked.pop(part, None)
         with study.telling() as tell:
@@ -251,16 +251,16 @@ def study_command(
         return said.code
 
     command.__doc__ = _help_of(inner)
-    own = options_of(function)
-    made: Any = command
+    study_options = options_of(function)
+    decorated: Any = command
     for decorate in reversed(files):
-        made = decorate(made)
+        decorated = decorate(decorated)
     if not has_settings:
-        made = changes_option(made)
-    for parameter, entry in reversed([*own.values()]):
-        made = entry.on_command_line(parameter)(made)
-    made = scene_options_of(name)(made) if has_settings else click.argument("scene", type=scene_file())(made)
-    return explained(name, examples)(made)
+        decorated = changes_option(decorated)
+    for parameter, entry in reversed([*study_options.values()]):
+        decorated = entry.on_command_line(parameter)(decorated)
+    scene_argument = scene_options_of(name) if has_settings else click.argument("scene", type=scene_file())
+    return explained(name, examples)(scene_argument(decorated))
 
 
 def _help_of(function: Callable[..., Any]) -> str:

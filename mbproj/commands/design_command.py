@@ -63,19 +63,19 @@ class DesignOptions:
     study: Study
 
     @classmethod
-    def of(cls, given: dict[str, Any], first: Sequence[str]) -> DesignOptions:
+    def of(cls, values: dict[str, Any], first: Sequence[str]) -> DesignOptions:
         """Build from the options that `options` declares. `first` are the first headings of the table."""
         from mbproj.commands.study import Study
 
-        study = Study(given, first)
-        return cls(study=study, **given)
+        study = Study(values, first)
+        return cls(study=study, **values)
 
     def folder(self, kind: str) -> Path:
         """The folder asked for, or one named after the file."""
         return self.output or self.spec.with_name(f"{self.spec.stem}-{kind}")
 
 
-def search(given: dict[str, Any], *, fits: bool) -> int:
+def search(values: dict[str, Any], *, fits: bool) -> int:
     """Run the command: read, search, write, report."""
     from mbproj.commands.python.studies import spec_of
     from mbproj.results.output_files import picture
@@ -85,7 +85,7 @@ def search(given: dict[str, Any], *, fits: bool) -> int:
     from mbproj.studies.design.run import find_design
     from mbproj.studies.synthesis.spec import is_synthesis
 
-    asked = DesignOptions.of(given, FIRST)
+    asked = DesignOptions.of(values, FIRST)
     study = asked.study
     if is_synthesis(asked.spec):
         hint = f"use: mbproj optimise {asked.spec.name} --topologies all"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,37 +24,36 @@ def _with_look(**asked: Any) -> None:
     click.get_current_context().with_resource(figure_style(*sheets, **asked))
 
 
-def _sheets(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> None:
-    if given:
-        _with_look(sheets=given)
+def _sheets(ctx: click.Context, param: click.Parameter, sheets: tuple[str, ...]) -> None:
+    if sheets:
+        _with_look(sheets=sheets)
 
 
-def _size(ctx: click.Context, param: click.Parameter, given: tuple[float, ...] | None) -> None:
-    if given is not None:
-        _with_look(size=given)
+def _size(ctx: click.Context, param: click.Parameter, size: tuple[float, ...] | None) -> None:
+    if size is not None:
+        _with_look(size=size)
 
 
-def _font(ctx: click.Context, param: click.Parameter, given: str | None) -> None:
-    if given is not None:
-        _with_look(font=given)
+def _font(ctx: click.Context, param: click.Parameter, font: str | None) -> None:
+    if font is not None:
+        _with_look(font=font)
 
 
 def look(command: Command) -> Command:
     """Decorate a command with --style, --size and --font, which apply to all its pictures."""
-    own: dict[str, Any] = {"expose_value": False}
+    look_option = partial(option, Part.OUTPUT, expose_value=False)
     text = "Name of a font that is installed: the document's, in mathematics too."
-    command = option(Part.OUTPUT, "--font", metavar="NAME", help=text, callback=_font, **own)(command)
+    command = look_option("--font", metavar="NAME", help=text, callback=_font)(command)
     text = "Width of a picture in mm, or width and height: 85,60 [default: 160]."
-    own_size: dict[str, Any] = {"type": Millimetres(), "callback": _size}
-    command = option(Part.OUTPUT, "--size", metavar="W[,H]", help=text, **own, **own_size)(command)
+    command = look_option("--size", metavar="W[,H]", help=text, type=Millimetres(), callback=_size)(command)
     text = "Style sheet of Matplotlib: FILE.mplstyle, or the name of one of its own; repeatable."
-    return option(Part.OUTPUT, "--style", multiple=True, metavar="SHEET", help=text, callback=_sheets, **own)(command)
+    return look_option("--style", multiple=True, metavar="SHEET", help=text, callback=_sheets)(command)
 
 
 def plot_option(command: Command) -> Command:
     """Decorate a command that draws one picture with --plot (`picture_path`) and the options of its look."""
-    own: dict[str, Any] = {"type": File(*FORMATS, path_type=Path), "help": "Picture, .png, .svg or .pdf."}
-    return option(Part.OUTPUT, "--plot", "picture_path", **own)(look(command))
+    kind, text = File(*FORMATS, path_type=Path), "Picture, .png, .svg or .pdf."
+    return option(Part.OUTPUT, "--plot", "picture_path", type=kind, help=text)(look(command))
 
 
 def check_picture(path: Path | None, *, force: bool, option: str = "--plot") -> None:

@@ -15,7 +15,7 @@ EXAMPLES = (
 
 @explained("fit", EXAMPLES)
 @options
-def command(**given: Any) -> int:
+def command(**values: Any) -> int:
     """Finds the numbers of a scene that match measurements.
 
     SPEC is a YAML file: a scene, what varies within which bounds, which quantity matches which columns of a CSV file.
@@ -24,4 +24,4 @@ def command(**given: Any) -> int:
 
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
-    return search(given, fits=True)
+    return search(values, fits=True)

@@ -90,14 +90,14 @@ def command(
     A check also takes the folder of a sweep. Exit code 4: --check has found something wrong.
     """
     parts = {"--check": check, "--steps": steps, "--energy": energy, "--loads": loads}
-    asked = [name for name, given in parts.items() if given]
+    asked = [name for name, flag in parts.items() if flag]
     if asked and results is None:
         raise click.UsageError(f"{asked[0]} needs RESULTS, a results file")
     if len(asked) > 1:
         raise click.UsageError(f"give {' or '.join(asked)}, not both")
     for_loads = {"--over": over, "--level": level, "--rainflow": rainflow, "--write-table": table_file}
-    for name, given in for_loads.items():
-        if given and not loads:
+    for name, value in for_loads.items():
+        if value and not loads:
             raise click.UsageError(f"{name} is for --loads; add --loads, or leave it out")
     if (results is not None) + build + thresholds != 1:
         raise click.UsageError(
@@ -285,8 +285,8 @@ def _settings(has: Mapping[str, Any]) -> dict[str, str]:
     plain = {key: value for key, value in has["settings"].items() if key != "projection"}
     projection = {f"projection.{key}": value for key, value in has["settings"]["projection"].items()}
     changed = {f"--set {key}": value for key, value in has["overrides"].items()}
-    given = {key: value for key, value in {**plain, **projection, **changed}.items() if value is not None}
-    return {key: str(value) for key, value in given.items()}
+    settings = {key: value for key, value in {**plain, **projection, **changed}.items() if value is not None}
+    return {key: str(value) for key, value in settings.items()}
 
 
 def _attributes(has: Mapping[str, Any]) -> dict[str, str]:

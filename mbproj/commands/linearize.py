@@ -111,8 +111,8 @@ def stored(linear: LinearModel, title: str) -> StoredModel:
     """The model in the form of its file."""
     from mbproj.results.linear_files import StoredModel
 
-    own = {name: value for name, value in vars(linear).items() if name != "reference"}
-    return StoredModel(**own, where=linear.reference.where, time=linear.reference.motion.t, title=title)
+    fields = {name: value for name, value in vars(linear).items() if name != "reference"}
+    return StoredModel(**fields, where=linear.reference.where, time=linear.reference.motion.t, title=title)
 
 
 def numbers(linear: LinearModel, scene: str, output: Path) -> dict[str, Any]:

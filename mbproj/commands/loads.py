@@ -264,7 +264,7 @@ def table(actuators: ActuatorLoads) -> tuple[list[str], np.ndarray[Any, Any]]:
     """The headings and the rows (T, 1 + 3 k) of a CSV table."""
     headings = ["time (s)"]
     for name, unit in zip(actuators.names, actuators.units, strict=True):
-        own = "rad/s" if unit == "N m" else "m/s"
-        headings += [f"{name} force ({unit})", f"{name} rate ({own})", f"{name} power (W)"]
+        rate_unit = "rad/s" if unit == "N m" else "m/s"
+        headings += [f"{name} force ({unit})", f"{name} rate ({rate_unit})", f"{name} power (W)"]
     parts = np.stack([actuators.force, actuators.rate, actuators.power], axis=2).reshape(len(actuators.time), -1)
     return headings, np.concatenate([actuators.time[:, None], parts], axis=1)

@@ -34,7 +34,7 @@ FIRST = ("topology", "rms")
     metavar="A,B,..",
     help="Some of four_bar, slider_crank, watt, stephenson, spatial_four_bar; or all.",
 )
-def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
+def command(topologies: tuple[str, ...] | None, **values: Any) -> int:
     """Finds the numbers of a scene that make a measure smallest or largest.
 
     SPEC is a YAML file: a scene, what varies within which bounds, what is minimised or maximised, and subject to what.
@@ -46,8 +46,8 @@ def command(topologies: tuple[str, ...] | None, **given: Any) -> int:
     Exit code 0: done; 2: wrong input, or no design runs; 3: no design keeps the constraints.
     """
     if topologies is not None:
-        return synthesise_of(topologies, DesignOptions.of(given, FIRST))
-    return search(given, fits=False)
+        return synthesise_of(topologies, DesignOptions.of(values, FIRST))
+    return search(values, fits=False)
 
 
 def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
@@ -70,7 +70,7 @@ def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
     names = () if topologies == (ALL,) else topologies
     with study.telling() as tell:
         synthesis = synthesise(wanted, names, folder, study.where, fresh=study.fresh, force=study.force, tell=tell)
-    design, listed = synthesis.found[0].design, table(synthesis)
+    design, listed = synthesis.topologies[0].design, table(synthesis)
     assert design is not None
     title = f"{wanted.kind} of {asked.spec.name}"
     written = [
@@ -78,7 +78,7 @@ def synthesise_of(topologies: tuple[str, ...], asked: DesignOptions) -> int:
         write_csv(rows, listed.headings, listed.rows, force=study.force, hint=OTHER_FOLDER),
         write_text(page, designs_page(title, page_data(synthesis)), PAGE, force=study.force, hint=OTHER_FOLDER),
     ]
-    numbers = {"best": synthesis.found[0].topology, "topologies": listed.records}
+    numbers = {"best": synthesis.topologies[0].topology, "topologies": listed.records}
     study.hand_over(listed, "\n".join(report(synthesis)), numbers, beside=written)
     return int(ExitCode.DONE)
 
@@ -88,10 +88,10 @@ def report(synthesis: Synthesis) -> Iterator[str]:
     from mbproj.commands.report.text import columns
 
     unit = "rad" if synthesis.wanted.kind == "function" else "m"
-    yield f"{synthesis.found[0].topology} does it with the fewest bodies of those that are as good as the best"
+    yield f"{synthesis.topologies[0].topology} does it with the fewest bodies of those that are as good as the best"
     yield ""
     rows = [
         [each.topology, str(each.bodies), "-" if each.design is None else f"{each.rms:.3g}", each.cause]
-        for each in synthesis.found
+        for each in synthesis.topologies
     ]
     yield columns(["topology", "bodies", f"off by ({unit}, rms)", ""], rows)

@@ -100,9 +100,9 @@ def some_of(words: Callable[[], Collection[str]]) -> Callable[..., list[str]]:
     """The `shell_complete` of an option that takes several of these words: A,B,.."""
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
-        given, comma, last = incomplete.rpartition(",")
-        left = [word for word in words() if word not in given.split(",")]
-        return [f"{given}{comma}{word}" for word in left if word.startswith(last)]
+        typed, comma, last = incomplete.rpartition(",")
+        left = [word for word in words() if word not in typed.split(",")]
+        return [f"{typed}{comma}{word}" for word in left if word.startswith(last)]
 
     return complete
 

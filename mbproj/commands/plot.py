@@ -91,19 +91,19 @@ def draw_pictures(
     file_format: str,
     of: Sequence[str],
     over: Sequence[str],
-    given: Sequence[str],
+    options: Sequence[str],
     *,
     force: bool,
 ) -> None:
-    """Draw pictures of one file, the usual ones or those of these `kinds`, and print their paths. `given` are the names
-    of the other options that are given, --of and --over included."""
+    """Draw pictures of one file, the usual ones or those of these `kinds`, and print their paths. `options` are the
+    names of the other options that are given, --of and --over included."""
     from mbproj.results.output_files import check_replaceable, make_folder, picture
     from mbproj.show.figures.style import save
 
     path, what = paths[0], kind_of_file
     if len(paths) > 1:
         raise InputError(Problem(f"{what.many} are drawn one at a time", hint=f"give '{path}' alone"))
-    for name in given:
+    for name in options:
         if name not in what.takes:
             raise InputError(Problem(f"{name} is for results of runs, and '{path}' is {what.one or 'none'}"))
     pictures = what.pictures(path, of, over)
@@ -338,10 +338,10 @@ def command(
         "--per-turn": per_turn or None,
         "--transmission": corners,
     }
-    given = [name for name, value in {**of_runs, "--of": of, "--over": over}.items() if value not in (None, ())]
+    options = [name for name, value in {**of_runs, "--of": of, "--over": over}.items() if value not in (None, ())]
     for kind_of_file in (DESIGN, SWEEP, LINEAR):
         if any(map(kind_of_file.is_one, results)) or (kind_of_file is SWEEP and len(over) > 1):
-            draw_pictures(kind_of_file, results, kinds, directory, file_format, of, over, given, force=force)
+            draw_pictures(kind_of_file, results, kinds, directory, file_format, of, over, options, force=force)
             return
     kinds = (*kinds, "transmission") if corners and "transmission" not in kinds else kinds
     _check(results, kinds, labels, times or ())

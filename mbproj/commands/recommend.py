@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given, Quantity
+    from mbproj.commands.python.arguments import Quantity, SceneLike
     from mbproj.scene.scene import Scene
     from mbproj.studies.measure.measurement import Measurement
     from mbproj.studies.recommend import Recommendation
@@ -37,7 +37,7 @@ OutputStep = Annotated[
 
 @declared
 def recommend(
-    scene: Given,
+    scene: SceneLike,
     error: Error,
     at: At = (),
     until: Until = None,

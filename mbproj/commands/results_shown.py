@@ -27,7 +27,7 @@ def open_with_note(path: Path) -> Results:
 
 
 def selected(
-    given: Sequence[Results],
+    runs: Sequence[Results],
     start: float | None,
     stop: float | None,
     markers: Sequence[str] = (),
@@ -46,18 +46,18 @@ def selected(
     if not low <= high:
         raise InputError(Problem(f"--from {low:g} is not before --to {high:g}", hint="exchange them"))
     for kind, wanted in (("markers", markers), ("joints", joints)):
-        present = list(dict.fromkeys(name for results in given for name in results.names(kind)))
+        present = list(dict.fromkeys(name for results in runs for name in results.names(kind)))
         for name in wanted:
             if name not in present:
                 raise no_such_name(kind, name, present, "the results")
-    able = dict.fromkeys(name for results in given for kind in ACTING for name in results.names(kind))
+    able = dict.fromkeys(name for results in runs for kind in ACTING for name in results.names(kind))
     able |= dict.fromkeys(name.partition(".")[0] for name in able)
     for name in acting:
         if name not in able:
             message = f"no force, motion, stop or friction '{name}' in the results"
             raise InputError(Problem(message, hint=choose_from(name, able)))
     selection = []
-    for results in given:
+    for results in runs:
         chosen = {
             kind: [name for name in dict.fromkeys(wanted) if name in results.names(kind)] if wanted else None
             for kind, wanted in (("markers", markers), ("joints", joints))
@@ -76,11 +76,11 @@ def _nothing(results: Results, low: float, high: float) -> InputError:
     return InputError(Problem(f"'{results.path}' has no sample{window}", hint=span))
 
 
-def require_markers(names: Sequence[str], given: Sequence[Results]) -> None:
+def require_markers(names: Sequence[str], runs: Sequence[Results]) -> None:
     """Raises InputError for a marker that none of the results has."""
     from mbproj.results.faults import no_such_name
 
-    present = list(dict.fromkeys(name for results in given for name in results.names("markers")))
+    present = list(dict.fromkeys(name for results in runs for name in results.names("markers")))
     for name in names:
         if name not in present:
             raise no_such_name("markers", name, present, "the results")

@@ -77,16 +77,16 @@ def command(
     from mbproj.results.crash_safety import check_output
     from mbproj.scene.scene import read_scene
 
-    asked, given = _limits(certify, limits), overrides(options)
-    what, facts = read_scene(scene, parameters(settings), given), dict[str, Any]()
+    asked, changed = _limits(certify, limits), overrides(options)
+    what, facts = read_scene(scene, parameters(settings), changed), dict[str, Any]()
     if accuracy is not None:
         with placed_at(Place("--output")):
             check_output(Path(output))  # before the work of choosing
-        what, facts = _accurate(what, accuracy, given, hidden=quiet)
+        what, facts = _accurate(what, accuracy, changed, hidden=quiet)
     execute(what, output, limits=asked, attributes=facts, as_json=as_json, quiet=quiet)
 
 
-def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool) -> tuple[Scene, dict[str, Any]]:
+def _accurate(scene: Scene, accuracy: float, changed: dict[str, str], hidden: bool) -> tuple[Scene, dict[str, Any]]:
     """The scene with the cheapest settings for an error, and facts on these for --json and the results file."""
     from dataclasses import replace
 
@@ -95,7 +95,7 @@ def _accurate(scene: Scene, accuracy: float, given: dict[str, str], hidden: bool
     from mbproj.studies.recommend import Unreachable, recommend
 
     for name in ("integrator", "step", "tolerance"):
-        if name in given:
+        if name in changed:
             hint = "leave out one of the two"
             raise InputError(Problem(f"--accuracy chooses the {name} itself", Place(f"--{name}"), hint))
     with telling(hidden) as tell:

@@ -106,12 +106,12 @@ def _how(table: Table) -> Iterator[str]:
         reasons.setdefault((by, because), []).append((measure, number))
     numbers = {number: None for _, number, *_ in table.rows}
     for (by, because), pairs in reasons.items():
-        own = dict.fromkeys(number for _, number in pairs)
-        of = dict.fromkeys(measure for measure, _ in pairs) if len(own) == len(numbers) else {}
-        what = f" of {', '.join(of)}" if of else f" by {', '.join(own)}"
+        varied = dict.fromkeys(number for _, number in pairs)
+        of = dict.fromkeys(measure for measure, _ in pairs) if len(varied) == len(numbers) else {}
+        what = f" of {', '.join(of)}" if of else f" by {', '.join(varied)}"
         reason = f", because {because}" if because else " along one run"
         if by == LEFT_OUT:
-            yield f"{by}: {', '.join(own)}{reason}"
+            yield f"{by}: {', '.join(varied)}{reason}"
         else:
             yield f"slopes{what if len(reasons) > 1 else ''}: {by}{reason}"
 

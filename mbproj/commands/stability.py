@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import click
 
 from mbproj.base.errors import Place, placed_at
-from mbproj.commands.declared import Call, Told, declared, given, read, study_command
+from mbproj.commands.declared import Call, Told, declared, read, study_command, with_values
 from mbproj.commands.options import Option, Part, Positive, one_of
 from mbproj.commands.study_options import (
     EffortOnSetting,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given, Quantity
+    from mbproj.commands.python.arguments import Quantity, SceneLike
     from mbproj.studies.stability import Limits, MethodTrack, StabilityMap
 
 
@@ -74,7 +74,7 @@ Energy = Annotated[
 
 @declared
 def stability(
-    scene: Given,
+    scene: SceneLike,
     vary: Vary,
     *,
     projections: Projections = None,
@@ -109,12 +109,12 @@ def stability(
         for value, option in ((asked.low, "from"), (asked.high, "to"))
     )
     asked.until = time_of(until, "until")
-    bounds = given(asked, "closed", "energy")
+    bounds = with_values(asked, "closed", "energy")
     with placed_at(Place("--vary")):
         return map_stability(
             asked.scene,
             vary,
-            **given(asked, "projections", "low", "high", "points", "until"),
+            **with_values(asked, "projections", "low", "high", "points", "until"),
             limits=Limits(**bounds) if bounds else limits,
             **asked.effort,
         )
@@ -212,11 +212,11 @@ def _page(bounds: StabilityMap) -> Figure:
     ]
     unit = f" ({bounds.unit})" if bounds.unit else ""
     judged = bounds.analytic is None
-    own = bounds.span.own if judged and bounds.span.low <= bounds.span.own <= bounds.span.high else None
+    scene_value = bounds.span.own if judged and bounds.span.low <= bounds.span.own <= bounds.span.high else None
     shown = Map(
         strips,
         f"{bounds.vary}{unit}",
-        own,
+        scene_value,
         bounds.analytic,
         bounds.limits.closed if judged else None,
         bounds.limits.energy if judged else None,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mbproj.studies.parallel.progress import Tell
 
 
-Found = TypeVar("Found")
+Result = TypeVar("Result")
 OTHER_FOLDER = "choose another folder with -o"
 OTHER_REPORT = "choose another file with --junit"
 
@@ -78,10 +78,10 @@ class Study:
         """Show the progress while the block runs, unless it is `hidden`, or --quiet is given."""
         return telling(hidden=hidden or self.quiet)
 
-    def result(self, function: Callable[..., Found], *what: Any, **given: Any) -> Found:
+    def result(self, function: Callable[..., Result], *what: Any, **options: Any) -> Result:
         """Return function(what) with the study's options; those that are None get the function's defaults. Progress is
         shown."""
-        chosen = {name: value for name, value in given.items() if value is not None}
+        chosen = {name: value for name, value in options.items() if value is not None}
         with self.telling() as tell:
             return function(*what, **chosen, **self._effort, tell=tell)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-from mbproj.commands.declared import Call, Told, declared, given, read, study_command
+from mbproj.commands.declared import Call, Told, declared, read, study_command, with_values
 from mbproj.commands.options import Option, Part, PositiveList
 from mbproj.commands.study_options import (
     At,
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given, Quantity
+    from mbproj.commands.python.arguments import Quantity, SceneLike
     from mbproj.studies.threshold import ThresholdStudy
 
 #: The columns of the lines for a projection after every step, and for none.
@@ -39,7 +39,7 @@ Thresholds = Annotated[
 
 @declared
 def threshold(
-    scene: Given,
+    scene: SceneLike,
     *,
     thresholds: Thresholds = None,
     at: At = (),
@@ -62,7 +62,7 @@ def threshold(
     asked = read(threshold, locals())
     asked.until = time_of(until, "until")
     return threshold_study(
-        asked.scene, **given(asked, "thresholds", "at", "until"), repetitions=asked.repeat, **asked.effort
+        asked.scene, **with_values(asked, "thresholds", "at", "until"), repetitions=asked.repeat, **asked.effort
     )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import click
 
 from mbproj.base.registry import FORMULATIONS
-from mbproj.commands.declared import Call, Told, declared, given, read, study_command
+from mbproj.commands.declared import Call, Told, declared, read, study_command, with_values
 from mbproj.commands.options import Option, Part, Positive
 from mbproj.commands.study_options import (
     At,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given, Quantity
+    from mbproj.commands.python.arguments import Quantity, SceneLike
     from mbproj.studies.tradeoff import Tradeoff
 
 Projections = Annotated["str | Sequence[str] | None", projections("gpopm,gopm,none,baumgarte")]
@@ -46,7 +46,7 @@ Longest = Annotated[
 
 @declared
 def tradeoff(
-    scene: Given,
+    scene: SceneLike,
     *,
     projections: Projections = None,
     integrators: Integrators = None,
@@ -71,7 +71,7 @@ def tradeoff(
 
     asked = read(tradeoff, locals())
     names = ("projections", "integrators", "formulation", "at", "until", "longest")
-    return measure_tradeoff(asked.scene, **given(asked, *names), repetitions=asked.repeat, **asked.effort)
+    return measure_tradeoff(asked.scene, **with_values(asked, *names), repetitions=asked.repeat, **asked.effort)
 
 
 EXAMPLES = (
@@ -147,7 +147,7 @@ def _report(result: Tradeoff) -> Iterator[str]:
         yield f"{WARNED.strip()} this run notes that the motion may be wrong, by its energy"
     if result.own is not None:
         yield ""
-        yield from _own_setting(result, result.own)
+        yield from _scene_setting(result, result.own)
 
 
 #: Errors above this part of the mechanism's size have no line.
@@ -173,26 +173,26 @@ def _cells(result: Tradeoff, index: int) -> list[str]:
     ]
 
 
-def _own_setting(result: Tradeoff, own: int) -> Iterator[str]:
+def _scene_setting(result: Tradeoff, index: int) -> Iterator[str]:
     """Yield how far the scene's own setting is from the front."""
     from mbproj.commands.report.text import milliseconds
 
-    trial = result.trials[own]
+    trial = result.trials[index]
     if trial.failure is not None:
         yield f"the scene's own setting ({trial.setting.label}) failed: {trial.failure}"
         return
-    seconds, error = result.seconds[own], result.error[own]
+    seconds, error = result.seconds[index], result.error[index]
     yield f"the scene's own setting ({trial.setting.label}): error {error:.1e} m in {milliseconds(seconds)} ms"
     same_error, same_cost = result.cheapest(error), result.most_accurate(seconds)
-    if same_error == same_cost == own:
+    if same_error == same_cost == index:
         yield "  nothing that was timed is cheaper and as accurate, or more accurate for the same time"
-    if same_error is not None and same_error != own:
+    if same_error is not None and same_error != index:
         cheaper = result.seconds[same_error]
         yield (
             f"  as accurate for {milliseconds(cheaper)} ms ({seconds / cheaper:.2g} times cheaper): "
             f"{result.trials[same_error].setting.label}"
         )
-    if same_cost is not None and same_cost != own:
+    if same_cost is not None and same_cost != index:
         better = result.error[same_cost]
         times = f" ({error / better:.2g} times more accurate)" if better > 0.0 else ""
         yield f"  for the same time {better:.1e} m{times}: {result.trials[same_cost].setting.label}"
@@ -220,7 +220,7 @@ def _page(result: Tradeoff) -> Figure:
             by_projection={label: cloud(indices) for label, indices in by_projection(result.trials, name).items()},
             integrator=name,
             front=np.column_stack([result.seconds[front], result.error[front]]),
-            own=None
+            scene_setting=None
             if result.own is None or not np.isfinite(result.seconds[result.own])
             else (float(result.seconds[result.own]), float(result.error[result.own])),
             floor=result.floor,

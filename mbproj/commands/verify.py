@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Given
+    from mbproj.commands.python.arguments import SceneLike
     from mbproj.results.verification import Check, Verification
 
 
 @declared
 def verify(
-    scene: Given,
+    scene: SceneLike,
     progress: Tell = silent,
     *,
     parameters: Mapping[str, object] = MappingProxyType({}),

@@ -200,7 +200,7 @@ class _Handler(BaseHTTPRequestHandler):
             said = json.dumps({"number": shown.number, "problem": shown.problem})
             self.wfile.write(f"data: {said}\n\n".encode())
 
-    def log_message(self, format: str, *given: Any) -> None:
+    def log_message(self, format: str, *args: Any) -> None:
         """Print nothing: a line at each save is enough for a user."""
 
 

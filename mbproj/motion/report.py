@@ -67,7 +67,7 @@ class Halved:
 class RowsKept:
     """Counts of the rows for the energy balance and momenta; all 0 where none is asked for.
 
-    `steps`, `rest`, `refused`: the numbers of steps whose correction was made, left out near rest, or refused. `given`:
+    `steps`, `rest`, `refused`: the numbers of steps whose correction was made, left out near rest, or refused. `added`:
     the energy in J that the rows added, signed; `furthest`: its largest absolute value so far; `moved`: the sum of
     absolute values. `largest`: their largest change of the velocities, divided by the velocities. `momenta`: the number
     of momenta conserved."""
@@ -75,7 +75,7 @@ class RowsKept:
     steps: int = 0
     rest: int = 0
     refused: int = 0
-    given: float = 0.0
+    added: float = 0.0
     moved: float = 0.0
     furthest: float = 0.0
     largest: float = 0.0
@@ -87,8 +87,8 @@ class RowsKept:
         if not saved:
             return cls()
         steps, rest, refused = map(int, saved["often"])
-        given, moved, furthest, largest = map(float, saved["sizes"])
-        return cls(steps, rest, refused, given, moved, furthest, largest, len(saved["momenta"]))
+        added, moved, furthest, largest = map(float, saved["sizes"])
+        return cls(steps, rest, refused, added, moved, furthest, largest, len(saved["momenta"]))
 
 
 def with_another(halved: Sequence[Halved], one: Halved) -> list[Halved]:

@@ -166,17 +166,17 @@ def found(text, *held, starts=None):
     wanted = conditions(system, state, iter([(system.names.coordinates.index(name), None) for name in held]))
     assert freedom_left(system, state, wanted) == 0
     result = assemblies(system, state, wanted, starts)
-    for each in result.found:
+    for each in result.assemblies:
         assert np.abs(constraint_at(system, each.q)).max() < 1e-12
     return system, result
 
 
 def test_a_four_bar_has_two():
     _, result = found(FOUR_BAR, "A.angle")
-    assert len(result.found) == 2
+    assert len(result.assemblies) == 2
     assert result.share < 0.05 and not result.is_unsure
     # The rocker's end is mirrored at the line from the crank's end to its pivot, the x axis here.
-    (first, second), pin = (each.q.reshape(-1, 7) for each in result.found), np.array([0.4, 0.0, 0.2])
+    (first, second), pin = (each.q.reshape(-1, 7) for each in result.assemblies), np.array([0.4, 0.0, 0.2])
     np.testing.assert_allclose(first[1, :3], pin, atol=1e-12)
     np.testing.assert_allclose(second[1, :3], pin * [1, 1, -1], atol=1e-12)
 
@@ -187,14 +187,14 @@ def test_a_stephenson_six_bar_has_six_at_the_crank_angles_of_its_coupler_curve()
     assert len(known) == 6
     start = crank_angles()[0][0]
     index = system.names.coordinates.index("A.angle")
-    cranks = sorted((start + each.coordinates[index]) % (2.0 * np.pi) for each in result.found)
+    cranks = sorted((start + each.coordinates[index]) % (2.0 * np.pi) for each in result.assemblies)
     np.testing.assert_allclose(cranks, known, atol=1e-9)
     assert not result.is_unsure
 
 
 def test_a_planar_platform_on_three_legs_has_six():
     _, result = found(platform(RPR_BASE, RPR_PLATFORM, RPR_LEGS, (0.3, 0.3, 0.0), IN_PLANE))
-    assert len(result.found) == 6
+    assert len(result.assemblies) == 6
     assert not result.is_unsure
 
 
@@ -202,9 +202,9 @@ def test_a_planar_platform_on_three_legs_has_six():
 @pytest.mark.long
 def test_dietmaiers_platform_has_all_forty():
     _, result = found(platform(BASE, PLATFORM, LEGS, (0.0, 0.1, 0.2)))
-    assert len(result.found) == 40
+    assert len(result.assemblies) == 40
     assert result.share < 0.005
-    for each in result.found:  # the legs, by hand
+    for each in result.assemblies:  # the legs, by hand
         q = each.q
         w, x, y, z = q[3:]
         turn = np.array(
@@ -308,7 +308,7 @@ class Platform:
 def test_a_platform_on_three_rods_has_the_assemblies_of_its_polynomial(seed, size, far):
     platform = Platform(seed, size, far)
     found = mbproj.branches(platform.text)
-    angles = np.sort([2.0 * np.arctan2(each.q[6], each.q[3]) for each in found.found])
+    angles = np.sort([2.0 * np.arctan2(each.q[6], each.q[3]) for each in found.assemblies])
     angles = np.sort((angles + np.pi) % (2.0 * np.pi) - np.pi)
     np.testing.assert_allclose(angles, platform.angles(), atol=1e-5)
     assert not found.is_unsure
@@ -320,7 +320,7 @@ def test_every_assembly_lies_within_the_reach(first):
         platform = Platform(seed, 1.5, 3.0)
         system, state, held = ready(platform.text)
         low, high = reach_of(system, state.q, held, drive_at(system, 0.0)).box(np.eye(3))
-        for each in mbproj.branches(platform.text, starts=200).found:
+        for each in mbproj.branches(platform.text, starts=200).assemblies:
             assert np.all((low <= each.q[None, :3]) & (each.q[None, :3] <= high))
 
 
@@ -355,7 +355,7 @@ joints:
 
 def test_a_block_that_slides_freely_is_found_on_both_sides():
     found = mbproj.branches(SLIDER, hold=["A.angle=60deg"])
-    slides = sorted(each.coordinates[-1] + 0.6 for each in found.found)
+    slides = sorted(each.coordinates[-1] + 0.6 for each in found.assemblies)
     height = 0.1 * np.sin(np.pi / 3)
     way = np.sqrt(0.25 - height**2)
     np.testing.assert_allclose(slides, [0.05 - way, 0.05 + way], atol=1e-12)

@@ -55,7 +55,7 @@ def test_the_four_bar_that_drew_a_path_is_found_and_named(tmp_path):
     path = written(tmp_path, "path", "time (s),x (m),z (m)", [times, points.real, points.imag])
     wanted = read_wanted(path)
     assert candidates(wanted, "slider_crank")[0]["rms"] > 1e-4
-    best = synthesise(wanted, ["four_bar"], tmp_path / "out", 1).found[0]
+    best = synthesise(wanted, ["four_bar"], tmp_path / "out", 1).topologies[0]
     assert (best.topology, best.bodies) == ("four_bar", 3)
     assert best.rms < 1e-9
     with mbproj.run(mbproj.read_scene(tmp_path / "out" / "four_bar.yaml")) as results:
@@ -85,7 +85,7 @@ def test_three_positions_put_the_pivots_of_the_body_on_circles(tmp_path):
     """Burmester: each pivot of the coupler is at one distance from its pivot in the ground at all three positions."""
     positions = np.array([[0.0, 0.0, 0.0], [0.5, 0.2, 0.3], [1.0, 0.1, 0.8]])
     path = written(tmp_path, "positions", "x (m),z (m),angle (rad)", positions.T, "starts: 8\n")
-    found = synthesise(read_wanted(path), ["four_bar"], tmp_path / "out", 1).found[0]
+    found = synthesise(read_wanted(path), ["four_bar"], tmp_path / "out", 1).topologies[0]
     assert found.rms < 1e-12
     own, body = found.numbers, np.exp(1j * positions[:, 2])
     # In the body's axes the coupler leans back; P is where its positions are measured.
@@ -102,7 +102,7 @@ def test_three_positions_put_the_pivots_of_the_body_on_circles(tmp_path):
 def test_a_body_is_carried_by_a_slider_crank(tmp_path):
     positions = np.array([[0.0, 0.0, 0.0], [0.3, 0.2, 0.3], [0.6, 0.25, 0.7]])
     path = written(tmp_path, "positions", "x (m),z (m),angle (rad)", positions.T, "starts: 4\n")
-    (best,) = synthesise(read_wanted(path), ["slider_crank"], tmp_path / "out", 1).found
+    (best,) = synthesise(read_wanted(path), ["slider_crank"], tmp_path / "out", 1).topologies
     assert best.rms < 1e-12
     with mbproj.run(mbproj.read_scene_text(best_scene(best.design), "best")) as results:
         place = results.marker("P").position

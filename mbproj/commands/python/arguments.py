@@ -19,7 +19,7 @@ from mbproj.scene.fields.quantities import Number, given_number
 from mbproj.scene.scene import Scene, read_scene, read_scene_text
 from mbproj.scene.settings import with_options
 
-Given: TypeAlias = "Scene | str | Path | Mapping[str, object]"
+SceneLike: TypeAlias = "Scene | str | Path | Mapping[str, object]"
 #: A number in SI units, or text with a unit: "1 ms".
 Quantity: TypeAlias = "SupportsFloat | str"
 Arguments = ParamSpec("Arguments")
@@ -32,19 +32,19 @@ EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress", "fr
 _RENAMED = {"from": "low", "to": "high", "limit": "limits", "set": "parameters"}
 
 
-def scene_of(given: Given, parameters: Mapping[str, object], options: Mapping[str, object]) -> Scene:
+def scene_of(scene: SceneLike, parameters: Mapping[str, object], options: Mapping[str, object]) -> Scene:
     """Return the scene with other parameters (or values by their paths) and other settings, named as in `read_scene`.
 
-    A text has line ends, a path has none. Raises InputError where the scene is wrong, TypeError where `given` has no
+    A text has line ends, a path has none. Raises InputError where the scene is wrong, TypeError where `scene` has no
     form of a scene.
     """
-    if isinstance(given, Scene):
-        return with_options(given.with_(parameters) if parameters else given, options)
-    if isinstance(given, Mapping) or (isinstance(given, str) and "\n" in given):
-        return read_scene_text(given, "scene", parameters, options)
-    if isinstance(given, (str, Path)):
-        return read_scene(given, parameters, options)
-    raise TypeError(f"a scene is a Scene, a path, a text or a mapping, found {type(given).__name__}")
+    if isinstance(scene, Scene):
+        return with_options(scene.with_(parameters) if parameters else scene, options)
+    if isinstance(scene, Mapping) or (isinstance(scene, str) and "\n" in scene):
+        return read_scene_text(scene, "scene", parameters, options)
+    if isinstance(scene, (str, Path)):
+        return read_scene(scene, parameters, options)
+    raise TypeError(f"a scene is a Scene, a path, a text or a mapping, found {type(scene).__name__}")
 
 
 @contextmanager
@@ -84,10 +84,10 @@ def amounts(values: Sequence[Quantity] | Quantity | None, argument: str, unit: s
     if values is None:
         return None
     if isinstance(values, str):
-        given: Sequence[Any] = values.split(",")
+        parts: Sequence[Any] = values.split(",")
     else:
-        given = [*values] if isinstance(values, Iterable) else [values]
-    return tuple(amount(value, argument, unit, above=0.0) for value in given)
+        parts = [*values] if isinstance(values, Iterable) else [values]
+    return tuple(amount(value, argument, unit, above=0.0) for value in parts)
 
 
 def time_of(value: Quantity | None, argument: str) -> float | None:
@@ -103,9 +103,9 @@ def count_of(value: int, argument: str, *, least: int = 0) -> int:
     return index(value)
 
 
-def names_of(given: str | Sequence[str]) -> tuple[str, ...]:
+def names_of(names: str | Sequence[str]) -> tuple[str, ...]:
     """The names in a list of words, or in a text such as "gopm,gpopm"."""
-    return tuple(part.strip() for part in given.split(",")) if isinstance(given, str) else tuple(map(str, given))
+    return tuple(part.strip() for part in names.split(",")) if isinstance(names, str) else tuple(map(str, names))
 
 
 def refuse_earlier_names(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
@@ -140,7 +140,7 @@ def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict
 def with_settings(function: Function) -> Function:
     """Give a function a signature that lists each setting, so that prompts complete them and `help` shows them."""
     signature = inspect.signature(function)
-    own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+    named = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
     each = (
         inspect.Parameter(
             name,
@@ -150,5 +150,5 @@ def with_settings(function: Function) -> Function:
         )
         for name in settings_taken(function.__name__)
     )
-    function.__signature__ = signature.replace(parameters=[*own, *each])  # type: ignore[attr-defined]
+    function.__signature__ = signature.replace(parameters=[*named, *each])  # type: ignore[attr-defined]
     return function

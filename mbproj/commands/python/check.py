@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypedDict
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError, choose_from, shortened
 from mbproj.commands.options import RunSettings
-from mbproj.commands.python.arguments import Given, by_arguments, options_of, scene_of, with_settings
+from mbproj.commands.python.arguments import SceneLike, by_arguments, options_of, scene_of, with_settings
 from mbproj.equations.assembly.assemble import State, coordinates, moved_from_scene
 from mbproj.equations.assembly.assemblies import Assemblies, assemblies, conditions, freedom_left
 from mbproj.equations.assembly.compiled import adjustment_notes, compile_system
@@ -241,7 +241,9 @@ class SceneCheck(Tabled):
 
 
 @with_settings
-def check(scene: Given, *, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]) -> SceneCheck:
+def check(
+    scene: SceneLike, *, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]
+) -> SceneCheck:
     """Reads and assembles a scene without running it: whether it closes, whether it can run, and its degrees of
     freedom.
 
@@ -282,7 +284,7 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
         problems = [Problem(f"{error.where}: {error.cause}" if error.where else error.cause, hint=error.hint or "")]
     # A dense decomposition of a loop of hundreds of bodies would take minutes.
     ranks = None if diagnosis.redundancy.left_out else mobility(system, pose_of(state.q))
-    own = [*notes_on(what), *adjustment_notes(what, system), *jammed_wheels(system, pose_of(state.q))]
+    notes = [*notes_on(what), *adjustment_notes(what, system), *jammed_wheels(system, pose_of(state.q))]
     return SceneCheck(
         scene=what,
         system=system,
@@ -290,7 +292,7 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
         choice=choice,
         diagnosis=diagnosis,
         problems=problems,
-        notes=[*own, *_locked(what, ranks)],
+        notes=[*notes, *_locked(what, ranks)],
         frictions=rubs,
         fast=[] if choice is None else fastest_at(choice, system, state),
         mobility=ranks,
@@ -438,7 +440,7 @@ NAMED = 8
 
 
 def branches(
-    scene: Given,
+    scene: SceneLike,
     *,
     hold: Sequence[str] = (),
     starts: int | None = None,
@@ -478,11 +480,11 @@ def _held_coordinates(scene: Scene, system: System, state: State, hold: Sequence
             raise InputError(Problem(f"there is no coordinate '{name}'", Place("--hold"), choose_from(name, names)))
         index = names.index(name)
         wanted[index] = given_number(value, f"--hold {name}", Number(units[index])) if equals else None
-    made = conditions(system, state, iter(wanted.items()))
-    left = freedom_left(system.at_positions, state, made)
+    held = conditions(system, state, iter(wanted.items()))
+    left = freedom_left(system.at_positions, state, held)
     if left:
         count = f"{left} degrees of freedom are" if left > 1 else "1 degree of freedom is"
         free = [name for index, name in enumerate(names) if index not in wanted]
         able = f"hold {left} of the coordinates {', '.join(free[:NAMED])}" if free else "drive them by 'motions'"
         raise InputError(Problem(f"{count} left: assemblies cannot be counted", Place("--hold"), able))
-    return made
+    return held

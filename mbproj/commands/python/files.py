@@ -117,8 +117,8 @@ def allowed(name: str, value: Quantity) -> float:
     if name not in units:
         hint = choose_from(name, units, "quantities")
         raise InputError(Problem(f"there is no quantity '{name}'", Place("--absolute"), hint))
-    own = "rad" if name == "bodies/orientation" else units[name]
-    unit = None if " or " in own else own.replace(" ", "*")
+    unit_text = "rad" if name == "bodies/orientation" else units[name]
+    unit = None if " or " in unit_text else unit_text.replace(" ", "*")
     return given_number(value, "--absolute", Number(unit, above=0.0))
 
 

@@ -11,8 +11,8 @@ from typing import SupportsFloat, TypeAlias
 from mbproj.base.errors import InputError, Place, Problem, placed_at
 from mbproj.base.registry import LINEARISED_AT, SCENE_START, STEADY
 from mbproj.commands.python.arguments import (
-    Given,
     Quantity,
+    SceneLike,
     amount,
     by_arguments,
     count_of,
@@ -47,7 +47,7 @@ _NOTHING: Mapping[str, object] = {}
 
 
 def equilibrium(
-    scene: Given, *, at: Quantity = 0.0, steady: str | None = None, parameters: Mapping[str, object] = _NOTHING
+    scene: SceneLike, *, at: Quantity = 0.0, steady: str | None = None, parameters: Mapping[str, object] = _NOTHING
 ) -> Equilibrium:
     """Finds where a scene rests, downhill from its start. Motions keep the value that they have at the time `at` in s.
 
@@ -59,7 +59,7 @@ def equilibrium(
 
 
 def equilibria(
-    scene: Given,
+    scene: SceneLike,
     *,
     starts: int = 20,
     at: Quantity = 0.0,
@@ -84,7 +84,7 @@ def equilibria(
 
 
 def modes(
-    scene: Given,
+    scene: SceneLike,
     *,
     at: Quantity = SCENE_START,
     count: int | None = None,
@@ -103,7 +103,7 @@ def modes(
 
 
 def traces(
-    scene: Given,
+    scene: SceneLike,
     name: str,
     values: Sequence[Quantity],
     *,
@@ -127,7 +127,7 @@ def traces(
 
 
 def linearize(
-    scene: Given,
+    scene: SceneLike,
     inputs: str | Sequence[str],
     outputs: str | Sequence[str],
     *,
@@ -164,7 +164,7 @@ Motion: TypeAlias = "GivenMotion | Results | str | Path"
 
 
 def loads(
-    scene: Given | Results,
+    scene: SceneLike | Results,
     given: Motion | None = None,
     *,
     actuators: Sequence[str] = (),
@@ -191,8 +191,8 @@ def loads(
 
 
 def loads_of(
-    scene: Given | Results,
-    given: Motion | None,
+    scene: SceneLike | Results,
+    motion: Motion | None,
     *,
     actuators: Sequence[str],
     weights: Mapping[str, float],
@@ -201,36 +201,36 @@ def loads_of(
 ) -> ActuatorLoads:
     """The loads as `loads` returns them, for the command: problems name its options."""
     if isinstance(scene, Results) or is_results(scene):
-        if given is not None or parameters:
+        if motion is not None or parameters:
             message = "results have their motion and their parameters"
             raise InputError(Problem(message, Place("--given"), "give the scene, or leave both out"))
         results = scene if isinstance(scene, Results) else open_results(Path(str(scene)))
         return loads_of_results(_stored(results), results, actuators, weights)
     what = scene_of(scene, parameters, {})
-    if given is None:
+    if motion is None:
         return loads_of_results(what, run(what), actuators, weights)
     with placed_in(what):
-        return loads_of_given(what, _motion(what, given), actuators, weights, smooth)
+        return loads_of_given(what, _motion(what, motion), actuators, weights, smooth)
 
 
-def _motion(scene: Scene, given: Motion) -> GivenMotion:
+def _motion(scene: Scene, motion: Motion) -> GivenMotion:
     system = compile_system(scene)
-    if isinstance(given, GivenMotion):
-        return given
-    if isinstance(given, Results):
-        return from_results(system, given)
-    if is_results(given):
-        with open_results(Path(given)) as opened:
+    if isinstance(motion, GivenMotion):
+        return motion
+    if isinstance(motion, Results):
+        return from_results(system, motion)
+    if is_results(motion):
+        with open_results(Path(motion)) as opened:
             return from_results(system, opened)
-    return from_csv(system, Path(given))
+    return from_csv(system, Path(motion))
 
 
-def is_results(given: object) -> bool:
-    """Whether `given` is the path of an HDF5 file."""
-    if not isinstance(given, (str, Path)) or "\n" in str(given):
+def is_results(path: object) -> bool:
+    """Whether `path` is the path of an HDF5 file."""
+    if not isinstance(path, (str, Path)) or "\n" in str(path):
         return False
     try:
-        with Path(given).open("rb") as file:
+        with Path(path).open("rb") as file:
             return file.read(len(HDF5)) == HDF5
     except OSError:
         return False

@@ -10,7 +10,7 @@ from typing import Any
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.base.version import __version__
-from mbproj.commands.python.arguments import Given, Quantity, by_arguments, scene_of
+from mbproj.commands.python.arguments import Quantity, SceneLike, by_arguments, scene_of
 from mbproj.formats.as_scene import without_refused
 from mbproj.formats.export.mjcf import as_mjcf
 from mbproj.formats.export.urdf import as_urdf
@@ -132,7 +132,7 @@ class Exported(Tabled):
     __repr__ = Tabled.__repr__
 
 
-def export_model(scene: Given, format: str = "mjcf", *, parameters: Mapping[str, object] = _NOTHING) -> Exported:
+def export_model(scene: SceneLike, format: str = "mjcf", *, parameters: Mapping[str, object] = _NOTHING) -> Exported:
     """Writes a scene as a model in MJCF or URDF, as `mbproj export SCENE --mjcf FILE` does.
 
     The model starts at the assembled start. Raises InputError where the scene is wrong or cannot be assembled.
@@ -162,8 +162,8 @@ def new(kind: str, *, spatial: bool = False, **numbers: Quantity) -> Scene:
     with by_arguments():
         if kind not in TEMPLATES:
             raise InputError(Problem(f"there is no template '{kind}'", Place("kind"), choose_from(kind, TEMPLATES)))
-        given = {name: flow(from_value(value, Place(name))) for name, value in numbers.items()}
-        return read_scene_text(scene_text(kind, given, spatial), kind)
+        texts = {name: flow(from_value(value, Place(name))) for name, value in numbers.items()}
+        return read_scene_text(scene_text(kind, texts, spatial), kind)
 
 
 def schema(of: str = "scene") -> dict[str, Any]:

@@ -15,8 +15,8 @@ import numpy as np
 from mbproj.base.errors import InputError, Place, Problem, placed_at, warn_caller, warn_once
 from mbproj.commands.options import RunSettings
 from mbproj.commands.python.arguments import (
-    Given,
     Quantity,
+    SceneLike,
     amount,
     by_arguments,
     options_of,
@@ -50,7 +50,7 @@ _NOTHING: Mapping[str, object] = {}
 @with_settings
 @refuse_earlier_names
 def run(
-    scene: Given,
+    scene: SceneLike,
     *,
     parameters: Mapping[str, object] = _NOTHING,
     certify: bool = False,
@@ -95,7 +95,7 @@ def run(
 
 @with_settings
 def start(
-    scene: Given, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]
+    scene: SceneLike, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]
 ) -> Stepwise:
     """Starts a run that waits at its start and each `period` (s) later. `run.advance(inputs={"u": 2.0})` sets states of
     the scene and goes on for a period; `run.signals`, `run.t` and `run.state` describe where it is.
@@ -239,8 +239,8 @@ def require_whole(results: record.Results) -> None:
 
 def _require_all(scene: Scene, results: record.Results) -> None:
     """Raises InputError where the run had joints, forces or states that its scene does not have."""
-    own = compile_system(scene).names
-    for kind, names in {"joints": own.joints, "forces": own.forces, "states": own.states}.items():
+    known = compile_system(scene).names
+    for kind, names in {"joints": known.joints, "forces": known.forces, "states": known.states}.items():
         others = [name for name in results.names(kind) if name not in names]
         if others:
             said = f"'{results.path}' has {kind} that its scene does not have: {', '.join(others)}"

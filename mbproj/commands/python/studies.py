@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias, final
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import ExitCode, InputError, Place, Problem
 from mbproj.commands.python.arguments import (
-    Given,
     Quantity,
+    SceneLike,
     amount,
     by_arguments,
     names_of,
@@ -146,7 +146,7 @@ def spec_of(path: Path, fits: bool) -> DesignSpec:
 
 
 def sensitivity(
-    scene: Given,
+    scene: SceneLike,
     *,
     of: Names = (),
     to: Names = (),
@@ -209,10 +209,10 @@ def batch(
     there, of the same scene and by the same code, are not computed again, unless `fresh`. Raises InputError where there
     are no scenes, or a batch is to `resume` without `keep`. A scene that fails is a row of the result.
     """
-    given = [paths] if isinstance(paths, (str, Path)) else list(paths)
+    patterns = [paths] if isinstance(paths, (str, Path)) else list(paths)
     with by_arguments():
         seconds = amount(timeout, "timeout", "s", above=0.0)
-        scenes = scene_paths(map(Path, given))
+        scenes = scene_paths(map(Path, patterns))
         where = workplace(jobs, scheduler, scheduler_file)
         results: dict[int, SceneResult] = {}
 

@@ -93,12 +93,12 @@ def _suite(of: Path, cases: Sequence[TestCase], seconds: float, formulation: str
     where = ".".join(part for part in of.with_suffix("").parts if part.strip("./"))
     for case in cases:
         attributes = {"classname": _text(where), "name": _text(case.name), "file": _text(of.as_posix())}
-        made = Xml.SubElement(suite, "testcase", attributes, time=f"{case.seconds:.3f}")
+        element = Xml.SubElement(suite, "testcase", attributes, time=f"{case.seconds:.3f}")
         message = _text(case.message or case.text.partition("\n")[0])
         if case.ended == "skipped":
-            Xml.SubElement(made, "skipped", message=message)
+            Xml.SubElement(element, "skipped", message=message)
         elif case.ended:
-            Xml.SubElement(made, case.ended, message=message, type=case.kind).text = _text(case.text)
+            Xml.SubElement(element, case.ended, message=message, type=case.kind).text = _text(case.text)
     return suite
 
 

@@ -240,7 +240,7 @@ def lines_on_rows(report: Report) -> list[str]:
     left = [f"left at {rows.rest} near rest"] * bool(rows.rest) + [f"refused at {rows.refused}"] * bool(rows.refused)
     if not (rows.steps or left):
         return [f"  rows of {asked}: nothing is free to move that they could correct"]
-    gave = f"; gave {rows.given:.2e} J, {rows.moved:.2e} J in sum" if projection.energy else ""
+    gave = f"; gave {rows.added:.2e} J, {rows.moved:.2e} J in sum" if projection.energy else ""
     largest = f"; changed the velocities by {rows.largest:.1e} of them at most"
     return [f"  rows of {asked}: closed at {rows.steps} steps{''.join(f', {each}' for each in left)}{gave}{largest}"]
 

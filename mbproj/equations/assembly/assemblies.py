@@ -54,7 +54,7 @@ class Assemblies:
     """All assemblies that were found, the one at the initial pose first; the number of `starts`, and of those that
     `closed`. `looks`: how often the search might have ended, 0 where the number of starts was given."""
 
-    found: tuple[Assembly, ...]
+    assemblies: tuple[Assembly, ...]
     starts: int
     closed: int
     looks: int = 0
@@ -74,7 +74,7 @@ class Assemblies:
     def is_unsure(self) -> bool:
         """Whether an assembly was found that draws no more than the `share`, or so seldom that others like it may be
         missed."""
-        rarest = min((each.hits for each in self.found), default=0)
+        rarest = min((each.hits for each in self.assemblies), default=0)
         return rarest < max(THRESHOLDS.found_often, self.share * self.starts)
 
 

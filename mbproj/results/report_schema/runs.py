@@ -92,7 +92,7 @@ ROWS = (
     Fact("rows_left_near_rest", "integer", "1", "steps that were left alone near rest", _KEPT, "rows.rest"),
     Fact("rows_refused", "integer", "1", "steps at which the rows asked for too much", _KEPT, "rows.refused"),
     Fact("rows_momenta", "integer", "1", "momenta that are kept", _KEPT, "rows.momenta"),
-    Fact("energy_row_given", "number", "J", "energy that the rows added in sum", _KEPT, "rows.given"),
+    Fact("energy_row_given", "number", "J", "energy that the rows added in sum", _KEPT, "rows.added"),
     Fact("energy_row_furthest", "number", "J", "largest absolute value of that sum", _KEPT, "rows.furthest"),
     Fact("energy_row_moved", "number", "J", "sum of the absolute values of what they added", _KEPT, "rows.moved"),
     Fact(

@@ -245,13 +245,13 @@ class Strip:
 
 @dataclass(frozen=True, eq=False)
 class Map:
-    """The strips of all methods over the quantity that `label` names. `own` is the scene's value, `analytic` the limit
-    of theory. A run holds while the opening of its joints is below `closed` and its energy error below `off`. Each is
-    None where it does not apply."""
+    """The strips of all methods over the quantity that `label` names. `preset` is the scene's value, `analytic` the
+    limit of theory. A run holds while the opening of its joints is below `closed` and its energy error below `off`.
+    Each is None where it does not apply."""
 
     strips: Sequence[Strip]
     label: str
-    own: float | None
+    preset: float | None
     analytic: float | None
     closed: float | None
     off: float | None
@@ -274,8 +274,8 @@ def stability_page(shown: Map, remark: str) -> Figure:
     for axis in axes:
         if shown.analytic is not None:
             axis.axvline(shown.analytic, color="#000000", linewidth=1.0, linestyle=(0, (5, 2)), label="theory")
-        if shown.own is not None:
-            axis.axvline(shown.own, color="#000000", linewidth=0.9, linestyle=(0, (1, 1.5)), label="the scene's own")
+        if shown.preset is not None:
+            axis.axvline(shown.preset, color="#000000", linewidth=0.9, linestyle=(0, (1, 1.5)), label="the scene's own")
     return _with_legend(figure, axes, remark)
 
 
@@ -418,7 +418,7 @@ class Cloud:
 @dataclass(frozen=True, eq=False)
 class Diagram:
     """The data of the diagrams. `by_integrator` has clouds by integrator and kind of step ("rk4, fixed steps"), `timed`
-    all timed settings, `by_projection` those of one `integrator`. `front` (F, 2) and the scene's `own` setting are
+    all timed settings, `by_projection` those of one `integrator`. `front` (F, 2) and `scene_setting` are
     (seconds, error). `floor` is the uncertainty of the reference in m; `points` names where the error is measured."""
 
     by_integrator: Mapping[str, Cloud]
@@ -426,7 +426,7 @@ class Diagram:
     by_projection: Mapping[str, Cloud]
     integrator: str
     front: Array
-    own: tuple[float, float] | None
+    scene_setting: tuple[float, float] | None
     floor: float
     points: str
 
@@ -510,8 +510,8 @@ def _front(axis: Axes, shown: Diagram) -> None:
     if len(shown.front):
         steps: dict[str, Any] = {"color": "#555555", "linewidth": 0.9, "zorder": 1.5}
         axis.plot(1e3 * shown.front[:, 0], shown.front[:, 1], drawstyle="steps-post", label="front", **steps)
-    if shown.own is not None:
-        _star(axis, (1e3 * shown.own[0], shown.own[1]), "the scene's own")
+    if shown.scene_setting is not None:
+        _star(axis, (1e3 * shown.scene_setting[0], shown.scene_setting[1]), "the scene's own")
 
 
 def _star(axis: Axes, place: tuple[float, float], label: str) -> None:

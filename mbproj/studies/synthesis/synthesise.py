@@ -74,7 +74,7 @@ class Synthesis:
     """The results of all topologies: the chosen one first, the others in the order of their errors."""
 
     wanted: Wanted
-    found: tuple[Synthesised, ...]
+    topologies: tuple[Synthesised, ...]
 
 
 def synthesise(
@@ -232,7 +232,8 @@ def _table(headings: str, *columns: Any) -> str:
 def table(synthesis: Synthesis) -> Table:
     """A table with a row for each topology, the chosen one first."""
     rows = [
-        (each.topology, None if each.design is None else each.rms, each.bodies, each.cause) for each in synthesis.found
+        (each.topology, None if each.design is None else each.rms, each.bodies, each.cause)
+        for each in synthesis.topologies
     ]
     return Table(("topology", "rms", "bodies", "cause"), tuple(rows))
 
@@ -255,7 +256,7 @@ def page_data(synthesis: Synthesis) -> dict[str, Any]:
     if wanted.kind == POSITIONS:
         x, z, angle = wanted.values.T
         marks = _mark(wanted, x + 1j * z, np.exp(1j * angle))
-    designs = [_design(wanted, each) for each in synthesis.found if each.design is not None]
+    designs = [_design(wanted, each) for each in synthesis.topologies if each.design is not None]
     function = np.degrees(wanted.values - wanted.values[0]).tolist() if wanted.kind == FUNCTION else []
     turns = wanted.turns or (wanted.kind == PATH and wanted.times is None)
     return {"turns": turns, "points": points, "marks": marks, "function": function, "designs": designs}
