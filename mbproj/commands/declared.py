@@ -52,8 +52,6 @@ if TYPE_CHECKING:
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
-#: The names of arguments by those of earlier versions.
-EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress", "from_equilibrium": "start"}
 
 #: The defaults of arguments that ** unpacks, where these are not None.
 USUAL: Mapping[str, Any] = {"fresh": False, "parameters": MappingProxyType({}), "progress": silent}
@@ -90,12 +88,10 @@ def declared(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
 
     @wraps(function)
     def called(*values: Arguments.args, **named: Arguments.kwargs) -> Result:
-        from mbproj.commands.python.arguments import by_arguments
+        from mbproj.commands.python.arguments import by_arguments, refuse_earlier_names
 
-        for old in EARLIER.keys() & named.keys():
-            raise TypeError(f"{function.__name__}() has no argument '{old}': its name is '{EARLIER[old]}'")
         with by_arguments():
-            return function(*values, **named)
+            return refuse_earlier_names(function)(*values, **named)
 
     called.__signature__ = _signature(function)  # type: ignore[attr-defined]
     return called

@@ -192,15 +192,15 @@ def test_a_scene(text: str, message: str) -> None:
 
 OPTIONS = [
     ("threshold", "--thresholds", "1e305,1e-3", "'--thresholds' is 1e+305: numbers beyond 1e+50"),
-    ("stability", "--from", "5e-324", "'--from' is 4.94066e-324: numbers below 1e-50"),
-    ("stability", "--to", "1e308", "'--to' is 1e+308: numbers beyond 1e+50"),
+    ("stability --vary step", "--from", "5e-324", "'--from' is 4.94066e-324: numbers below 1e-50"),
+    ("stability --vary step", "--to", "1e308", "'--to' is 1e+308: numbers beyond 1e+50"),
 ]
 
 
 @pytest.mark.parametrize(("command", "option", "value", "message"), OPTIONS)
 def test_an_option(tmp_path, command: str, option: str, value: str, message: str) -> None:
     (tmp_path / "f.yaml").write_text(GOOD, encoding="utf-8")
-    done = mbproj(command, "f.yaml", f"{option}={value}", folder=tmp_path)
+    done = mbproj(*command.split(), "f.yaml", f"{option}={value}", folder=tmp_path)
     assert done.returncode == 2 and message in done.stderr, done.stderr
 
 
