@@ -21,7 +21,7 @@ from mbproj.equations.recorded import Block, Observer
 from mbproj.equations.samples import Samples, block_samples
 from mbproj.kernel import fingerprint
 from mbproj.model.system import System
-from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.formulations.choice import Choice, choose, refuse_without_steps
 from mbproj.motion.interruption import in_blocks, interruption
 from mbproj.motion.kernel_run import march
 from mbproj.motion.marks import START, Keeping, Mark, Marks
@@ -110,6 +110,7 @@ def simulate(
     """
     _refuse_at_the_start(system, state, settings)
     choice, asked_for = choice or choose(system, state, settings), settings
+    refuse_without_steps(choice, settings)
     if choice.kinematic:
         from mbproj.motion.formulations.choice import settings_along
 

@@ -18,7 +18,7 @@ from mbproj.equations.samples import Samples
 from mbproj.functions.program import CHANNELS
 from mbproj.kernel.models import programs
 from mbproj.model.system import System
-from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.formulations.choice import Choice, choose, refuse_without_steps
 from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.kernel_run import march
 from mbproj.motion.marks import Marks
@@ -133,6 +133,7 @@ class Stepwise:
 
     def __init__(self, system: System, state: State, settings: Settings, period: float) -> None:
         choice = choose(system, state, settings)
+        refuse_without_steps(choice, settings)
         refuse_outside(system, settings, has_kernel=choice.compiled is not None)
         assert choice.compiled is not None
         self._compiled, self._settings = choice.compiled, settings

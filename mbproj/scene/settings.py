@@ -214,14 +214,16 @@ def values_of(scene: Scene) -> dict[str, Any]:
 def settings_to_run(scene: Scene, *, by_options: bool = True) -> Settings:
     """The settings of a scene, complete for a run. `by_options`: hints may name --duration, --step and --tolerance.
 
-    Raises InputError where the duration is missing, or step and tolerance, which a kinematic scene does not need.
+    Raises InputError where the duration is missing, or step and tolerance. A kinematic run needs neither: where motions
+    may leave no degree of freedom, `motion.formulations.choice` decides.
     """
     settings, place = scene.settings, scene.place("simulation")
     problems = []
     if settings.duration is None:
         hint = "add 'duration' to 'simulation'" + (", or --duration" if by_options else "")
         problems.append(Problem("the scene has no duration", place, hint))
-    if settings.step is None and settings.tolerance is None and settings.kinematic is not True:
+    may_be_kinematic = settings.kinematic is True or (settings.kinematic is None and scene.motions)
+    if settings.step is None and settings.tolerance is None and not may_be_kinematic:
         hint = "add one of them to 'simulation'" + (", or --step or --tolerance" if by_options else "")
         problems.append(Problem("the scene has neither step nor tolerance", place, hint))
     if problems:

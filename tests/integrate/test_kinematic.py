@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import mbproj
 from mbproj import Mechanism, check, simulate_certified
 from mbproj.base.errors import InputError, SimulationError
 from mbproj.motion.formulations import choice
@@ -428,3 +429,29 @@ def test_states_are_integrated_by_the_scenes_integrator(formulation, settings, o
 @pytest.mark.full
 def test_implicit_steps_integrate_them_in_full_too():
     test_states_are_integrated_by_the_scenes_integrator("full", {"integrator": "radau5", "tolerance": 1e-6}, 1e-5)
+
+
+#: A bar that a motion turns: no degree of freedom, and no step.
+TURNED = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 1 s, output_step: 0.25 s}
+bodies:
+  bar: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [1, 0, 0]}
+joints:
+  pin: {type: revolute, bodies: [ground, bar], location: [0, 0, 0], axis: [0, -1, 0]}
+motions:
+  drive: {joint: pin, angle: {constant_speed: 2}}
+"""
+
+
+def test_a_kinematic_run_needs_no_step():
+    """The bar's centre is at (cos 2t, 0, sin 2t). A mechanism that has to be integrated needs one, as ever."""
+    with mbproj.run(TURNED) as results:
+        expected = np.stack([np.cos(2.0 * results.time), 0.0 * results.time, np.sin(2.0 * results.time)], axis=1)
+        np.testing.assert_allclose(results.body("bar").position, expected, atol=1e-12)
+    free = TURNED.replace("joints:\n", "  more: {mass: 1, inertia: [1, 1, 1], position: [5, 0, 0]}\njoints:\n")
+    with pytest.raises(InputError, match="scene:4:1: error: the scene has neither step nor tolerance"):
+        mbproj.run(free)
+    with mbproj.run(free, step=0.01) as results:
+        assert results.body("more").position[-1, 2] == pytest.approx(-0.5 * 9.81, abs=1e-9)

@@ -86,6 +86,13 @@ def choose(system: System, state: State, settings: Settings, kernel: Any = None)
     return choice
 
 
+def refuse_without_steps(choice: Choice, settings: Settings) -> None:
+    """Raise InputError where a run has to be integrated, and neither a step nor a tolerance says how finely."""
+    if not choice.kinematic and settings.step is None and settings.tolerance is None:
+        hint = "add one of them to 'simulation', or --step or --tolerance"
+        raise InputError(Problem("the scene has neither step nor tolerance", key=("simulation",), hint=hint))
+
+
 def _refuse_beyond_numpy(choice: Choice, settings: Settings, kernel: Any) -> None:
     """Raise InputError for a run in NumPy's loop that asks for kinematic steps, or for rows of energy and momentum."""
     projection = settings.projection

@@ -26,6 +26,7 @@ from mbproj.motion.time_events import Event
 from mbproj.results.analysis.expectations import datasets
 from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
+from mbproj.scene.settings import placed_in
 from mbproj.studies.measure.setting import Setting
 
 # --- A mechanism that is compiled and assembled once, ready to be run many times --------------------------------------
@@ -60,7 +61,8 @@ class Mechanism:
 
     def choice(self, settings: Settings) -> Choice:
         """Return the result of `choose` for a run from the start."""
-        return choose(self.system, self.state, settings)
+        with placed_in(self.scene):
+            return choose(self.system, self.state, settings)
 
     @property
     def points(self) -> tuple[str, ...]:

@@ -9,8 +9,10 @@ import numpy as np
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import SimulationError
+from mbproj.motion.formulations.choice import refuse_without_steps
 from mbproj.results.verification import Check, Verification
 from mbproj.scene.scene import Scene
+from mbproj.scene.settings import placed_in
 from mbproj.studies.measure.solve import Mechanism
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.verify import corrections, invariance, motion, short_runs
@@ -60,7 +62,8 @@ def verify(scene: Scene, tell: Tell = silent) -> Verification:
     Raises InputError where the mechanism cannot be assembled or run at all, SimulationError where a function of the
     scene has no value at the start."""
     case, checks = Case(Mechanism.of(scene)), []
-    _ = case.choice  # raises where the scene cannot be run at all
+    with placed_in(scene):
+        refuse_without_steps(case.choice, scene.settings)  # the choice raises where the scene cannot be run at all
     for done, (name, entry) in enumerate(CHECKS.items()):
         tell("checks", done, len(CHECKS))
         checks.append(_check(name, entry, case))
