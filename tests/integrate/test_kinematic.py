@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from math import cos, sin
+
 import numpy as np
 import pytest
 
 import mbproj
 from mbproj import Mechanism, check, simulate_certified
+from mbproj.base.arrays import Array
 from mbproj.base.errors import InputError, SimulationError
 from mbproj.motion.formulations import choice
 from mbproj.motion.steppers.tableau import ERROR_ORDER, ORDER, quadrature
@@ -455,3 +458,40 @@ def test_a_kinematic_run_needs_no_step():
         mbproj.run(free)
     with mbproj.run(free, step=0.01) as results:
         assert results.body("more").position[-1, 2] == pytest.approx(-0.5 * 9.81, abs=1e-9)
+
+
+#: A bucket on a stick, turned by a rocker and a link. Both motions begin and end at rest.
+BUCKET = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 3 s, output_step: 50 ms}
+bodies:
+  stick: {mass: 700 kg, inertia: [800, 800, 50], position: [4.0, 0, 1.0]}
+  bucket: {mass: 1500 kg, inertia: [240, 290, 240], position: [5.1, 0, -1.1]}
+  rocker: {mass: 40 kg, inertia: [1, 2, 2], position: [4.6, 0, -0.1]}
+  link: {mass: 50 kg, inertia: [2, 2, 1], position: [4.85, 0, -0.3]}
+joints:
+  S: {type: revolute, bodies: [ground, stick], location: [3.8, 0, 2.0], axis: y}
+  K: {type: revolute, bodies: [stick, bucket], location: [4.5, 0, -0.65], axis: y}
+  M: {type: revolute, bodies: [stick, rocker], location: [4.35, 0, -0.15], axis: y}
+  P: {type: revolute, bodies: [rocker, link], location: [4.85, 0, -0.1], axis: y}
+  B: {type: revolute, bodies: [link, bucket], location: [4.85, 0, -0.5], axis: y}
+motions:
+  swing: {joint: S, angle: {smooth_step: {to: 10 deg, duration: 2 s}}}
+  tilt: {joint: K, angle: {smooth_step: {to: 30 deg, duration: 2 s}}}
+"""
+
+
+def test_a_linkage_near_a_singular_pose_begins_and_ends_at_rest():
+    """The first step of a motion from rest is shorter than round-off: the pose does not change, nor does its branch.
+    The bucket's centre ends where two turns take it."""
+
+    def turned(angle: float, x: float, z: float) -> Array:
+        return np.array([cos(angle) * x + sin(angle) * z, cos(angle) * z - sin(angle) * x])
+
+    pin = np.array([3.8, 2.0]) + turned(np.deg2rad(10.0), 0.7, -2.65)
+    end = pin + turned(np.deg2rad(40.0), 0.6, -0.45)
+    with mbproj.run(BUCKET) as results:
+        assert results.attributes["kinematic"]
+        np.testing.assert_allclose(results.body("bucket").position[-1, [0, 2]], end, atol=1e-12)
+        assert float(results["diagnostics/position_violation"].max()) <= 1e-12

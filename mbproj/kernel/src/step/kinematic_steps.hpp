@@ -140,6 +140,8 @@ private:
     // no other branch is in reach. Branches cross at an angle: their velocities differ where they are near.
     bool is_told(const Projected& done, double h, const Vector& stage) {
         const double corrected = way(predicted_, stage), made = way(states_[0], stage), length = model_.length;
+        if (corrected == 0.0 && made == 0.0)
+            return true;  // the pose of the start: a motion that begins or ends at rest
         const double part = model_.thresholds.told_part, least = model_.thresholds.told_way * length;
         if (corrected <= part * made && done.velocity_change <= part) return true;
         const bool is_short = corrected <= std::max(part * made, least) && done.speed_change * std::abs(h) <= least;
