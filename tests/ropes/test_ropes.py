@@ -417,3 +417,35 @@ def test_it_falls_freely_and_then_swings(formulation):
     longer = G / ω**2 * (1.0 - np.cos(ω * after)) + G * taut / ω * np.sin(ω * after)
     assert longer.min() >= 0.0 and after[-1] * ω > 2.0
     np.testing.assert_allclose(np.abs(found["forces/force"][:, 0]), 4000.0 * longer, atol=1e-6)
+
+
+#: A drum about y that lifts a load. Its rope lies in the plane normal to NORMAL.
+LIFT = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+bodies:
+  drum: {mass: 6, inertia: [0.1, 0.1, 0.1], position: [0, 0, 3], orientation: {axis: x, angle: 30 deg}}
+  load: {mass: 10, inertia: [1, 1, 1], position: [0.1, 0, 1]}
+joints:
+  axle: {type: revolute, bodies: [ground, drum], location: [0, 0, 3], axis: AXIS}
+  guide: {type: prismatic, bodies: [ground, load], location: [0.1, 0, 1], axis: z}
+  rope:
+    type: rope
+    normal: NORMAL
+    path:
+      - {drum: drum, radius: 0.1, bends: right}
+      - {point: load, at: [0.1, 0, 1]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("axis", "normal", "off"),
+    [("y", "[1, 0, 0]", "90"), ("[0, 1, 0.2]", "[0, 1, 0]", "11.31"), ("y", "[0, 1, 0.1]", "5.711")],
+)
+def test_a_drum_turns_about_the_normal_of_its_rope(axis, normal, off):
+    """It would wind no rope about another axis; a sheave on a body that does not turn is free to lean."""
+    wrong = LIFT.replace("AXIS", axis).replace("NORMAL", normal)
+    message = rf"scene.yaml:14:16: error: 'drum' turns about the axis of 'axle', which is {off} deg off the normal"
+    with pytest.raises(InputError, match=message):
+        read_scene_text(wrong, "scene.yaml")
+    read_scene_text(LIFT.replace("AXIS", "y").replace("NORMAL", "[0, -1, 0]"), "scene.yaml")

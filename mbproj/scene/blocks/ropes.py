@@ -312,7 +312,43 @@ def run_over_places(
     for joint in joints.values():
         if joint.type == "rope":
             wrong = [*_on_places(joint), *_as_whole(joint, motions), *_on_what_turns(joint, joints)]
-            yield from wrong or _in_plane(connected(joint, bodies, motions))
+            if wrong:
+                yield from wrong
+                continue
+            whole = connected(joint, bodies, motions)
+            yield from _about_the_normal(whole, joints, bodies) or _in_plane(whole)
+
+
+def _about_the_normal(rope: Joint, joints: Mapping[str, Joint], bodies: Mapping[str, Body]) -> list[Complaint]:
+    """Complaints about wheels and drums whose pins are not along the normal: they would not turn with the rope."""
+    path: Path = rope.parameters["path"]
+    _, _, n = axes(path.normal)
+    complaints = []
+    for k, node in enumerate(path.nodes):
+        if node.kind not in ("wheel", "drum") or node.body == path.frame:
+            continue
+        leans = {joint.name: _lean(joint, node.body, n, bodies) for joint in joints.values() if _pins(joint, node.body)}
+        pin = min(leans, key=lambda name: leans[name], default="")
+        if leans and leans[pin] > THRESHOLDS.fleet_angle:
+            lean = math.degrees(leans[pin])
+            said = f"'{node.body}' turns about the axis of '{pin}', which is {lean:.4g} deg off the normal of the rope"
+            at: KeyPath = ("joints", rope.name, "path", k, node.kind)
+            complaints.append(Complaint(at, said, f"give the rope a 'normal' along the axis of '{pin}'"))
+    return complaints
+
+
+def _pins(joint: Joint, body: str) -> bool:
+    return joint.type in ("revolute", "cylindrical") and body in joint.bodies and joint.axes is not None
+
+
+def _lean(joint: Joint, body: str, n: Vector, bodies: Mapping[str, Body]) -> float:
+    """The angle in rad between the line of a joint's axis at the scene's pose and a unit vector."""
+    assert joint.axes is not None
+    axis = joint.axes.first if joint.bodies[0] == body else joint.axes.second
+    if joint.axes.local and body in bodies:
+        x, y, z = (dot(row, axis) for row in to_matrix(bodies[body].orientation))
+        axis = (x, y, z)
+    return math.acos(min(1.0, abs(dot(axis, n)) / math.hypot(*axis)))
 
 
 def _on_places(joint: Joint) -> Iterator[Complaint]:
