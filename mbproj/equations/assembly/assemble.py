@@ -328,8 +328,11 @@ def speeds_at_odds(system: System, guess: Guess, q: Array, of_joints: Array, of_
     violations are those of the joints' rows and of the speeds."""
     message, hint = "the mechanism cannot move at the speeds that its joints ask for", "give fewer speeds, or others"
     if of_speeds.max(initial=0.0) >= of_joints.max(initial=0.0):
-        worst = int(system.coordinates.owner[guess.speed.index[np.argmax(of_speeds)]])
-        off = f"joint '{system.names.joints[worst]}' is off by {of_speeds.max():.3g}"
+        number = int(np.argmax(of_speeds))
+        coordinate = guess.speed.index[number]
+        worst, unit = int(system.coordinates.owner[coordinate]), f"{system.names.coordinate_units[coordinate]}/s"
+        left, asked = f"{of_speeds[number]:.3g} {unit}", f"{guess.speed.value[number]:.4g} {unit}"
+        off = f"'{system.names.coordinates[coordinate]}' stays {left} away from its {asked}"
         hint = "give fewer speeds than degrees of freedom, or speeds that agree"
     else:
         from mbproj.equations.assembly.compiled import needed, rounded_up
