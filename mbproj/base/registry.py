@@ -29,19 +29,6 @@ def calling(where: str) -> Callable[..., Any]:
     return lambda *arguments, **options: load(where)(*arguments, **options)
 
 
-def lazily(package: str, names_in: Mapping[str, str]) -> Callable[[str], Any]:
-    """A package's `__getattr__`: a name is imported when somebody first asks. `names_in` has, by module of the package,
-    its names with blanks between them."""
-    module_of = {name: module for module, names in names_in.items() for name in names.split()}
-
-    def attribute(name: str) -> Any:
-        if name not in module_of:
-            raise AttributeError(f"module '{package}' has no attribute '{name}'")
-        return getattr(import_module(f"{package}.{module_of[name]}"), name)
-
-    return attribute
-
-
 @dataclass(frozen=True)
 class ProjectionEntry:
     """A projection method: its class in `mbproj.motion.projection`, its equations in the paper, a summary, and the

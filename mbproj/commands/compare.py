@@ -129,7 +129,10 @@ EXAMPLES = (
 
 def _told(call: Call, comparison: Comparison) -> Told:
     numbers = {"until": float(comparison.reference.times[-1]), "entries": comparison.table.records}
-    page = lambda: _page(comparison, call.scene.title)  # noqa: E731
+
+    def page() -> Figure:
+        return _page(comparison, call.scene.title)
+
     return Told(comparison.table, _table(comparison), numbers, page, comparison.notes)
 
 

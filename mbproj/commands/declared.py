@@ -53,6 +53,8 @@ if TYPE_CHECKING:
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
+#: The names of arguments by those of earlier versions.
+EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress", "from_equilibrium": "start"}
 #: The defaults of arguments that ** unpacks, where these are not None.
 USUAL: Mapping[str, Any] = {"fresh": False, "parameters": MappingProxyType({}), "progress": silent}
 
@@ -88,10 +90,12 @@ def declared(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
 
     @wraps(function)
     def called(*values: Arguments.args, **named: Arguments.kwargs) -> Result:
-        from mbproj.commands.python.arguments import by_arguments, refuse_earlier_names
+        from mbproj.commands.python.arguments import by_arguments
 
+        for old in EARLIER.keys() & named.keys():
+            raise TypeError(f"{function.__name__}() has no argument '{old}': its name is '{EARLIER[old]}'")
         with by_arguments():
-            return refuse_earlier_names(function)(*values, **named)
+            return function(*values, **named)
 
     called.__signature__ = _signature(function)  # type: ignore[attr-defined]
     return called
@@ -113,12 +117,11 @@ def _words(accepted: Any) -> str:
 
 def read(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
     """The arguments of a declared function, read: an object with an attribute each. `scene` is the scene, with its
-    `parameters` and settings changed; `effort` are the place of
-    the work, `fresh` and `progress`, as the functions of studies take them.
+    `parameters` and settings changed. A function that takes `jobs` has `effort`: the place of the work, `fresh` and
+    `progress`, as the functions of studies take them.
 
     Raises InputError where a value is wrong, TypeError for a setting that the function does not take."""
     from mbproj.commands.python.arguments import scene_of
-    from mbproj.studies.parallel.cluster import workplace
 
     inner = inspect.unwrap(function)
     asked = {name: value for name, value in arguments.items() if name in inspect.signature(inner).parameters}
@@ -137,6 +140,8 @@ def read(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
     changed = {name: value for name, value in changed.items() if value is not None}
     asked["scene"] = scene_of(asked["scene"], asked["parameters"], changed)
     if "jobs" in asked:
+        from mbproj.studies.parallel.cluster import workplace
+
         where = workplace(*(asked.pop(part) for part in ("jobs", "scheduler", "scheduler_file")))
         asked["effort"] = {"processes": where, "fresh": asked.pop("fresh"), "tell": asked.pop("progress")}
     return SimpleNamespace(**asked)

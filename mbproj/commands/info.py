@@ -433,8 +433,7 @@ def soundness_lines(results: Results, soundness: Soundness) -> Iterator[str]:
         yield "  its run has not ended: samples have Fletcher-32 alone, which takes 16 ones for 16 zeros"
 
 
-# --- The energy balance of a recorded run, with separate parts of the integrator and the ------------------------------
-# The energy balance of a recorded run, with separate parts of the integrator and the projection.
+# --- The energy balance of a run, by its parts ------------------------------------------------------------------------
 
 
 #: The sum of the parts is the change of energy to within this part of their size and of all energies. An implicit

@@ -73,7 +73,7 @@ def _stiffness(stops: Stops) -> Array:
     return np.where(stops.is_rigid, 0.0, stops.stiffness)
 
 
-# --- The pose nearest to one that is beyond stops at which all stops are respected, if there is -----------------------
+# --- The nearest pose at which all stops are respected ----------------------------------------------------------------
 
 
 NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))

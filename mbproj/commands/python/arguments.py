@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import inspect
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from functools import wraps
 from operator import index
 from pathlib import Path
-from typing import Any, ParamSpec, SupportsFloat, TypeAlias, TypeVar
+from typing import Any, SupportsFloat, TypeAlias
 
-from mbproj.base.errors import InputError, Place, Problem, choose_from
-from mbproj.base.settings import settings_taken
-from mbproj.commands.options import RunSettings
+from mbproj.base.errors import InputError, Place, Problem
 from mbproj.scene.fields.quantities import Number, given_number
 from mbproj.scene.scene import Scene, read_scene, read_scene_text
 from mbproj.scene.settings import with_options
@@ -22,12 +18,8 @@ from mbproj.scene.settings import with_options
 SceneLike: TypeAlias = "Scene | str | Path | Mapping[str, object]"
 #: A number in SI units, or text with a unit: "1 ms".
 Quantity: TypeAlias = "SupportsFloat | str"
-Arguments = ParamSpec("Arguments")
-Result = TypeVar("Result")
 #: The pattern of options of the command line in messages, which a caller of functions knows as arguments.
 _OPTION = re.compile(r"--([a-z][a-z-]*)")
-#: The names of arguments by those of earlier versions.
-EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress", "from_equilibrium": "start"}
 #: Options whose argument has another name.
 _RENAMED = {"from": "low", "to": "high", "limit": "limits", "set": "parameters"}
 
@@ -106,49 +98,3 @@ def count_of(value: int, argument: str, *, least: int = 0) -> int:
 def names_of(names: str | Sequence[str]) -> tuple[str, ...]:
     """The names in a list of words, or in a text such as "gopm,gpopm"."""
     return tuple(part.strip() for part in names.split(",")) if isinstance(names, str) else tuple(map(str, names))
-
-
-def refuse_earlier_names(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
-    """Decorate a command: names that its arguments had in earlier versions raise a TypeError with the current name."""
-
-    @wraps(function)
-    def called(*values: Arguments.args, **named: Arguments.kwargs) -> Result:
-        for old in EARLIER.keys() & named.keys():
-            raise TypeError(f"{function.__name__}() has no argument '{old}': its name is '{EARLIER[old]}'")
-        return function(*values, **named)
-
-    return called
-
-
-# --- The settings that functions take, named as the options of `mbproj run` -------------------------------------------
-# One typed list for all functions.
-
-
-Function = TypeVar("Function", bound=Callable[..., Any])
-
-
-def options_of(settings: Mapping[str, Any], function: str, *others: str) -> dict[str, object]:
-    """The settings that are not None. Raises TypeError for one that the function does not take, with the most similar
-    name; `others` are the function's own arguments."""
-    known = [*settings_taken(function), *others]
-    for name in settings:
-        if name not in known:
-            raise TypeError(f"{function}() has no argument '{name}'; {choose_from(name, known)}")
-    return {name: value for name, value in settings.items() if value is not None}
-
-
-def with_settings(function: Function) -> Function:
-    """Give a function a signature that lists each setting, so that prompts complete them and `help` shows them."""
-    signature = inspect.signature(function)
-    named = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
-    each = (
-        inspect.Parameter(
-            name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=None,
-            annotation=RunSettings.__annotations__[name].__forward_arg__,
-        )
-        for name in settings_taken(function.__name__)
-    )
-    function.__signature__ = signature.replace(parameters=[*named, *each])  # type: ignore[attr-defined]
-    return function

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, TypedDict
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError, choose_from, shortened
+from mbproj.commands.declared import declared, read
 from mbproj.commands.options import RunSettings
-from mbproj.commands.python.arguments import SceneLike, by_arguments, options_of, scene_of, with_settings
+from mbproj.commands.python.arguments import SceneLike, by_arguments, scene_of
 from mbproj.equations.assembly.assemble import State, coordinates, moved_from_scene
 from mbproj.equations.assembly.assemblies import Assemblies, assemblies, conditions, freedom_left
 from mbproj.equations.assembly.compiled import adjustment_notes, compile_system
@@ -49,8 +50,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
 
-# --- The fastest modes of a scene's forces and states, and the steps that explicit integrators ------------------------
-# The fastest modes of a scene's forces and states, and the steps that explicit integrators need, as text and JSON.
+# --- The fastest modes, and the steps that explicit integrators need --------------------------------------------------
 
 
 #: A mode decays rather than vibrates where its imaginary part is less than this part of |λ|.
@@ -240,7 +240,7 @@ class SceneCheck(Tabled):
     __repr__ = Tabled.__repr__
 
 
-@with_settings
+@declared
 def check(
     scene: SceneLike, *, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]
 ) -> SceneCheck:
@@ -250,9 +250,8 @@ def check(
     `scene`, `parameters` and the settings are as in `run`. Raises InputError where the scene is wrong or does not
     close. Equations without a unique solution are listed in `problems`.
     """
-    with by_arguments():
-        what = scene_of(scene, parameters, options_of(settings, "check"))
-        return checked(what, *assembled(what))
+    what = read(check, locals()).scene
+    return checked(what, *assembled(what))
 
 
 def assembled(what: Scene) -> tuple[System, State]:

@@ -13,17 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mbproj.base.errors import InputError, Place, Problem, placed_at, warn_caller, warn_once
+from mbproj.commands.declared import declared, read
 from mbproj.commands.options import RunSettings
-from mbproj.commands.python.arguments import (
-    Quantity,
-    SceneLike,
-    amount,
-    by_arguments,
-    options_of,
-    refuse_earlier_names,
-    scene_of,
-    with_settings,
-)
+from mbproj.commands.python.arguments import Quantity, SceneLike, amount, by_arguments
 from mbproj.commands.python.results import Results
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.kernel import fingerprint
@@ -47,8 +39,7 @@ if TYPE_CHECKING:
 _NOTHING: Mapping[str, object] = {}
 
 
-@with_settings
-@refuse_earlier_names
+@declared
 def run(
     scene: SceneLike,
     *,
@@ -74,26 +65,22 @@ def run(
     Results go to the file `output`, or to a temporary file that is removed with the object. Raises InputError where the
     scene is wrong, SimulationError where the run cannot go on; `output` then keeps the samples so far.
     """
-    with by_arguments():
-        options = options_of(settings, "run", "output", "certify", "limits", "controller", "period")
-        if limits and not certify:
-            raise InputError(Problem("it needs a certificate", Place("limits"), "add certify=True, or leave it out"))
-        if controller is None and period is not None:
-            raise InputError(
-                Problem("it is that of a controller", Place("period"), "add controller=f, or leave it out")
-            )
-        if controller is not None and certify:
-            raise InputError(Problem("a controller from Python is not certified", Place("certify"), "leave it out"))
-        outside = None if controller is None else (controller, period)
-        what = scene_of(scene, parameters, options)
-        if not certify:
-            return run_to_file(what, output, None, progress, outside=outside)
-        from mbproj.studies.certify import limits_of
+    asked = read(run, locals())
+    if limits and not certify:
+        raise InputError(Problem("it needs a certificate", Place("limits"), "add certify=True, or leave it out"))
+    if controller is None and period is not None:
+        raise InputError(Problem("it is that of a controller", Place("period"), "add controller=f, or leave it out"))
+    if controller is not None and certify:
+        raise InputError(Problem("a controller from Python is not certified", Place("certify"), "leave it out"))
+    outside = None if controller is None else (controller, period)
+    if not certify:
+        return run_to_file(asked.scene, output, None, progress, outside=outside)
+    from mbproj.studies.certify import limits_of
 
-        return run_to_file(what, output, limits_of(limits), progress)
+    return run_to_file(asked.scene, output, limits_of(limits), progress)
 
 
-@with_settings
+@declared
 def start(
     scene: SceneLike, *, period: float, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]
 ) -> Stepwise:
@@ -103,13 +90,12 @@ def start(
     `scene`, `parameters` and `settings` are as in `run`. An input is a state that does not change by itself: `states:
     {u: {derivative: 0}}`. Raises InputError where the scene is wrong or cannot be run in this way.
     """
-    with by_arguments():
-        if not (isinstance(period, int | float) and 0.0 < period < np.inf):
-            raise InputError(Problem(f"it must be a time in s, found {period!r}", Place("period")))
-        what = scene_of(scene, parameters, options_of(settings, "start", "period"))
-        system = compile_system(what)
-        with placed_in(what):
-            return Stepwise(system, start_of(what, system), settings_to_run(what), float(period))
+    if not (isinstance(period, int | float) and 0.0 < period < np.inf):
+        raise InputError(Problem(f"it must be a time in s, found {period!r}", Place("period")))
+    what = read(start, locals()).scene
+    system = compile_system(what)
+    with placed_in(what):
+        return Stepwise(system, start_of(what, system), settings_to_run(what), float(period))
 
 
 def run_to_file(

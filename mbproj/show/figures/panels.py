@@ -84,7 +84,7 @@ def _grow(figure: Figure, height: float) -> None:
     figure.set_figheight(figure.get_figheight() + height)
 
 
-# --- Figures of panels over a common time axis, with the legend above them, where it covers no ------------------------
+# --- Panels over a common time axis -----------------------------------------------------------------------------------
 
 
 TIME = "time (s)"

@@ -94,7 +94,7 @@ def bordered(A: Rounded, C: Rounded) -> Rounded:
     return Rounded(np.block([[A.value, C.value.T], [C.value, none]]), np.block([[A.error, C.error.T], [C.error, none]]))
 
 
-# --- The equations of a mechanism at a state (M, C_q, Q and γ) and the paper's formulas for ---------------------------
+# --- The equations of a mechanism at a state --------------------------------------------------------------------------
 
 
 #: M, C_q, Q and γ are computed at this many neighbouring states too. Their spread is the round-off of the state.
