@@ -24,46 +24,36 @@ from mbproj.base.version import __version__
 
 if TYPE_CHECKING:
     from mbproj.base.errors import InputError as InputError, SimulationError as SimulationError
-    from mbproj.commands.python.check import SceneCheck as SceneCheck, branches as branches, check as check
-    from mbproj.commands.python.files import (
-        compare_results as compare_results,
-        export as export,
-        largest_loads as largest_loads,
-    )
-    from mbproj.commands.python.linear import (
-        equilibria as equilibria,
-        equilibrium as equilibrium,
-        linearize as linearize,
-        loads as loads,
-        modes as modes,
-        traces as traces,
-    )
-    from mbproj.commands.python.models import (
-        Exported as Exported,
-        Imported as Imported,
-        export_model as export_model,
-        import_model as import_model,
-        new as new,
-        schema as schema,
-    )
-    from mbproj.commands.python.pictures import paper as paper
-    from mbproj.commands.python.results import Results as Results, open_results as open_results
-    from mbproj.commands.python.run import continue_run as continue_run, rerun as rerun, run as run, start as start
+    from mbproj.commands.batch import Batch as Batch, batch as batch
+    from mbproj.commands.branches import branches as branches
+    from mbproj.commands.check import check as check
     from mbproj.commands.compare import compare as compare
+    from mbproj.commands.compare_results import compare_results as compare_results
+    from mbproj.commands.continue_run import continue_run as continue_run
+    from mbproj.commands.curve import curve as curve
+    from mbproj.commands.equilibrium import equilibria as equilibria, equilibrium as equilibrium
+    from mbproj.commands.export import Exported as Exported, export as export, export_model as export_model
+    from mbproj.commands.fit import fit as fit
+    from mbproj.commands.import_model import Imported as Imported, import_model as import_model
+    from mbproj.commands.info import largest_loads as largest_loads
+    from mbproj.commands.linearize import linearize as linearize
+    from mbproj.commands.loads import loads as loads
+    from mbproj.commands.modes import modes as modes, traces as traces
+    from mbproj.commands.new import new as new
+    from mbproj.commands.optimise import optimise as optimise
+    from mbproj.commands.paper import paper as paper
     from mbproj.commands.recommend import recommend as recommend
+    from mbproj.commands.report.scene import SceneCheck as SceneCheck
+    from mbproj.commands.rerun import rerun as rerun
+    from mbproj.commands.results import Results as Results, open_results as open_results
+    from mbproj.commands.run import run as run, start as start
+    from mbproj.commands.schema import schema as schema
+    from mbproj.commands.sensitivity import sensitivity as sensitivity
     from mbproj.commands.stability import stability as stability
+    from mbproj.commands.sweep import SweepTable as SweepTable, sweep as sweep
     from mbproj.commands.threshold import threshold as threshold
     from mbproj.commands.tradeoff import tradeoff as tradeoff
     from mbproj.commands.verify import verify as verify
-    from mbproj.commands.python.studies import (
-        Batch as Batch,
-        SweepTable as SweepTable,
-        batch as batch,
-        fit as fit,
-        optimise as optimise,
-        sensitivity as sensitivity,
-        sweep as sweep,
-    )
     from mbproj.equations.assembly.assemble import State as State, assemble as assemble
     from mbproj.equations.assembly.compiled import compile_system as compile_system
     from mbproj.equations.rank.mobility import mobility as mobility
@@ -161,17 +151,33 @@ if TYPE_CHECKING:
 HOMES: Mapping[str, str] = MappingProxyType(
     {
         "mbproj.base.errors": "InputError SimulationError",
-        "mbproj.commands.python.check": "SceneCheck branches check",
-        "mbproj.commands.python.files": "compare_results export largest_loads",
-        "mbproj.commands.python.linear": "equilibria equilibrium linearize loads modes traces",
-        "mbproj.commands.python.models": "Exported Imported export_model import_model new schema",
-        "mbproj.commands.python.pictures": "paper",
-        "mbproj.commands.python.results": "Results open_results",
-        "mbproj.commands.python.run": "continue_run rerun run start",
-        "mbproj.commands.python.studies": "Batch SweepTable batch fit optimise sensitivity sweep",
+        "mbproj.commands.batch": "Batch batch",
+        "mbproj.commands.branches": "branches",
+        "mbproj.commands.check": "check",
         "mbproj.commands.compare": "compare",
+        "mbproj.commands.compare_results": "compare_results",
+        "mbproj.commands.continue_run": "continue_run",
+        "mbproj.commands.curve": "curve",
+        "mbproj.commands.equilibrium": "equilibria equilibrium",
+        "mbproj.commands.export": "Exported export export_model",
+        "mbproj.commands.fit": "fit",
+        "mbproj.commands.import_model": "Imported import_model",
+        "mbproj.commands.info": "largest_loads",
+        "mbproj.commands.linearize": "linearize",
+        "mbproj.commands.loads": "loads",
+        "mbproj.commands.modes": "modes traces",
+        "mbproj.commands.new": "new",
+        "mbproj.commands.optimise": "optimise",
+        "mbproj.commands.paper": "paper",
         "mbproj.commands.recommend": "recommend",
+        "mbproj.commands.report.scene": "SceneCheck",
+        "mbproj.commands.rerun": "rerun",
+        "mbproj.commands.results": "Results open_results",
+        "mbproj.commands.run": "run start",
+        "mbproj.commands.schema": "schema",
+        "mbproj.commands.sensitivity": "sensitivity",
         "mbproj.commands.stability": "stability",
+        "mbproj.commands.sweep": "SweepTable sweep",
         "mbproj.commands.threshold": "threshold",
         "mbproj.commands.tradeoff": "tradeoff",
         "mbproj.commands.verify": "verify",

@@ -19,7 +19,7 @@ import numpy as np
 
 from mbproj.base.errors import InputError, SimulationError
 from mbproj.base.mechanisms_folder import mechanisms
-from mbproj.commands.python.check import assembled, checked
+from mbproj.commands.report.scene import assembled, checked
 from mbproj.motion.simulate import simulate
 from mbproj.scene.records import Body, Joint, Pair, Vector
 from mbproj.scene.scene import Scene, read_scene

@@ -271,7 +271,7 @@ def test_a_key_that_no_table_has_is_refused_and_so_is_a_report():
         refuse_what_no_table_says(["run"], {"scene": "a", "output": "b", "status": "complete"})
     with pytest.raises(TypeError, match=r"no fact is called \['more'\]"):
         report_of(REPORTS["sweep"].facts, None, more=1)
-    with pytest.raises(InputError, match="there is no schema of 'rum'"):
+    with pytest.raises(InputError, match="there is no 'rum'; choose from: scene, run"):
         package.schema("rum")
 
 

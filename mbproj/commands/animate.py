@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from mbproj.base.errors import InputError, Problem
-from mbproj.commands.options import AnyNumber, File, Part, Positive, explained, option
-from mbproj.commands.study_options import force as force_option
+from mbproj.commands.kinds import AnyNumber, Positive
+from mbproj.commands.options import File, Part, explained, force_option, option
 
 if TYPE_CHECKING:
     from mbproj.show.page.pages import PageData

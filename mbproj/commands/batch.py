@@ -1,55 +1,84 @@
-"""`mbproj batch`: runs many scenes in parallel processes and checks their expectations."""
+"""`mbproj batch` and `mbproj.batch`: runs many scenes in parallel processes and checks their expectations."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import ExitCode
-from mbproj.commands import study_options
+from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import plot_option
-from mbproj.commands.options import FolderPath, Part, explained, option, scene_file
+from mbproj.commands.kinds import Positive
+from mbproj.commands.options import Argument, FolderPath, Option, Part, scene_file
 from mbproj.commands.report.summary import error_words, verdict
 from mbproj.commands.report.summary import record as outcome_record
+from mbproj.commands.study_options import FreshWork, answer, junit
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.runs import NOTES
+from mbproj.results.views import Table, Tabled
+from mbproj.studies.batch import SceneResult, exit_code, run_batch, scene_paths, tasks
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
 
-    from mbproj.studies.batch import SceneResult
+    from mbproj.commands.arguments import Quantity
 
 #: The largest timeout (s) of a scene: 30 years, which every clock can count.
 LONGEST = 1e9
 RESULT_WIDTH = len("fault of mbproj")
-KEEP = "Keep the results files in DIR. What is complete there is only checked again."
 EXAMPLES = (
     ("Run a scene and all scenes of a folder, and check what they expect.", "mbproj batch five_bar.yaml validation"),
     ("Run all scenes below this folder in a pipeline.", 'mbproj batch "**/*.yaml" --junit report.xml --keep results'),
 )
+Paths = Annotated["str | Path | Sequence[str | Path]", Argument(scene_file(path_type=Path), many=True)]
+Timeout = Annotated[
+    "Quantity", Option(Part.EFFORT, "Stop a scene that runs longer.", Positive("s", maximum=LONGEST), "TIME")
+]
+Keep = Annotated[
+    "str | Path | None",
+    Option(
+        Part.OUTPUT,
+        "Keep the results files in DIR. What is complete there is only checked again.",
+        FolderPath(path_type=Path),
+        "DIR",
+    ),
+]
 
 
-@explained("batch", EXAMPLES)
-@click.argument("paths", nargs=-1, required=True, type=scene_file(path_type=Path))
-@study_options.study
-@option(
-    Part.EFFORT, "--timeout", default="5 min", show_default=True, metavar="TIME", help="Stop a scene that runs longer."
-)
-@study_options.junit
-@option(Part.OUTPUT, "--keep", type=FolderPath(path_type=Path), metavar="DIR", help=KEEP)
-@option(Part.EFFORT, "--resume", is_flag=True, hidden=True, help="What --keep does anyway, without --fresh.")
-@plot_option
-def command(
-    paths: tuple[Path, ...],
-    timeout: str,
-    keep: Path | None,
-    resume: bool,
-    **options: Any,
-) -> int:
+@dataclass(frozen=True)
+class Batch(Tabled):
+    """The results of many scenes, in their order."""
+
+    results: tuple[SceneResult, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether all scenes ran and meet all their expectations."""
+        return exit_code(self.results) == ExitCode.DONE
+
+    @property
+    def table(self) -> Table:
+        """A table with a row for each scene."""
+        return Table.of(map(_row, self.results), "scene", "result")
+
+    @property
+    def line(self) -> str:
+        """A line that counts the scenes by their result."""
+        words = [result.word for result in self.results]
+        return ", ".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words))
+
+    __repr__ = Tabled.__repr__
+
+
+@declared
+def batch(paths: Paths, *, timeout: Timeout = "5 min", keep: Keep = None, **effort: Unpack[FreshWork]) -> Batch:
     """Runs many scenes and checks their `expect` blocks.
 
     PATHS are scene files, directories, or patterns ('**/*.yaml').
@@ -60,16 +89,53 @@ def command(
 
     Exit code 0: all expectations hold; 3: a scene could not run (wrong input, a failure, the timeout); 4: all scenes
     ran, and an expectation does not hold; 2: wrong options, or no scenes.
+
+    In Python it returns the results. A scene that fails is a row. Raises InputError where there are no scenes.
     """
-    from mbproj.commands.python.studies import Batch, handed_out
+    asked = read(batch, locals())
+    scenes, results = scene_paths(asked.paths), dict[int, SceneResult]()
+
+    def record(number: int, result: SceneResult) -> None:
+        results[number] = result
+        asked.progress("scenes", len(results), len(scenes))
+
+    _run(asked, scenes, record)
+    return Batch(tuple(results[number] for number in sorted(results)))
+
+
+def _run(asked: Any, scenes: Sequence[Path], record: Callable[[int, SceneResult], None]) -> None:
+    """Run the scenes. Results are in the folder that is kept, where complete ones are reused unless the batch is
+    `fresh`; else in a temporary folder."""
+    if asked.keep is not None:
+        run_batch(tasks(scenes, asked.keep, True, not asked.fresh), asked.where, asked.timeout, record)
+        return
+    with TemporaryDirectory(prefix="mbproj-batch-", ignore_cleanup_errors=True) as folder:
+        run_batch(tasks(scenes, Path(folder), keep=False), asked.where, asked.timeout, record)
+
+
+def _row(result: SceneResult) -> dict[str, object]:
+    worst = result.worst
+    return {
+        "scene": str(result.scene),
+        "result": result.word,
+        "expectations": len(result.outcomes),
+        "hold": sum(outcome.holds for outcome in result.outcomes),
+        "seconds": result.seconds,
+        "formulation": result.formulation or "",
+        "nearest to its limit": "" if worst is None else worst.expectation.name,
+        "error": None if worst is None else worst.error,
+        "allowed": None if worst is None else worst.expectation.tolerance,
+        "message": result.message.partition("\n")[0],
+    }
+
+
+@command_of(batch, EXAMPLES, answer, junit, plot_option)
+def command(asked: Asked[Batch], **options: Any) -> int:
     from mbproj.commands.report.junit import junit
     from mbproj.commands.study import Study
-    from mbproj.scene.fields.quantities import Number, given_number
-    from mbproj.studies.batch import exit_code, run_batch, scene_paths
 
-    seconds = given_number(timeout, "--timeout", Number("s", above=0.0, maximum=LONGEST))
-    scenes = scene_paths(paths)
-    study = Study(options, ("scene", "result"))
+    wanted = asked.read()
+    scenes, study = scene_paths(wanted.paths), Study(options, ("scene", "result"))
     study.write_junit(lambda: junit([]))
     results: dict[int, SceneResult] = {}
     rows = BatchRows([str(scene) for scene in scenes], shown=study.shows_table)
@@ -80,14 +146,10 @@ def command(
         tell("scenes", len(results), len(scenes))
 
     interrupted = False
-    # the table shows the progress, too
-    with (
-        handed_out(scenes, keep, fresh=study.fresh, resume=resume) as tasks,
-        study.telling(hidden=study.shows_table) as tell,
-    ):
+    with study.telling(hidden=study.shows_table) as tell:  # the table shows the progress, too
         tell("scenes", 0, len(scenes))
         try:
-            run_batch(tasks, study.where, seconds, record)
+            _run(wanted, scenes, record)
         except KeyboardInterrupt:
             interrupted = True
     ended = [results[number] for number in sorted(results)]

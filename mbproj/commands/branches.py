@@ -1,37 +1,41 @@
-"""`mbproj branches`: all assemblies of a mechanism at a pose."""
+"""`mbproj branches` and `mbproj.branches`: all assemblies of a mechanism at a pose."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from mbproj.base.errors import ExitCode, InputError, Place, Problem
+from mbproj.base.errors import ExitCode, InputError, Place, Problem, choose_from
 from mbproj.base.thresholds import THRESHOLDS
+from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import check_picture, look
-from mbproj.commands.linear_options import scene_argument
-from mbproj.commands.options import File, Part, explained, option, parameters
+from mbproj.commands.kinds import Count
+from mbproj.commands.options import File, Option, Part, force_option, json_option, option
 from mbproj.commands.report.text import json_text
-from mbproj.equations.assembly.assemble import assemble, moved_by
-from mbproj.equations.assembly.assemblies import Assemblies, Assembly
+from mbproj.equations.assembly.assemble import State, assemble, moved_by
+from mbproj.equations.assembly.assemblies import Assemblies, Assembly, assemblies, conditions, freedom_left
 from mbproj.equations.assembly.compiled import compile_system
+from mbproj.linear.equilibrium.start import assembled_start
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.system import Conditions, System
 from mbproj.results.output_files import SCENE, make_folder, write_text
 from mbproj.scene.changes import Changes, text_with_changes
+from mbproj.scene.fields.quantities import Number, given_number
 from mbproj.scene.scene import Scene, read_scene_text
+from mbproj.scene.settings import placed_in
 from mbproj.show.appearance.motion import motion_at
 
 if TYPE_CHECKING:
-    from mbproj.equations.assembly.assemblies import Assemblies, Assembly
-    from mbproj.model.system import System
-    from mbproj.scene.scene import Scene
-
+    from mbproj.commands.arguments import SceneLike
 
 #: The most joint coordinates that are printed for an assembly; --json has all.
 SHOWN = 8
+#: The most coordinates that a message names.
+NAMED = 8
 EXAMPLES = (
     ("List both assemblies of a four-bar at its crank's angle.", "mbproj branches planar_four_bar.yaml --hold A.angle"),
     (
@@ -39,77 +43,79 @@ EXAMPLES = (
         "mbproj branches planar_four_bar.yaml --hold A.angle --write starts",
     ),
 )
+Hold = Annotated[
+    "str | Sequence[str]",
+    Option(
+        Part.WHAT,
+        "Hold a joint's coordinate at a value, A.angle=30deg, or at its start; repeatable.",
+        None,
+        "NAME[=VALUE]",
+        many=True,
+    ),
+]
+Starts = Annotated[
+    "int | None",
+    Option(Part.EFFORT, "Search from N random poses [default: until each was found often].", Count(1), "N"),
+]
 
 
-@explained("branches", EXAMPLES)
-@scene_argument
-@option(
-    Part.WHAT,
-    "--hold",
-    multiple=True,
-    metavar="NAME[=VALUE]",
-    help="Hold a joint's coordinate at a value, A.angle=30deg, or at its start; repeatable.",
-)
-@option(
-    Part.EFFORT,
-    "--starts",
-    type=click.IntRange(1),
-    metavar="N",
-    help="Search from N random poses [default: until each was found often].",
-)
-@option(
+@declared
+def branches(
+    scene: SceneLike,
+    *,
+    hold: Hold = (),
+    starts: Starts = None,
+    parameters: Mapping[str, object] = MappingProxyType({}),
+) -> Assemblies:
+    """Finds all assemblies of a scene, in which its joints close.
+
+    They satisfy its motions at the start and hold the coordinates of --hold; no degree of freedom may be left. The
+    search begins from random poses within the bodies' reach. The report tells how rare an assembly is that it may have
+    missed.
+
+    In Python `scene` and `parameters` are as in `run`. Raises InputError where the scene is wrong or degrees of freedom
+    are left.
+    """
+    asked = read(branches, locals())
+    system, state, held = _ready(asked.scene, asked.hold)
+    return assemblies(system.at_positions, state, held, asked.starts)
+
+
+WRITE = option(
     Part.OUTPUT,
     "--write",
     type=click.Path(file_okay=False, path_type=Path),
     metavar="DIR",
     help="Write each assembly as a scene that starts there.",
 )
-@option(
+PICTURE = option(
     Part.OUTPUT,
     "--picture",
     type=File(".png", ".svg", ".pdf", path_type=Path),
     metavar="FILE",
     help="Draw them side by side.",
 )
-@look
-@option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mbproj did not write, too.")
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
-def command(
-    scene: str,
-    settings: tuple[str, ...],
-    hold: tuple[str, ...],
-    starts: int | None,
-    write: Path | None,
-    picture: Path | None,
-    force: bool,
-    as_json: bool,
-) -> int:
-    """Finds all assemblies of SCENE, in which its joints close.
 
-    They satisfy its motions at the start and hold the coordinates of --hold; no degree of freedom may be left. The
-    search begins from random poses within the bodies' reach. The report tells how rare an assembly is that it may have
-    missed.
-    """
-    from mbproj.commands.python.check import ready
-    from mbproj.equations.assembly.assemblies import assemblies
-    from mbproj.scene.scene import read_scene
 
-    what = read_scene(scene, parameters(settings))
+@command_of(branches, EXAMPLES, WRITE, PICTURE, look, force_option, json_option)
+def command(asked: Asked[Assemblies], write: Path | None, picture: Path | None, force: bool, as_json: bool) -> int:
+    what = asked.scene
     check_picture(picture, force=force, option="--picture")
     if write is not None:
         check_starts(what, write)
-    system, state, conditions = ready(what, hold)
-    all_assemblies = assemblies(system.at_positions, state, conditions, starts)
+    system, state, held = _ready(what, asked.given["hold"])
+    all_assemblies = assemblies(system.at_positions, state, held, asked.given.get("starts"))
     written: list[str] = []
     if write is not None:
-        written = [str(path) for path in write_starts(what, system, all_assemblies, conditions, write, force=force)]
+        written = [str(path) for path in write_starts(what, system, all_assemblies, held, write, force=force)]
     if picture is not None:
         _draw(what, system, all_assemblies, picture, force=force)
     if as_json:
         drawn = None if picture is None else str(picture)
-        click.echo(json_text({"scene": scene, **_facts(system, all_assemblies), "written": written, "picture": drawn}))
+        told = _facts(system, all_assemblies)
+        click.echo(json_text({"scene": asked.path, **told, "written": written, "picture": drawn}))
     else:
-        click.echo("\n".join(_lines(what.title or scene, system, all_assemblies)))
+        click.echo("\n".join(_lines(what.title or asked.path, system, all_assemblies)))
         for path in [*written, *([] if picture is None else [str(picture)])]:
             click.echo(path)
         if all_assemblies.is_unsure:
@@ -119,13 +125,44 @@ def command(
     return int(ExitCode.DONE)
 
 
+def _ready(scene: Scene, hold: Sequence[str]) -> tuple[System, State, Conditions]:
+    """Compile and assemble a scene, and return also the held coordinates. Raises InputError where degrees of freedom
+    are left."""
+    with placed_in(scene):
+        system = compile_system(scene)
+        state = assembled_start(scene, system)
+    return system, state, _held_coordinates(scene, system, state, hold)
+
+
+def _held_coordinates(scene: Scene, system: System, state: State, hold: Sequence[str]) -> Conditions:
+    """The coordinates that the scene's joints fix at the start, and those of `hold`. Raises InputError where degrees of
+    freedom are left."""
+    names, units = list(system.names.coordinates), system.names.coordinate_units
+    start = initial_guess(scene, system).start
+    wanted: dict[int, float | None] = dict(zip(start.index.tolist(), start.value.tolist(), strict=True))
+    for text in hold:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if name not in names:
+            raise InputError(Problem(f"there is no coordinate '{name}'", Place("--hold"), choose_from(name, names)))
+        index = names.index(name)
+        wanted[index] = given_number(value, f"--hold {name}", Number(units[index])) if equals else None
+    held = conditions(system, state, iter(wanted.items()))
+    left = freedom_left(system.at_positions, state, held)
+    if left:
+        count = f"{left} degrees of freedom are" if left > 1 else "1 degree of freedom is"
+        free = [name for index, name in enumerate(names) if index not in wanted]
+        able = f"hold {left} of the coordinates {', '.join(free[:NAMED])}" if free else "drive them by 'motions'"
+        raise InputError(Problem(f"{count} left: assemblies cannot be counted", Place("--hold"), able))
+    return held
+
+
 def _draw(what: Scene, system: System, all_assemblies: Assemblies, picture: Path, *, force: bool) -> None:
     """Draw the assemblies side by side, at the same scale."""
     import numpy as np
 
     from mbproj.scene.meshes import meshes_of
     from mbproj.show.appearance.mechanism import look_of, view_of
-    from mbproj.show.appearance.motion import PoseHistory, motion_at
+    from mbproj.show.appearance.motion import PoseHistory
     from mbproj.show.figures.mechanism import draw_side_by_side
     from mbproj.show.figures.style import save
 
@@ -162,8 +199,6 @@ def _facts(system: System, all_assemblies: Assemblies) -> dict[str, Any]:
 
 
 def _poses(system: System, each: Assembly) -> dict[str, dict[str, list[float]]]:
-    from mbproj.show.appearance.motion import motion_at
-
     motion = motion_at(system, each.q)
     return {
         name: {"position": motion.position[0, k].tolist(), "orientation": motion.orientation[0, k].tolist()}

@@ -1,21 +1,27 @@
-"""`mbproj check`: a report on a scene, which tells whether it closes and can run."""
+"""`mbproj check` and `mbproj.check`: a report on a scene, which tells whether it closes and can run."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from mbproj.base.errors import ExitCode
+from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import look
-from mbproj.commands.options import File, Part, explained, option, overrides, parameters, scene_options
+from mbproj.commands.options import File, Part, RunSettings, json_option, option
 from mbproj.commands.report.text import json_text
 from mbproj.joints.table import COORDINATE_UNITS, INERTIA_UNITS, JOINTS
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
     from mbproj.base.settings import Settings
+    from mbproj.commands.arguments import SceneLike
+    from mbproj.commands.report.scene import SceneCheck
     from mbproj.model.system import System
     from mbproj.scene.records import Body, Joint
     from mbproj.scene.scene import Scene
@@ -28,44 +34,59 @@ EXAMPLES = (
 )
 
 
-@explained("check", EXAMPLES)
-@scene_options
-@option(
+PICTURE = option(
     Part.OUTPUT,
     "--picture",
     type=File(".html", ".png", ".svg", ".pdf", path_type=Path),
     metavar="FILE",
     help="Draw the start, assembled: a .png, .svg or .pdf, or an .html page.",
 )
-@look
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object.")
-def command(scene: str, settings: tuple[str, ...], picture: Path | None, as_json: bool, **options: Any) -> int:
-    """Reads and assembles SCENE without running it.
+
+
+@declared
+def check(
+    scene: SceneLike,
+    *,
+    parameters: Mapping[str, object] = MappingProxyType({}),
+    **settings: Unpack[RunSettings],
+) -> SceneCheck:
+    """Reads and assembles a scene without running it.
 
     Exit code 0: it can run; 2: the input is wrong or does not close; 4: its equations have no unique solution.
+
+    In Python it returns whether the scene can run, and its degrees of freedom. `scene`, `parameters` and the settings
+    are as in `run`. Raises InputError where the scene is wrong or does not close. Equations without a unique solution
+    are listed in `problems`.
     """
-    from mbproj.commands.python import check as fast_forces
-    from mbproj.commands.python.check import assembled, checked
+    from mbproj.commands.report.scene import assembled, checked
+
+    what = read(check, locals()).scene
+    return checked(what, *assembled(what))
+
+
+@command_of(check, EXAMPLES, PICTURE, look, json_option)
+def command(asked: Asked[SceneCheck], picture: Path | None, as_json: bool) -> int:
+    from mbproj.commands.report import scene as fast_forces
+    from mbproj.commands.report.scene import assembled, checked
+    from mbproj.commands.report.start import check_start, draw_start
     from mbproj.commands.report.text import show_notes
-    from mbproj.commands.start import check_start, draw_start
     from mbproj.motion.stiffness import stable_steps
-    from mbproj.scene.scene import read_scene
 
     if picture is not None:
         check_start(picture)
-    what = read_scene(scene, parameters(settings), overrides(options))
+    what = asked.scene
     system, state = assembled(what)
     if picture is not None:
         draw_start(picture, what, system, state)
     report = checked(what, system, state)
-    facts = {"scene": scene, **report.facts}
+    facts = {"scene": asked.path, **report.facts}
     if as_json:
         click.echo(json_text(facts))
     else:
         *start, verdict = _start(what, facts)
         stiff = fast_forces.lines(report.fast, stable_steps(report.fast))
         lines = [*_sizes(what, system, facts), *report.diagnosis.lines(), *start, *stiff, verdict]
-        click.echo("\n".join([what.title or Path(scene).stem, *lines]))
+        click.echo("\n".join([what.title or Path(asked.path).stem, *lines]))
         show_notes(report.notes)
         for problem in report.problems:
             click.echo(str(problem), err=True)
@@ -174,8 +195,8 @@ def _expectations(scene: Scene) -> list[str]:
 
 
 def _start(scene: Scene, facts: dict[str, Any]) -> list[str]:
+    from mbproj.commands.report.start import frictions, ropes, stops
     from mbproj.commands.report.summary import projection_words, step_words
-    from mbproj.commands.start import frictions, ropes, stops
 
     settings = scene.settings
     duration = "no duration" if settings.duration is None else f"{settings.duration:g} s"

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from mbproj.base.registry import FORMULATIONS
-from mbproj.commands.declared import Call, Told, declared, read, study_command, with_values
-from mbproj.commands.options import Option, Part, PositiveList, PositivePairs, QuantityNames, TruthValues, some_of
-from mbproj.commands.study_options import (
-    Effort,
-    Repeat,
-    Until,
-    answer,
-    in_folder,
-    integrators,
-    projections,
-)
+from mbproj.commands.declared import Asked, Told, declared, read, study_command, with_values
+from mbproj.commands.kinds import Names, Pair, Positive, Several, TruthValues
+from mbproj.commands.options import Option, Part, some_of
+from mbproj.commands.study_options import Effort, Repeat, Until, answer, in_folder, integrators, projections
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,19 +16,22 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Quantity, SceneLike
+    from mbproj.commands.arguments import Quantity, SceneLike
     from mbproj.studies.compare import Comparison
 
 Projections = Annotated["str | Sequence[str] | None", projections("none,baumgarte,gopm,gpopm")]
 Integrators = Annotated["str | Sequence[str] | None", integrators("the scene's")]
 Steps = Annotated[
     "Sequence[Quantity] | Quantity | None",
-    Option(Part.INTEGRATION, "Fixed steps [default: the scene's].", PositiveList("s"), "TIME,.."),
+    Option(Part.INTEGRATION, "Fixed steps [default: the scene's].", Several(Positive("s")), "TIME,.."),
 ]
 Tolerances = Annotated[
     "Sequence[Quantity] | Quantity | None",
     Option(
-        Part.INTEGRATION, "Error tolerances, for integrators with an error estimate.", PositiveList(""), "NUMBER,.."
+        Part.INTEGRATION,
+        "Error tolerances, for integrators with an error estimate.",
+        Several(Positive("")),
+        "NUMBER,..",
     ),
 ]
 Formulations = Annotated[
@@ -43,7 +39,7 @@ Formulations = Annotated[
     Option(
         Part.INTEGRATION,
         "Formulations to compare; with several, cost is counted in factorisations, not in time.",
-        QuantityNames(),
+        Names(),
         "A,B",
         complete=some_of(lambda: FORMULATIONS),
     ),
@@ -63,7 +59,7 @@ Alphas = Annotated[
     Option(
         Part.PROJECTION,
         "Penalties for the methods that take one [default: the usual one].",
-        PositiveList(""),
+        Several(Positive("")),
         "NUMBER,..",
     ),
 ]
@@ -72,7 +68,7 @@ Gains = Annotated[
     Option(
         Part.PROJECTION,
         "Gains α and β of Baumgarte's method [default: the usual ones].",
-        PositivePairs("1/s"),
+        Several(Pair("1/s"), ";"),
         "A[,B];..",
     ),
 ]
@@ -127,11 +123,11 @@ EXAMPLES = (
 )
 
 
-def _told(call: Call, comparison: Comparison) -> Told:
+def _told(asked: Asked[Any], comparison: Comparison) -> Told:
     numbers = {"until": float(comparison.reference.times[-1]), "entries": comparison.table.records}
 
     def page() -> Figure:
-        return _page(comparison, call.scene.title)
+        return _page(comparison, asked.scene.title)
 
     return Told(comparison.table, _table(comparison), numbers, page, comparison.notes)
 

@@ -1,19 +1,25 @@
-"""`mbproj compare-results`: whether two results are the same motion, and where they part."""
+"""`mbproj compare-results` and `mbproj.compare_results`: whether two results are the same motion, and where they
+part."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from mbproj.commands.options import Part, explained, option, results_file
+from mbproj.base.errors import ExitCode, InputError, Place, Problem, choose_from
+from mbproj.commands.declared import Asked, command_of, declared, read
+from mbproj.commands.kinds import Assignments, Positive
+from mbproj.commands.options import Option, Part, SomeResults, json_option
 from mbproj.commands.report.text import json_text
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.files import COMPARISON
 
 if TYPE_CHECKING:
+    from mbproj.commands.arguments import Quantity
     from mbproj.results.analysis.comparison import MotionComparison, QuantityComparison
 
 EXAMPLES = (
@@ -22,56 +28,68 @@ EXAMPLES = (
 )
 
 
-@explained("compare-results", EXAMPLES)
-@click.argument("first", type=results_file(path_type=Path))
-@click.argument("second", type=results_file(path_type=Path))
-@option(
-    Part.ACCURACY,
-    "--tolerance",
-    default="1e-6",
-    show_default=True,
-    metavar="NUMBER",
-    help="Difference allowed, relative to the largest magnitude of a quantity.",
-)
-@option(
-    Part.ACCURACY,
-    "--absolute",
-    multiple=True,
-    metavar="QUANTITY=VALUE",
-    help='Absolute difference allowed for one quantity instead, e.g. --absolute "bodies/position=1 mm"; repeatable.',
-)
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
-def command(first: Path, second: Path, tolerance: str, absolute: tuple[str, ...], as_json: bool) -> int:
+def _allowed(name: str, value: Any, place: str) -> float:
+    """The difference that a quantity is allowed, in its unit. Raises InputError for an unknown quantity, or a value
+    that is not a positive number in its unit."""
+    from mbproj.results.analysis.comparison import COMPARED
+
+    units = {dataset.path: dataset.unit for dataset in COMPARED}
+    if name not in units:
+        hint = choose_from(name, units, "quantities")
+        raise InputError(Problem(f"there is no quantity '{name}'", Place(place), hint))
+    unit_text = "rad" if name == "bodies/orientation" else units[name]
+    return float(Positive(None if " or " in unit_text else unit_text.replace(" ", "*")).of(value, place))
+
+
+Tolerance = Annotated[
+    "Quantity",
+    Option(
+        Part.ACCURACY, "Difference allowed, relative to the largest magnitude of a quantity.", Positive(""), "NUMBER"
+    ),
+]
+Absolute = Annotated[
+    "Mapping[str, Quantity]",
+    Option(
+        Part.ACCURACY,
+        'Absolute difference allowed for one quantity instead, e.g. --absolute "bodies/position=1 mm"; repeatable.',
+        Assignments(_allowed, '--absolute "bodies/position=1 mm"'),
+        "QUANTITY=VALUE",
+        many=True,
+    ),
+]
+
+
+@declared
+def compare_results(
+    first: SomeResults, second: SomeResults, *, tolerance: Tolerance = 1e-6, absolute: Absolute = MappingProxyType({})
+) -> MotionComparison:
     """Tells whether the results FIRST and SECOND are the same motion.
 
     Compares them at the sample times that both have, without interpolation. A table shows the largest difference of
     each quantity, where and when it occurs, and the difference allowed.
 
     Exit code 0: the same motion; 4: they differ, or one is longer; 2: they cannot be compared.
-    """
-    from mbproj.base.errors import ExitCode
-    from mbproj.results.analysis.comparison import compare_motions
-    from mbproj.results.reader import open_results
-    from mbproj.scene.fields.quantities import Number, given_number
 
-    part = given_number(tolerance, "--tolerance", Number(above=0.0))
-    limits = dict(_limit(text) for text in absolute)
-    with open_results(first) as one, open_results(second) as other:
-        comparison = compare_motions(one, other, part, limits)
+    In Python `found.same` tells whether they are the same motion. Raises InputError where the results cannot be
+    compared.
+    """
+    from mbproj.commands.stored_run import opened
+    from mbproj.results.analysis.comparison import compare_motions
+
+    asked = read(compare_results, locals())
+    with opened(asked.first) as one, opened(asked.second) as other:
+        return compare_motions(one, other, asked.tolerance, asked.absolute)
+
+
+@command_of(compare_results, EXAMPLES, json_option)
+def command(asked: Asked[MotionComparison], as_json: bool) -> int:
+    first, second, comparison = asked.given["first"], asked.given["second"], asked.result()
     if as_json:
         click.echo(json_text(report_of(COMPARISON, comparison, first=first, second=second)))
     else:
         for line in _lines(comparison, first, second):
             click.echo(line)
     return int(ExitCode.DONE if comparison.same else ExitCode.CHECK_FAILED)
-
-
-def _limit(text: str) -> tuple[str, float]:
-    """The name and the value of a text QUANTITY=VALUE, the value in the unit of the quantity."""
-    from mbproj.commands.python.files import allowed
-
-    name, _, value = text.partition("=")
-    return name, allowed(name, value)
 
 
 def _lines(comparison: MotionComparison, first: Path, second: Path) -> Iterator[str]:

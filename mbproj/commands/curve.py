@@ -1,72 +1,83 @@
-"""`mbproj curve`: the profile of a curve of a scene, as a table and a picture."""
+"""`mbproj curve` and `mbproj.curve`: the profile of a curve of a scene, as a table and a picture."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from math import degrees, inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated
 
 import click
 
+from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import check_picture, plot_option
-from mbproj.commands.options import File, Part, explained, option, parameters, scene_file
+from mbproj.commands.kinds import Count
+from mbproj.commands.options import (
+    Argument,
+    File,
+    Option,
+    Part,
+    force_option,
+    json_option,
+    output_option,
+    quiet_option,
+)
 from mbproj.commands.report.text import json_text, table
-from mbproj.commands.study_options import force as force_option
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.scenes import CURVE
 
 if TYPE_CHECKING:
+    from mbproj.commands.arguments import SceneLike
     from mbproj.scene.blocks.curve_sheet import Sheet
 
 EXAMPLES = (
     ("The cam's pressure angle, curvature and largest roller.", "mbproj curve cam.yaml lift"),
     ("The profile for the workshop, and a picture of it.", "mbproj curve cam.yaml lift -o lift.csv --plot lift.png"),
 )
+Name = Annotated["str | None", Argument()]
+Rows = Annotated[
+    int,
+    Option(Part.WHAT, "Rows of the table, from the beginning of the curve to its end.", Count(2, 1_000_000), "N"),
+]
 
 
-@explained("curve", EXAMPLES)
-@click.argument("scene", type=scene_file())
-@click.argument("name", required=False)
-@option(Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene.")
-@option(
-    Part.WHAT,
-    "--rows",
-    type=click.IntRange(2, 1_000_000),
-    default=361,
-    help="Rows of the table, from the beginning of the curve to its end [default: 361].",
-)
-@option(Part.OUTPUT, "-o", "--output", type=File(".csv", path_type=Path), help="CSV table of the profile.")
-@plot_option
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with all rows.")
-@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-@force_option
-def command(
-    scene: Path,
-    name: str | None,
-    settings: tuple[str, ...],
-    rows: int,
-    output: Path | None,
-    picture_path: Path | None,
-    as_json: bool,
-    quiet: bool,
-    force: bool,
-) -> None:
-    """Shows a curve of SCENE: profile, pressure angle, curvature, largest roller.
+@declared
+def curve(
+    scene: SceneLike,
+    name: Name = None,
+    *,
+    rows: Rows = 361,
+    parameters: Mapping[str, object] = MappingProxyType({}),
+) -> Sheet:
+    """Shows a curve of a scene: profile, pressure angle, curvature, largest roller.
 
     NAME is that of the curve; a scene with a single one needs none. The pressure angle is that of a follower that moves
     on a line through the origin of the curve. Lengths of the table are in m, angles in rad.
+
+    In Python `columns()` of the result is the table. Raises InputError for an unknown name.
     """
+    from mbproj.scene.blocks.curve_sheet import sheet_of
+
+    asked = read(curve, locals())
+    return sheet_of(asked.scene, asked.name, asked.rows)
+
+
+OUTPUT = output_option(None, File(".csv", path_type=Path), "CSV table of the profile.")
+
+
+@command_of(curve, EXAMPLES, OUTPUT, plot_option, json_option, quiet_option, force_option)
+def command(
+    asked: Asked[Sheet], output: Path | None, picture_path: Path | None, as_json: bool, quiet: bool, force: bool
+) -> None:
     from mbproj.results.output_files import check_replaceable, csv
     from mbproj.results.table_files import write_csv
-    from mbproj.scene.blocks.curve_sheet import sheet_of
-    from mbproj.scene.scene import read_scene
 
     kind = csv(["arc length (m)"])
     if output is not None:
         check_replaceable(output, kind, force=force)
     check_picture(picture_path, force=force)
-    sheet = sheet_of(read_scene(scene, parameters(settings)), name, rows)
+    sheet = asked.result()
     columns = sheet.columns()
     if as_json:
         click.echo(json_text(facts(sheet)))

@@ -18,10 +18,10 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import wraps
+from functools import cached_property, wraps
 from pathlib import Path
 from types import MappingProxyType, SimpleNamespace
-from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeVar, get_args, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, Generic, ParamSpec, TypeVar, get_args, get_origin
 
 import click
 
@@ -29,18 +29,15 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from
 from mbproj.base.settings import SETTINGS, settings_taken
 from mbproj.commands.options import (
-    AnyNumber,
+    Entry,
     Option,
-    PositiveList,
-    PositivePairs,
-    QuantityNames,
+    changes,
     explained,
     overrides,
     parameters,
     scene_file,
     scene_options_of,
 )
-from mbproj.commands.study_options import changes as changes_option
 from mbproj.studies.parallel.progress import silent
 
 if TYPE_CHECKING:
@@ -54,18 +51,24 @@ Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
 
 #: The names of arguments by those of earlier versions.
-EARLIER = {"repetitions": "repeat", "processes": "jobs", "tell": "progress", "from_equilibrium": "start"}
+EARLIER = {
+    "resume": "keep",
+    "repetitions": "repeat",
+    "processes": "jobs",
+    "tell": "progress",
+    "from_equilibrium": "start",
+}
 #: The defaults of arguments that ** unpacks, where these are not None.
 USUAL: Mapping[str, Any] = {"fresh": False, "parameters": MappingProxyType({}), "progress": silent}
 
 
-def options_of(function: Callable[..., Any]) -> dict[str, tuple[inspect.Parameter, Option]]:
-    """The parameters of a function that are options, by name, in their order; those of its ** come last."""
-    inner = inspect.unwrap(function)
+def entries_of(function: Callable[..., Any]) -> dict[str, tuple[inspect.Parameter, Entry]]:
+    """The parameters of a function that are options or arguments, by name, in their order; those of its ** come
+    last."""
     listed = {}
-    for parameter, where in _parameters(inner):
+    for parameter, where in _parameters(inspect.unwrap(function)):
         for part in get_args(where.get(str(parameter.annotation)))[1:]:
-            if isinstance(part, Option):
+            if isinstance(part, Entry):
                 listed[parameter.name] = (parameter, part)
     return listed
 
@@ -90,11 +93,11 @@ def declared(function: Callable[Arguments, Result]) -> Callable[Arguments, Resul
 
     @wraps(function)
     def called(*values: Arguments.args, **named: Arguments.kwargs) -> Result:
-        from mbproj.commands.python.arguments import by_arguments
+        from mbproj.commands.arguments import by_arguments
 
         for old in EARLIER.keys() & named.keys():
             raise TypeError(f"{function.__name__}() has no argument '{old}': its name is '{EARLIER[old]}'")
-        with by_arguments():
+        with by_arguments(_arguments(function)):
             return function(*values, **named)
 
     called.__signature__ = _signature(function)  # type: ignore[attr-defined]
@@ -115,57 +118,50 @@ def _words(accepted: Any) -> str:
     return str(getattr(accepted, "__forward_arg__", getattr(accepted, "__name__", accepted)))
 
 
+def _arguments(function: Callable[..., Any]) -> dict[str, str]:
+    """The names of parameters by those of their options, where these differ."""
+    options = {name: entry for name, (_, entry) in entries_of(function).items() if isinstance(entry, Option)}
+    return {text: name for name, entry in options.items() for text in entry.names if text.startswith("--")}
+
+
 def read(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
     """The arguments of a declared function, read: an object with an attribute each. `scene` is the scene, with its
-    `parameters` and settings changed. A function that takes `jobs` has `effort`: the place of the work, `fresh` and
-    `progress`, as the functions of studies take them.
+    `parameters` and settings changed. A function that takes `jobs` has `where`, the place of the work; one that is
+    `fresh` too has `effort`: both and `progress`, as the functions of studies take them.
 
     Raises InputError where a value is wrong, TypeError for a setting that the function does not take."""
-    from mbproj.commands.python.arguments import scene_of
-
     inner = inspect.unwrap(function)
     asked = {name: value for name, value in arguments.items() if name in inspect.signature(inner).parameters}
     for parameter in inspect.signature(inner).parameters.values():
         if parameter.kind is inspect.Parameter.VAR_KEYWORD:
-            asked |= asked.pop(parameter.name)
+            asked |= asked.pop(parameter.name, {})
     usual = {parameter.name: parameter.default for parameter, _ in _parameters(inner)}
     for name in asked.keys() - usual.keys():
         raise TypeError(f"{inner.__name__}() has no argument '{name}'; {choose_from(name, [*usual])}")
     asked = {**usual, **asked}
-    for name, (_, entry) in options_of(inner).items():
-        asked[name] = _value(entry.kind, asked[name], name)
-    named = inspect.signature(inner).parameters
-    changed = {name: asked.pop(name) for name in SETTINGS if name in asked and name not in named}
-    changed |= {"output_step": asked["output_step"]} if "output_step" in named else {}
-    changed = {name: value for name, value in changed.items() if value is not None}
-    asked["scene"] = scene_of(asked["scene"], asked["parameters"], changed)
+    entries = entries_of(inner)
+    for name, (_, entry) in entries.items():
+        asked[name] = entry.read(asked[name], entry.names_of(name)[-1] if isinstance(entry, Option) else name)
+    if "scene" in asked and "scene" not in entries:
+        asked["scene"] = _scene(inner, asked)
     if "jobs" in asked:
         from mbproj.studies.parallel.cluster import workplace
 
-        where = workplace(*(asked.pop(part) for part in ("jobs", "scheduler", "scheduler_file")))
-        asked["effort"] = {"processes": where, "fresh": asked.pop("fresh"), "tell": asked.pop("progress")}
+        asked["where"] = workplace(*(asked.pop(part) for part in ("jobs", "scheduler", "scheduler_file")))
+        if "fresh" in asked:
+            asked["effort"] = {"processes": asked["where"], "fresh": asked["fresh"], "tell": asked["progress"]}
     return SimpleNamespace(**asked)
 
 
-def _value(kind: Any, value: Any, name: str) -> Any:
-    """The value of the argument `name`: numbers in SI units, names as a tuple; None stays None. Raises InputError
-    with the option as its place."""
-    from mbproj.commands.python.arguments import amounts, count_of, names_of
-    from mbproj.scene.fields.quantities import Number, given_number
+def _scene(function: Callable[..., Any], asked: dict[str, Any]) -> Scene:
+    """The scene, with its parameters and settings changed; these settings are removed."""
+    from mbproj.commands.arguments import scene_of
 
-    if value is None:
-        return None
-    if isinstance(kind, PositiveList):
-        return amounts(value, name, kind.unit)
-    if isinstance(kind, PositivePairs):
-        return kind.of(value.split(";") if isinstance(value, str) else value, f"--{name}")
-    if isinstance(kind, AnyNumber):
-        return given_number(value, f"--{name}", Number(kind.unit, **kind.bounds))
-    if isinstance(kind, QuantityNames):
-        return kind.of(names_of(value), f"--{name.replace('_', '-')}")
-    if isinstance(kind, click.IntRange):
-        return count_of(value, name, least=int(kind.min or 0))
-    return value
+    named = inspect.signature(function).parameters
+    changed = {name: asked.pop(name) for name in SETTINGS if name in asked and name not in named}
+    changed |= {"output_step": asked["output_step"]} if "output_step" in named else {}
+    changed = {name: value for name, value in changed.items() if value is not None}
+    return scene_of(asked["scene"], asked["parameters"], changed)
 
 
 def with_values(asked: Any, *names: str) -> dict[str, Any]:
@@ -173,15 +169,83 @@ def with_values(asked: Any, *names: str) -> dict[str, Any]:
     return {name: value for name in names if (value := getattr(asked, name)) is not None}
 
 
-@dataclass(frozen=True, eq=False)
-class Call:
-    """A call of a study from the command line: the `path` of its scene as it was typed, the `scene`, all `options`, the
-    `changes` of --set among them. `study` has the files and writes the report."""
+class Asked(Generic[Result]):
+    """What a command line asks of a declared function: `given`, its arguments by name, and the `changes` of --set.
+    `path` is the path of a scene as it was typed. `typed` are all options, `settings` those of a run. `study` has the
+    files of a study and writes its report."""
 
-    path: str
-    scene: Scene
-    options: Mapping[str, Any]
     study: Study
+
+    def __init__(self, function: Callable[..., Result], typed: dict[str, Any]) -> None:
+        entries = entries_of(function)
+        self._function: Callable[..., Result] = inspect.unwrap(function)
+        self.typed, self.path = typed, str(typed.get("scene", ""))
+        self.changes: tuple[str, ...] = typed.get("changes", ())
+        self.settings = overrides({name: value for name, value in typed.items() if name not in entries})
+        if "output_step" in entries:
+            self.settings["output_step"] = typed["output_step"]
+        self.given = {name: typed[name] for name in entries if typed.get(name) is not None}
+        self._reads_scene = "scene" in typed and "scene" not in entries
+        takes_parameters = any(parameter.name == "parameters" for parameter, _ in _parameters(self._function))
+        if self.changes and takes_parameters and not self._reads_scene:
+            self.given["parameters"] = parameters(self.changes)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene, with what --set and the options of settings change. Raises InputError where it is wrong."""
+        return self.scene_with({})
+
+    def scene_with(self, more: Mapping[str, str]) -> Scene:
+        """The scene with `more` changes, as --set makes them."""
+        from mbproj.scene.scene import read_scene
+
+        return read_scene(self.path, {**parameters(self.changes), **more}, self.settings)
+
+    def result(self, **more: Any) -> Result:
+        """What the function returns for the command line, with `more` arguments. Problems name options."""
+        return self._function(**{**self._arguments(), **more})
+
+    def read(self) -> Any:
+        """The arguments as the function reads them."""
+        return read(self._function, self._arguments())
+
+    def _arguments(self) -> dict[str, Any]:
+        if not self._reads_scene:
+            return self.given
+        return {"scene": self.scene, **{name: value for name, value in self.given.items() if name != "output_step"}}
+
+
+def command_of(
+    function: Callable[..., Result], examples: Sequence[tuple[str, str]], *files: Callable[[Any], Any], name: str = ""
+) -> Callable[[Callable[..., int | None]], click.Command]:
+    """Return a decorator that makes the command of a declared function: the arguments and options of its parameters,
+    --set and the settings where it takes them, and the options that `files` decorates it with. The decorated function
+    is given what is `Asked`, and the values of the latter options by name; its own docstring is the help, if it has
+    one."""
+    entries, own = entries_of(function), {parameter.name for parameter, _ in _parameters(inspect.unwrap(function))}
+    has_settings, reads_scene = "integrator" in own, "scene" in own and "scene" not in entries
+    asked_for = {*entries, "scene", "changes", *(SETTINGS if has_settings else ())}
+
+    def decorate(body: Callable[..., int | None]) -> click.Command:
+        def command(**typed: Any) -> int | None:
+            others = {name: value for name, value in typed.items() if name not in asked_for}
+            return body(Asked(function, typed), **others)
+
+        command.__doc__ = inspect.getdoc(body) or _help_of(inspect.unwrap(function))
+        decorated: Any = command
+        for add in reversed(files):
+            decorated = add(decorated)
+        if "parameters" in own and not has_settings:
+            decorated = changes(decorated)
+        for parameter, entry in reversed([*entries.values()]):
+            decorated = entry.on_command_line(parameter)(decorated)
+        if has_settings:
+            decorated = scene_options_of(function.__name__)(decorated)
+        elif reads_scene:
+            decorated = click.argument("scene", type=scene_file())(decorated)
+        return explained(name or function.__name__.replace("_", "-"), examples)(decorated)
+
+    return decorate
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,65 +267,40 @@ class Told:
 def study_command(
     function: Callable[..., Any],
     examples: Sequence[tuple[str, str]],
-    told: Callable[[Call, Any], Told],
+    told: Callable[[Asked[Any], Any], Told],
     *,
     first: tuple[str, ...],
     stem: str = "",
     files: Sequence[Callable[[Any], Any]] = (),
     refuse: Callable[[Mapping[str, Any]], None] | None = None,
-    before: Callable[[Call], None] | None = None,
-    after: Callable[[Call, Any], None] | None = None,
+    before: Callable[[Asked[Any]], None] | None = None,
+    after: Callable[[Asked[Any], Any], None] | None = None,
 ) -> click.Command:
     """The command of a declared study: SCENE, its options, and those that `files` decorates it with.
 
     `first` are the first headings of its table. With a `stem`, the table and the figure go into a folder under this
-    name. Both may name an argument: "{vary}". `refuse` looks at the options before the scene is read, `before` at the
-    call before the work; `after` acts on the result at the end."""
-    name, inner = function.__name__, inspect.unwrap(function)
-    has_settings = any(parameter.name == "integrator" for parameter, _ in _parameters(inner))
+    name. Both may name an argument: "{vary}". `refuse` looks at the options before the scene is read. `before` acts
+    before the work, `after` on the result at the end."""
+    tells = any(parameter.name == "progress" for parameter, _ in _parameters(inspect.unwrap(function)))
 
-    def command(**options: Any) -> int:
+    def run(asked: Asked[Any], **options: Any) -> int:
         from mbproj.commands.study import Study
-        from mbproj.scene.scene import read_scene
 
-        path, changes = options.pop("scene"), options.pop("changes", None) or options.pop("settings", ())
-        typed = {**options, "changes": changes}
-        settings = overrides({name: value for name, value in options.items() if name not in study_options})
         if refuse is not None:
-            refuse(typed)
-        if "output_step" in study_options:
-            settings["output_step"] = options["output_step"]
-        scene = read_scene(path, parameters(changes), settings)
-        asked = {argument: options[argument] for argument in study_options if options.get(argument) is not None}
-        for argument in study_options.keys() - {"jobs", "scheduler", "scheduler_file", "fresh", "repeat"}:
-            options.pop(argument)
-        headings = tuple(heading.format(**asked) for heading in first)
-        study = Study(options, headings, stem and f"{Path(path).stem}-{stem.format(**asked)}")
-        call = Call(path, scene, typed, study)
+            refuse(asked.typed)
+        headings = tuple(heading.format(**asked.given) for heading in first)
+        study = asked.study = Study(options, headings, stem and f"{Path(asked.path).stem}-{stem.format(**asked.given)}")
         if before is not None:
-            before(call)
-        asked = {**asked, "jobs": study.where} if "jobs" in study_options else asked
-        for part in ("scheduler", "scheduler_file", "output_step"):
-            asked.pop(part, None)
+            before(asked)
         with study.telling() as tell:
-            result = inner(scene, **asked, progress=tell)
-        said = told(call, result)
+            result = asked.result(**({"progress": tell} if tells else {}))
+        said = told(asked, result)
         study.hand_over(said.table, said.text, said.numbers, said.draw, said.notes, said.beside, said.left)
         if after is not None:
-            after(call, result)
+            after(asked, result)
         return said.code
 
-    command.__doc__ = _help_of(inner)
-    study_options = options_of(function)
-    decorated: Any = command
-    for decorate in reversed(files):
-        decorated = decorate(decorated)
-    if not has_settings:
-        decorated = changes_option(decorated)
-    for parameter, entry in reversed([*study_options.values()]):
-        decorated = entry.on_command_line(parameter)(decorated)
-    scene_argument = scene_options_of(name) if has_settings else click.argument("scene", type=scene_file())
-    return explained(name, examples)(scene_argument(decorated))
+    return command_of(function, examples, *files)(run)
 
 
 def _help_of(function: Callable[..., Any]) -> str:

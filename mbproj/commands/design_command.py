@@ -2,104 +2,82 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
-import click
 import numpy as np
 
-from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import ExitCode, InputError, Place, Problem
-from mbproj.commands import study_options
-from mbproj.commands.figure_options import look
-from mbproj.commands.options import FolderPath, Part, option, scene_file
+from mbproj.commands.declared import Asked
+from mbproj.commands.kinds import OneOf
+from mbproj.commands.options import Argument, FolderPath, Option, Part, output_option, scene_file
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import DESIGN
 from mbproj.scene.ranges import column_of
 
 if TYPE_CHECKING:
-    from mbproj.commands.study import Study
     from mbproj.studies.design.run import FoundDesign
 
-Command = TypeVar("Command", bound=Callable[..., Any])
 #: Searches found the same design where their numbers differ from the best by at most this part of their ranges.
 SAME = 1e-4
 DIFFERENCES = "differences of runs"
 
 
-def options(command: Command) -> Command:
-    """Decorate a command with the argument and the options of both commands."""
-    for decorate in (
-        look,
-        option(
-            Part.OUTPUT,
-            "-o",
-            "--output",
-            type=FolderPath(path_type=Path),
-            metavar="DIR",
-            help="Directory of the design [default: <spec>-design].",
-        ),
-        study_options.study,
-        option(
-            Part.WHAT,
-            "--engine",
-            type=click.Choice(["least_squares", "slsqp", "cma", "nsga2"]),
-            help="Search method [default: by the kind of goal].",
-        ),
-        click.argument("spec", type=scene_file(path_type=Path)),
-    ):
-        command = decorate(command)
-    return command
+Spec = Annotated["str | Path", Argument(scene_file(path_type=Path))]
+Engine = Annotated[
+    "str | None",
+    Option(
+        Part.WHAT,
+        "Search method [default: by the kind of goal].",
+        OneOf(("least_squares", "slsqp", "cma", "nsga2")),
+    ),
+]
+OUTPUT = output_option(None, FolderPath(path_type=Path), "Directory of the design [default: <spec>-design].", "DIR")
 
 
-@dataclass(frozen=True)
-class DesignOptions:
-    """The values of the options of both commands."""
+def found(asked: Any, *, fits: bool) -> FoundDesign:
+    """The design that the file asks for, as `fit` and `optimise` return it. Raises InputError where the file asks for
+    another thing."""
+    from mbproj.studies.design.run import find_design
+    from mbproj.studies.design.spec import read_spec
+    from mbproj.studies.synthesis.spec import is_synthesis
 
-    spec: Path
-    engine: str | None
-    output: Path | None
-    study: Study
-
-    @classmethod
-    def of(cls, values: dict[str, Any], first: Sequence[str]) -> DesignOptions:
-        """Build from the options that `options` declares. `first` are the first headings of the table."""
-        from mbproj.commands.study import Study
-
-        study = Study(values, first)
-        return cls(study=study, **values)
-
-    def folder(self, kind: str) -> Path:
-        """The folder asked for, or one named after the file."""
-        return self.output or self.spec.with_name(f"{self.spec.stem}-{kind}")
+    if is_synthesis(asked.spec):
+        hint = f"use: mbproj optimise {asked.spec.name} --topologies all"
+        problem = "the file asks for a synthesis, which finds mechanisms"
+        raise InputError(Problem(problem, Place(str(asked.spec)), hint))
+    spec = read_spec(asked.spec)
+    if fits != bool(spec.targets):
+        what, other = ("matches nothing", "optimise") if fits else ("has no goal", "fit")
+        raise InputError(Problem(f"it {what}", spec.place(), f"use: mbproj {other} {asked.spec}"))
+    return find_design(spec, asked.where, engine=asked.engine, fresh=asked.fresh, tell=asked.progress)
 
 
-def search(values: dict[str, Any], *, fits: bool) -> int:
-    """Run the command: read, search, write, report."""
-    from mbproj.commands.python.studies import spec_of
+def search(asked: Asked[FoundDesign], output: Path | None, options: dict[str, Any]) -> int:
+    """Run a command: search, write, report."""
+    from mbproj.commands.study import Study
     from mbproj.results.output_files import picture
     from mbproj.show.figures.designs import whole_page
     from mbproj.show.figures.style import save
     from mbproj.studies.design.folder import FIRST, DesignFolder, data_to_draw, starts_table
-    from mbproj.studies.design.run import find_design
-    from mbproj.studies.synthesis.spec import is_synthesis
 
-    asked = DesignOptions.of(values, FIRST)
-    study = asked.study
-    if is_synthesis(asked.spec):
-        hint = f"use: mbproj optimise {asked.spec.name} --topologies all"
-        place = Place(str(asked.spec))
-        raise InputError(Problem("the file asks for a synthesis, which finds mechanisms", place, hint))
-    what, folder = spec_of(asked.spec, fits), DesignFolder(asked.folder("design"), study.force)
+    study = Study(options, FIRST)
+    folder = DesignFolder(folder_of(asked, output, "design"), study.force)
     figure = folder.path / "design.png"
     study.check(figure, picture("png"))
     with study.telling() as tell:
-        design = find_design(what, study.where, engine=asked.engine, fresh=study.fresh, tell=tell)
+        design = asked.result(progress=tell)
     written = [*folder.write(design), save(whole_page(data_to_draw(design)), figure, force=study.force)]
     text = "\n".join(report(design))
     study.hand_over(starts_table(design), text, numbers(design), notes=design.notes, beside=written)
     return int(ExitCode.FAILED if design.searches[0].broken > 0.0 else ExitCode.DONE)
+
+
+def folder_of(asked: Asked[Any], output: Path | None, kind: str) -> Path:
+    """The folder asked for, or one named after the file."""
+    spec: Path = asked.given["spec"]
+    return output or spec.with_name(f"{spec.stem}-{kind}")
 
 
 def numbers(design: FoundDesign) -> dict[str, Any]:

@@ -1,20 +1,26 @@
-"""`mbproj equilibrium`: where a mechanism rests, whether that is stable, and the reactions of its joints there."""
+"""`mbproj equilibrium`, `mbproj.equilibrium` and `equilibria`: where a mechanism rests, whether that is stable, and the
+reactions of its joints there."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 from mbproj.base.errors import InputError, Place, Problem, placed_at
-from mbproj.commands.linear_options import scene_argument
-from mbproj.commands.options import NotNegative, Part, explained, option, parameters, results_file
+from mbproj.commands.declared import Asked, command_of, declared, read
+from mbproj.commands.kinds import Count, NotNegative
+from mbproj.commands.linear_options import rest_of
+from mbproj.commands.options import Option, Part, json_option, option, output_option, quiet_option, results_file
 from mbproj.commands.report.text import json_text
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.scenes import EQUILIBRIUM
 
 if TYPE_CHECKING:
+    from mbproj.commands.arguments import Quantity, SceneLike
     from mbproj.linear.equilibrium.find import Equilibrium
 
 #: The most reactions in the report.
@@ -24,79 +30,72 @@ EXAMPLES = (
     ("Look for others from 20 other poses.", "mbproj equilibrium five_bar.yaml --starts 20"),
     ("Begin a run there.", 'mbproj run five_bar.yaml --start equilibrium --duration "1 s"'),
 )
+At = Annotated["Quantity", Option(Part.WHAT, "When motions are held.", NotNegative("s"), "TIME")]
+Steady = Annotated["str | None", Option(Part.WHAT, "Turn steadily about a joint: A.angle=60rpm.", None, "NAME=RATE")]
+STARTS = Option(Part.EFFORT, "Look for others from N other poses.", Count(), "N")
+Starts = Annotated[int, STARTS]
+_NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
-@explained("equilibrium", EXAMPLES[:2])
-@scene_argument
-@option(
-    Part.WHAT,
-    "--at",
-    "time",
-    default="0",
-    type=NotNegative("s"),
-    metavar="TIME",
-    help="When motions are held [default: 0].",
-)
-@option(Part.WHAT, "--steady", metavar="NAME=RATE", help="Turn steadily about a joint: A.angle=60rpm.")
-@option(
-    Part.EFFORT, "--starts", type=click.IntRange(0), default=0, metavar="N", help="Look for others from N other poses."
-)
-@option(Part.OUTPUT, "--write", is_flag=True, help="Write the pose into SCENE, as the start of its joints.")
-@option(
-    Part.OUTPUT,
-    "-o",
-    "--output",
-    default="equilibrium.h5",
-    show_default=True,
-    type=results_file(),
-    help="Results file.",
-)
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the report.")
-@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-def command(
-    scene: str,
-    settings: tuple[str, ...],
-    time: float,
-    steady: str | None,
-    starts: int,
-    write: bool,
-    output: str,
-    as_json: bool,
-    quiet: bool,
-) -> None:
-    """Finds where SCENE rests: no velocity, all forces balance, no state changes.
+@declared
+def equilibrium(
+    scene: SceneLike, *, at: At = 0, steady: Steady = None, parameters: Mapping[str, object] = _NOTHING
+) -> Equilibrium:
+    """Finds where a scene rests: no velocity, all forces balance, no state changes.
 
     Goes downhill from the start. Tells whether the equilibrium is stable, which directions are neutral, and the
     reactions of the joints. Motions are held at their values at --at. The results file has one sample.
+
+    In Python `scene` and `parameters` are as in `run`. With `steady` it is a steady turn about a joint. Raises
+    InputError where the scene is wrong. Raises `mbproj.linear.equilibrium.solve.NoEquilibrium`, a SimulationError,
+    where nothing balances the forces.
     """
-    from mbproj.commands.python.linear import steady_of
+    return _equilibria(read(equilibrium, locals()), 0)[0]
+
+
+@declared
+def equilibria(
+    scene: SceneLike,
+    *,
+    starts: Starts = 20,
+    at: At = 0,
+    steady: Steady = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> tuple[Equilibrium, ...]:
+    """Finds the equilibrium, and others from as many other `starts`. The other arguments are as in `equilibrium`."""
+    asked = read(equilibria, locals())
+    return _equilibria(asked, asked.starts)
+
+
+def _equilibria(asked: Any, starts: int) -> tuple[Equilibrium, ...]:
     from mbproj.equations.assembly.compiled import compile_system
-    from mbproj.linear.equilibrium.find import equilibrium, other_equilibria
+    from mbproj.scene.settings import placed_in
+
+    with placed_in(asked.scene):
+        return rest_of(asked.scene, compile_system(asked.scene), asked.at, asked.steady, starts)
+
+
+WRITE = option(Part.OUTPUT, "--write", is_flag=True, help="Write the pose into SCENE, as the start of its joints.")
+OUTPUT = output_option("equilibrium.h5", results_file(), "Results file.")
+
+
+@command_of(equilibrium, EXAMPLES[:2], STARTS.alone("starts", 0), WRITE, OUTPUT, json_option, quiet_option)
+def command(asked: Asked[Equilibrium], starts: int, write: bool, output: str, as_json: bool, quiet: bool) -> None:
     from mbproj.linear.equilibrium.solve import NoEquilibrium
-    from mbproj.linear.equilibrium.start import assembled_start, write_pose
-    from mbproj.linear.equilibrium.steady import refuse_unsteady
+    from mbproj.linear.equilibrium.start import write_pose
     from mbproj.results.crash_safety import check_output
     from mbproj.results.output_files import check_rewritable
-    from mbproj.scene.scene import read_scene
-    from mbproj.scene.settings import placed_in
     from mbproj.studies.record import record_equilibrium
 
     with placed_at(Place("--output")):
         check_output(Path(output))
-    if write and steady is not None:
+    if write and asked.given.get("steady"):
         raise InputError(Problem("a steady turn is no pose at rest", Place("--write"), "leave out one of the two"))
-    what = read_scene(scene, parameters(settings))
+    what, scene = asked.scene, asked.path
     if write:
         check_rewritable(what.path)
     try:
-        with placed_in(what):
-            system = compile_system(what)
-            start = assembled_start(what, system)
-            turning, held = steady_of(system, start, steady)
-            rest = equilibrium(system, start, time, turning, held)
-            if turning is not None:
-                refuse_unsteady(rest, turning, held)
-            more = list(other_equilibria(system, rest, starts, turning, held))
+        rest, *more = _equilibria(asked.read(), starts)
     except NoEquilibrium as error:
         if as_json:
             relative = error.balance.relative
@@ -144,8 +143,8 @@ def numbers(
 
 def report(rest: Equilibrium, more: list[Equilibrium], title: str) -> str:
     """The report on the equilibrium."""
+    from mbproj.commands.report.start import frictions
     from mbproj.commands.report.text import table
-    from mbproj.commands.start import frictions
     from mbproj.linear.equilibrium.start import observed
 
     system, off = rest.whole, rest.reference.imbalance

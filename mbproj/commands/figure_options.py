@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 import click
 
 from mbproj.base.errors import InputError, Place, Problem, placed_at
-from mbproj.commands.options import File, Millimetres, Part, option
+from mbproj.commands.kinds import Millimetres
+from mbproj.commands.options import File, Part, option
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 FORMATS = (".png", ".svg", ".pdf")

@@ -16,10 +16,11 @@ from mbproj.base.plugins import installed
 from mbproj.base.registry import AUTOMATIC, FORMULATIONS
 from mbproj.base.thresholds import threshold_table
 from mbproj.base.version import __version__
-from mbproj.commands.options import Part, explained, option, results_file
-from mbproj.commands.python.run import stored_scene
+from mbproj.commands.declared import declared
+from mbproj.commands.options import Part, SomeResults, explained, json_option, option, results_file
 from mbproj.commands.report.summary import as_numbers, lines_on
 from mbproj.commands.report.text import columns, json_text, table
+from mbproj.commands.stored_run import opened, stored_scene
 from mbproj.commands.study_options import write_table_option
 from mbproj.commands.verify import lines as verification_lines
 from mbproj.kernel import advice, build_info, left_out
@@ -29,6 +30,7 @@ from mbproj.results.largest_loads import Load
 from mbproj.results.record import Results
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.files import ATTRIBUTES, ENERGY, INFO, THRESHOLD_ROWS
+from mbproj.results.views import Table
 
 if TYPE_CHECKING:
     from mbproj.results.record import Results
@@ -43,6 +45,17 @@ EXAMPLES = (
     ("Say how large the loads become.", "mbproj info results.h5 --loads"),
     ("Say whether the compiled kernel is there.", "mbproj info --build"),
 )
+
+
+@declared
+def largest_loads(results: SomeResults, *, over: str | None = None) -> Table:
+    """The largest loads of a run, as `mbproj info --loads` lists them: a table with a row for each load and the fields
+    of `Load`.
+
+    `over` names the coordinate that tells the place in the cycle. Raises InputError for an unknown name.
+    """
+    with opened(results) as opened_results:
+        return Table.of((load._asdict() for load in loads_of(opened_results, over)), *Load._fields)
 
 
 @explained("info", EXAMPLES)
@@ -70,7 +83,7 @@ EXAMPLES = (
 @option(Part.WHAT, "--rainflow", is_flag=True, help="With --loads: count the swings of each, by ASTM E1049.")
 @option(Part.WHAT, "--check", is_flag=True, help="Read all of RESULTS and compare it with its checksums instead.")
 @write_table_option
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of text.")
+@json_option
 def command(
     results: Path | None,
     build: bool,
@@ -118,29 +131,28 @@ def command(
         swept, lines = of_sweep(results)
         click.echo(_json(swept) if as_json else "\n".join(lines))
         return int(ExitCode.DONE if swept["sound"] else ExitCode.CHECK_FAILED)
-    with open_results(results) as opened:
+    with open_results(results) as file:
         if check:
-            soundness_of_file = check_results(opened)
-            facts = soundness_facts(opened, soundness_of_file)
-            click.echo(_json(facts) if as_json else "\n".join(soundness_lines(opened, soundness_of_file)))
+            soundness_of_file = check_results(file)
+            facts = soundness_facts(file, soundness_of_file)
+            click.echo(_json(facts) if as_json else "\n".join(soundness_lines(file, soundness_of_file)))
             return int(ExitCode.CHECK_FAILED if soundness_of_file.faults else ExitCode.DONE)
         if steps or energy:
             from mbproj.commands.report import step_limits
 
             said, told = (step_limits.facts, step_limits.lines) if steps else (energy_facts, energy_lines)
-            click.echo(_json(said(opened)) if as_json else "\n".join(told(opened)))
+            click.echo(_json(said(file)) if as_json else "\n".join(told(file)))
             return int(ExitCode.DONE)
         if loads:
-            words = _json(loads_facts(opened, over, level, rainflow=rainflow)) if as_json else None
-            click.echo(words or "\n".join(loads_lines(opened, over, level, rainflow=rainflow)))
+            words = _json(loads_facts(file, over, level, rainflow=rainflow)) if as_json else None
+            click.echo(words or "\n".join(loads_lines(file, over, level, rainflow=rainflow)))
             if table_file is not None:
-                from mbproj.commands.python.files import largest_loads as table_of
                 from mbproj.results.table_files import write_table
 
-                table = table_of(opened, over=over)
+                table = largest_loads(file, over=over)
                 click.echo(write_table(table_file, table.headings, table.rows), err=True)
             return int(ExitCode.DONE)
-        click.echo(_json(_contents(opened)) if as_json else "\n".join(_lines(opened)))
+        click.echo(_json(_contents(file)) if as_json else "\n".join(_lines(file)))
     return int(ExitCode.DONE)
 
 

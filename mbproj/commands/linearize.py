@@ -1,21 +1,28 @@
-"""`mbproj linearize`: the linear model of a mechanism from chosen inputs to chosen outputs."""
+"""`mbproj linearize` and `mbproj.linearize`: the linear model of a mechanism from chosen inputs to chosen outputs."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 from mbproj.base.errors import InputError, Place, Problem, placed_at
-from mbproj.commands.linear_options import at_options, scene_argument
-from mbproj.commands.options import Part, QuantityNames, explained, option, parameters, results_file
+from mbproj.base.registry import SCENE_START
+from mbproj.commands.declared import Asked, command_of, declared, read
+from mbproj.commands.kinds import Names
+from mbproj.commands.linear_options import At, FromResults, Steady, reference_of
+from mbproj.commands.options import Option, Part, force_option, json_option, output_option, quiet_option, results_file
 from mbproj.commands.report.text import json_text
-from mbproj.commands.study_options import force as force_option
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.scenes import LINEAR
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from mbproj.commands.arguments import SceneLike
     from mbproj.linear.state_space import LinearModel
     from mbproj.results.linear_files import StoredModel
 
@@ -29,65 +36,64 @@ EXAMPLES = (
         "mbproj linearize five_bar.yaml --inputs A.angle --outputs tip.x -o a.mat",
     ),
 )
+Inputs = Annotated[
+    "str | Sequence[str]",
+    Option(
+        Part.WHAT,
+        "Forces of the scene, joint coordinates (a force along them), components push.x, motions.",
+        Names(),
+        "A,B,..",
+    ),
+]
+Outputs = Annotated[
+    "str | Sequence[str]",
+    Option(
+        Part.WHAT,
+        "Joint coordinates A.angle and A.angle_speed, markers tip.x and tip.velocity_x, reactions A.force_x, states.",
+        Names(),
+        "A,B,..",
+    ),
+]
+_NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
-@explained("linearize", EXAMPLES)
-@scene_argument
-@option(
-    Part.WHAT,
-    "--inputs",
-    type=QuantityNames(),
-    required=True,
-    metavar="A,B,..",
-    help="Forces of the scene, joint coordinates (a force along them), components push.x, motions.",
-)
-@option(
-    Part.WHAT,
-    "--outputs",
-    type=QuantityNames(),
-    required=True,
-    metavar="A,B,..",
-    help="Joint coordinates A.angle and A.angle_speed, markers tip.x and tip.velocity_x, reactions A.force_x, states.",
-)
-@at_options
-@option(
-    Part.OUTPUT,
-    "-o",
-    "--output",
-    default="linear.h5",
-    show_default=True,
-    type=results_file(path_type=Path),
-    help="File, .h5, .npz or .mat.",
-)
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with the matrices.")
-@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-@force_option
-def command(
-    scene: str,
-    settings: tuple[str, ...],
-    inputs: tuple[str, ...],
-    outputs: tuple[str, ...],
-    where: str,
-    results: str | None,
-    steady: str | None,
-    output: Path,
-    as_json: bool,
-    quiet: bool,
-    force: bool,
-) -> None:
-    """Writes the linear model of SCENE: x' = A x + B u, y = C x + D u.
+@declared
+def linearize(
+    scene: SceneLike,
+    inputs: Inputs,
+    outputs: Outputs,
+    *,
+    at: At = SCENE_START,
+    steady: Steady = None,
+    results: FromResults = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> LinearModel:
+    """Writes the linear model of a scene: x' = A x + B u, y = C x + D u.
 
     States are displacements and speeds that the joints allow, and states of elements. Where a motion is an input, the
     input is its second derivative; its value and rate are states. Other motions are held. `mbproj plot linear.h5` draws
     Bode plots.
+
+    In Python it returns the model. `at`, `steady` and `results` tell where, as in `modes`. Raises InputError for a name
+    that is no input or output.
     """
-    from mbproj.commands.python.linear import reference_of
     from mbproj.equations.assembly.compiled import compile_system
     from mbproj.linear.state_space import linear_model
+    from mbproj.scene.settings import placed_in
+
+    asked = read(linearize, locals())
+    with placed_in(asked.scene):
+        reference = reference_of(asked.scene, compile_system(asked.scene), asked.at, asked.results, steady)
+        return linear_model(reference, asked.inputs, asked.outputs)
+
+
+OUTPUT = output_option("linear.h5", results_file(path_type=Path), "File, .h5, .npz or .mat.")
+
+
+@command_of(linearize, EXAMPLES, OUTPUT, json_option, quiet_option, force_option)
+def command(asked: Asked[LinearModel], output: Path, as_json: bool, quiet: bool, force: bool) -> None:
     from mbproj.results.linear_files import KINDS, write_model
     from mbproj.results.output_files import check_replaceable
-    from mbproj.scene.scene import read_scene
-    from mbproj.scene.settings import placed_in
 
     with placed_at(Place("--output")):
         if output.suffix not in KINDS:
@@ -95,15 +101,12 @@ def command(
                 Problem(f"'{output}' has no ending of a linear model", hint=f"end it in {', '.join(KINDS)}")
             )
         check_replaceable(output, KINDS[output.suffix], force=force)
-    what = read_scene(scene, parameters(settings))
-    with placed_in(what):
-        reference = reference_of(what, compile_system(what), where, results, steady)
-        linear = linear_model(reference, inputs, outputs)
+    what, linear = asked.scene, asked.result()
     write_model(output, stored(linear, what.title), what, force=force)
     if as_json:
-        click.echo(json_text(numbers(linear, scene, output)))
+        click.echo(json_text(numbers(linear, asked.path, output)))
     elif not quiet:
-        click.echo(report(linear, what.title or scene))
+        click.echo(report(linear, what.title or asked.path))
         click.echo(output)
 
 

@@ -1,82 +1,176 @@
-"""`mbproj loads`: the forces with which actuators make a mechanism follow a motion."""
+"""`mbproj loads` and `mbproj.loads`: the forces with which actuators make a mechanism follow a motion."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import degrees
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 import click
 import numpy as np
 
 from mbproj.base.errors import InputError, Place, Problem
+from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import check_picture, plot_option
 from mbproj.commands.info import cells
-from mbproj.commands.options import File, Part, explained, option, parameters
+from mbproj.commands.kinds import Assignments, Positive
+from mbproj.commands.options import (
+    Argument,
+    File,
+    Option,
+    Part,
+    force_option,
+    json_option,
+    option,
+    output_option,
+    quiet_option,
+)
 from mbproj.commands.report.text import columns, json_text
-from mbproj.commands.study_options import force as force_option
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.files import ACTUATORS
 
 if TYPE_CHECKING:
+    from mbproj.commands.arguments import SceneLike
+    from mbproj.results.record import Results
+    from mbproj.scene.scene import Scene
+    from mbproj.studies.inverse.given_motion import GivenMotion
     from mbproj.studies.inverse.loads import ActuatorLoads, Smoothing
-
 
 EXAMPLES = (
     ("The torque at a joint along a recorded motion.", "mbproj loads results.h5 --actuator A.angle -o torque.csv"),
     ("What the drive takes along a measured motion.", "mbproj loads inline_four.yaml --given measured.csv"),
 )
+#: The first bytes of an HDF5 file.
+HDF5 = b"\x89HDF\r\n\x1a\n"
+#: The forms in which a motion may be given.
+Motion: TypeAlias = "GivenMotion | Results | str | Path"
+Moved = Annotated["SceneLike | Results", Argument(File(".yaml", ".yml", ".h5", path_type=Path), "SCENE|RESULTS")]
+Given = Annotated[
+    "Motion | None",
+    Option(
+        Part.WHAT,
+        "Motion of joint coordinates or markers: a CSV table or results [default: that of a run].",
+        File(".csv", ".h5", path_type=Path),
+        "MOTION",
+    ),
+]
+Actuators = Annotated[
+    "str | Sequence[str]",
+    Option(
+        Part.WHAT,
+        "An actuator, repeatable: a motion, a joint coordinate A.angle, a force, push.x "
+        "[default: the motions, or what is given].",
+        None,
+        "NAME",
+        names=("--actuator",),
+        many=True,
+    ),
+]
+Weights = Annotated[
+    "Mapping[str, float]",
+    Option(
+        Part.WHAT,
+        "Weight of an actuator's squared force where actuators outnumber freedoms, repeatable [default: 1].",
+        Assignments(lambda name, value, place: Positive("").of(value, f"{place} {name}"), "--weight boom=2"),
+        "NAME=W",
+        names=("--weight",),
+        many=True,
+    ),
+]
+_ALIKE: Mapping[str, float] = MappingProxyType({})
 
 
-@explained("loads", EXAMPLES)
-@click.argument("source", metavar="SCENE|RESULTS", type=File(".yaml", ".yml", ".h5", path_type=Path))
-@option(
-    Part.WHAT,
-    "--given",
-    type=File(".csv", ".h5", path_type=Path),
-    metavar="MOTION",
-    help="Motion of joint coordinates or markers: a CSV table or results [default: that of a run].",
-)
-@option(
-    Part.WHAT,
-    "--actuator",
-    "actuators",
-    multiple=True,
-    metavar="NAME",
-    help="An actuator, repeatable: a motion, a joint coordinate A.angle, a force, push.x "
-    "[default: the motions, or what is given].",
-)
-@option(
-    Part.WHAT,
-    "--weight",
-    "weights",
-    multiple=True,
-    metavar="NAME=W",
-    help="Weight of an actuator's squared force where actuators outnumber freedoms, repeatable [default: 1].",
-)
-@option(Part.WHAT, "--set", "settings", multiple=True, metavar="NAME=VALUE", help="Change a parameter of the scene.")
-@option(Part.WHAT, "--over", metavar="JOINT.COORDINATE", help="The coordinate that tells the place in the cycle.")
-@option(
+@declared
+def loads(
+    scene: Moved,
+    given: Given = None,
+    *,
+    actuators: Actuators = (),
+    weights: Weights = _ALIKE,
+    smooth: Mapping[str, float] = _ALIKE,
+    parameters: Mapping[str, object] = MappingProxyType({}),
+) -> ActuatorLoads:
+    """Finds the forces of actuators along a motion: inverse dynamics.
+
+    The motion is that of results, of a run of a scene, or given for joint coordinates or markers of a scene. A force or
+    torque is positive where it increases its coordinate. With more actuators than degrees of freedom, the weighted sum
+    of squares of the forces is least.
+
+    In Python `scene` is as in `run`, or results. `given` is a CSV file, results, or a `GivenMotion`. `actuators` are by
+    default the scene's motions, or the given coordinates. `smooth` gives, by unit ("rad", "m"), the root mean square
+    change that a spline may make to the given motion. Where a unit has none, it is estimated.
+
+    Raises InputError where the motion leaves a freedom open or takes a force that no actuator has. Raises
+    SimulationError where the joints do not close along it.
+    """
+    from mbproj.commands.arguments import scene_of
+    from mbproj.commands.run import run
+    from mbproj.results.reader import open_results
+    from mbproj.results.record import Results
+    from mbproj.scene.scene import read_scene_text
+    from mbproj.scene.settings import placed_in
+    from mbproj.studies.inverse.loads import loads_of_given, loads_of_results
+
+    asked = read(loads, locals())
+    if isinstance(scene, Results) or is_results(scene):
+        if given is not None or parameters:
+            message = "results have their motion and their parameters"
+            raise InputError(Problem(message, Place("--given"), "give the scene, or leave both out"))
+        of = scene if isinstance(scene, Results) else open_results(Path(str(scene)))
+        stored = read_scene_text(of.scene_text, str(of.scene_path or of.path), of.overrides)
+        return loads_of_results(stored, of, asked.actuators, asked.weights)
+    what = scene_of(scene, parameters, {})
+    if given is None:
+        return loads_of_results(what, run(what), asked.actuators, asked.weights)
+    with placed_in(what):
+        return loads_of_given(what, _motion(what, asked.given), asked.actuators, asked.weights, smooth)
+
+
+def _motion(scene: Scene, motion: Motion) -> GivenMotion:
+    from mbproj.equations.assembly.compiled import compile_system
+    from mbproj.results.reader import open_results
+    from mbproj.results.record import Results
+    from mbproj.studies.inverse.given_motion import GivenMotion, from_csv, from_results
+
+    system = compile_system(scene)
+    if isinstance(motion, GivenMotion):
+        return motion
+    if isinstance(motion, Results):
+        return from_results(system, motion)
+    if is_results(motion):
+        with open_results(Path(motion)) as opened:
+            return from_results(system, opened)
+    return from_csv(system, Path(motion))
+
+
+def is_results(path: object) -> bool:
+    """Whether `path` is the path of an HDF5 file."""
+    if not isinstance(path, (str, Path)) or "\n" in str(path):
+        return False
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(len(HDF5)) == HDF5
+    except OSError:
+        return False
+
+
+OVER = option(Part.WHAT, "--over", metavar="JOINT.COORDINATE", help="The coordinate that tells the place in the cycle.")
+SMOOTH = option(
     Part.ACCURACY,
     "--smooth",
-    "smooth",
     multiple=True,
     metavar="SIZE",
     help="Root mean square by which a spline may change given angles (0.1 deg) or lengths (1 mm); 0: it goes through "
     "all samples [default: estimated].",
 )
-@option(Part.OUTPUT, "-o", "--output", type=File(".csv", path_type=Path), help="CSV table of all samples.")
-@plot_option
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object with all samples.")
-@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-@force_option
+OUTPUT = output_option(None, File(".csv", path_type=Path), "CSV table of all samples.")
+
+
+@command_of(loads, EXAMPLES, OVER, SMOOTH, OUTPUT, plot_option, json_option, quiet_option, force_option)
 def command(
-    source: Path,
-    given: Path | None,
-    actuators: tuple[str, ...],
-    weights: tuple[str, ...],
-    settings: tuple[str, ...],
+    asked: Asked[ActuatorLoads],
     over: str | None,
     smooth: tuple[str, ...],
     output: Path | None,
@@ -85,53 +179,30 @@ def command(
     quiet: bool,
     force: bool,
 ) -> None:
-    """Finds the forces of actuators along a motion: inverse dynamics.
-
-    The motion is that of RESULTS, of a run of SCENE, or given for joint coordinates or markers of SCENE. A force or
-    torque is positive where it increases its coordinate. With more actuators than degrees of freedom, the weighted sum
-    of squares of the forces is least.
-    """
-    from mbproj.commands.python.linear import loads_of
     from mbproj.results.output_files import check_replaceable, csv
     from mbproj.results.table_files import write_csv
 
-    if smooth and given is None:
+    source = str(asked.given["scene"])
+    if smooth and "given" not in asked.given:
         raise click.UsageError("--smooth is for a motion that is given; add --given, or leave it out")
     if output is not None:
         check_replaceable(output, csv(["time (s)"]), force=force)
     check_picture(picture_path, force=force)
-    acting = loads_of(
-        source,
-        given,
-        actuators=actuators,
-        weights=dict(map(_weight, weights)),
-        smooth=_smoothing(smooth),
-        parameters=parameters(settings),
-    )
+    acting = asked.result(smooth=_smoothing(smooth))
     if over is not None:
         acting.cycle(over)
     if as_json:
-        click.echo(json_text(facts(acting, str(source), over)))
+        click.echo(json_text(facts(acting, source, over)))
     elif not quiet:
-        click.echo("\n".join(lines(acting, str(source), over)))
+        click.echo("\n".join(lines(acting, source, over)))
     if output is not None:
         headings, rows = table(acting)
         write_csv(output, headings, rows.tolist(), form=".17g", kind=csv(["time (s)"]), force=force)
     if picture_path is not None:
-        _draw(acting, over, picture_path, str(source), force=force)
+        _draw(acting, over, picture_path, source, force=force)
     for path in (output, picture_path):
         if path is not None and not (as_json or quiet):
             click.echo(path)
-
-
-def _weight(text: str) -> tuple[str, float]:
-    """The name and the weight of a text NAME=W. Raises InputError for another text."""
-    from mbproj.scene.fields.quantities import Number, given_number
-
-    name, equals, value = text.rpartition("=")
-    if not equals or not name.strip() or not value.strip():
-        raise InputError(Problem(f"'{text}' is not NAME=W", Place("--weight"), "e.g. --weight boom=2"))
-    return name.strip(), given_number(value.strip(), f"--weight {name.strip()}", Number(above=0.0))
 
 
 def _smoothing(texts: tuple[str, ...]) -> dict[str, float]:

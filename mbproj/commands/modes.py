@@ -1,24 +1,38 @@
-"""`mbproj modes`: the frequencies at which a mechanism vibrates, and the shapes of these vibrations."""
+"""`mbproj modes`, `mbproj.modes` and `traces`: the frequencies at which a mechanism vibrates, and
+the shapes of these vibrations."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
 from mbproj.base.errors import InputError, Place, Problem, placed_at
-from mbproj.commands.linear_options import at_options, scene_argument
-from mbproj.commands.options import Part, explained, option, parameters, results_file
+from mbproj.base.registry import SCENE_START
+from mbproj.commands.declared import Asked, command_of, declared, read
+from mbproj.commands.kinds import AnyNumber, Count, Several
+from mbproj.commands.linear_options import At, FromResults, Steady, reference_of
+from mbproj.commands.options import (
+    Option,
+    Part,
+    force_option,
+    json_option,
+    option,
+    output_option,
+    quiet_option,
+    results_file,
+)
 from mbproj.commands.report.text import json_text
-from mbproj.commands.study_options import force as force_option
 from mbproj.commands.study_options import write_table_option
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.scenes import MODES
 
 if TYPE_CHECKING:
     from mbproj.base.arrays import Numbers
+    from mbproj.commands.arguments import Quantity, SceneLike
     from mbproj.linear.modes import Modes, RootLocus
     from mbproj.scene.scene import Scene
 
@@ -29,35 +43,72 @@ EXAMPLES = (
     ("The three slowest at a time of a run.", "mbproj modes five_bar.yaml --at 0.5 --from results.h5 --count 3"),
     ("Trace the modes over a parameter.", 'mbproj modes five_bar.yaml --at "0.5 s" --vary mass=1:4:4 -o traces.h5'),
 )
+Few = Annotated["int | None", Option(Part.WHAT, "Only the N slowest [default: all, 10 of many].", Count(1), "N")]
+_NOTHING: Mapping[str, object] = MappingProxyType({})
 
 
-@explained("modes", EXAMPLES)
-@scene_argument
-@at_options
-@option(
-    Part.WHAT, "--count", type=click.IntRange(1), metavar="N", help="Only the N slowest [default: all, 10 of many]."
-)
-@option(Part.WHAT, "--vary", metavar="NAME=RANGE", help="Trace the modes over a parameter: length=0.5:2:20.")
-@option(
-    Part.OUTPUT,
-    "-o",
-    "--output",
-    default="modes.h5",
-    show_default=True,
-    type=results_file(path_type=Path),
-    help="File of modes.",
-)
-@write_table_option
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
-@option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
-@force_option
+@declared
+def modes(
+    scene: SceneLike,
+    *,
+    at: At = SCENE_START,
+    count: Few = None,
+    steady: Steady = None,
+    results: FromResults = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> Modes:
+    """Finds the modes of a scene: frequencies, damping and shapes of small motions.
+
+    Linearises the equations of motion with exact derivatives, including damping and gyroscopic terms, within what the
+    joints allow. Driven coordinates are held.
+
+    In Python `at` tells where: "start", "equilibrium", "steady" (with `steady`, such as "A.angle=60rpm"), or a time in
+    s, of a run or of the file `results`. `scene` and `parameters` are as in `run`.
+    """
+    asked = read(modes, locals())
+    return _modes(asked.scene, asked)
+
+
+@declared
+def traces(
+    scene: SceneLike,
+    name: str,
+    values: Sequence[Quantity],
+    *,
+    at: At = SCENE_START,
+    count: Few = None,
+    steady: Steady = None,
+    parameters: Mapping[str, object] = _NOTHING,
+) -> RootLocus:
+    """The modes over `values` of the parameter `name`, as `modes --vary` traces them. The other arguments are as in
+    `modes`."""
+    from mbproj.commands.arguments import scene_of
+    from mbproj.linear.modes import trace
+
+    asked = read(traces, locals())
+    numbers = Several(AnyNumber(None)).of(values, "--values")
+    if not numbers:
+        raise InputError(Problem("there are none", Place("values"), "give at least one"))
+    return trace(name, numbers, lambda value: _modes(scene_of(scene, {**parameters, name: value}, {}), asked))[0]
+
+
+def _modes(scene: Scene, asked: Any) -> Modes:
+    from mbproj.equations.assembly.compiled import compile_system
+    from mbproj.linear.modes import modes
+    from mbproj.scene.settings import placed_in
+
+    with placed_in(scene):
+        results = getattr(asked, "results", None)
+        return modes(reference_of(scene, compile_system(scene), asked.at, results, asked.steady), asked.count)
+
+
+VARY = option(Part.WHAT, "--vary", metavar="NAME=RANGE", help="Trace the modes over a parameter: length=0.5:2:20.")
+OUTPUT = output_option("modes.h5", results_file(path_type=Path), "File of modes.")
+
+
+@command_of(modes, EXAMPLES, VARY, OUTPUT, write_table_option, json_option, quiet_option, force_option)
 def command(
-    scene: str,
-    settings: tuple[str, ...],
-    where: str,
-    results: str | None,
-    steady: str | None,
-    count: int | None,
+    asked: Asked[Modes],
     vary: str | None,
     output: Path,
     table_file: Path | None,
@@ -65,11 +116,6 @@ def command(
     quiet: bool,
     force: bool,
 ) -> None:
-    """Finds the modes of SCENE: frequencies, damping and shapes of small motions.
-
-    Linearises the equations of motion with exact derivatives, including damping and gyroscopic terms, within what the
-    joints allow. Driven coordinates are held.
-    """
     from mbproj.linear.modes import stored
     from mbproj.results.linear_files import MODES_LAYOUT, write_modes
     from mbproj.results.output_files import check_replaceable, hdf5
@@ -78,39 +124,22 @@ def command(
     with placed_at(Place("--output")):
         check_replaceable(output, hdf5(MODES_LAYOUT.format), force=force)
     check_table(table_file, ("mode", "frequency (Hz)"), force=force)
-    changed = parameters(settings)
     trace: RootLocus | None = None
     if vary is None:
-        what, modal = _modes(scene, changed, (where, results, steady), count)
+        what, modal = asked.scene, asked.result()
     else:
-        what, modal, trace = _traced(scene, changed, (where, results, steady), count, vary)
+        what, modal, trace = _traced(asked, vary)
     if table_file is not None:
         write_table(table_file, modal.table.headings, modal.table.rows, force=force)
     write_modes(output, stored(modal, what.title, trace), what, force=force)
     if as_json:
-        click.echo(json_text(numbers(modal, scene, str(output), trace)))
+        click.echo(json_text(numbers(modal, asked.path, str(output), trace)))
     elif not quiet:
-        click.echo(report(modal, what.title or scene, trace))
+        click.echo(report(modal, what.title or asked.path, trace))
         click.echo(output)
 
 
-def _modes(
-    scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None
-) -> tuple[Scene, Modes]:
-    from mbproj.commands.python.linear import reference_of
-    from mbproj.equations.assembly.compiled import compile_system
-    from mbproj.linear.modes import modes
-    from mbproj.scene.scene import read_scene
-    from mbproj.scene.settings import placed_in
-
-    what = read_scene(scene, changed)
-    with placed_in(what):
-        return what, modes(reference_of(what, compile_system(what), *place), count)
-
-
-def _traced(
-    scene: str, changed: dict[str, str], place: tuple[str, str | None, str | None], count: int | None, vary: str
-) -> tuple[Scene, Modes, RootLocus]:
+def _traced(asked: Asked[Modes], vary: str) -> tuple[Scene, Modes, RootLocus]:
     """The modes at each value of a parameter, with the scene and the modes of the last value for the file and the
     table."""
     from mbproj.linear.modes import trace
@@ -120,12 +149,12 @@ def _traced(
     if not isinstance(span, Points) or any(isinstance(item, str) for item in span.items):
         hint = f"give first:last:count, as in --vary {name}=1:2:11, or numbers one by one"
         raise InputError(Problem("it takes numbers that can be counted", Place(f"--vary {name}"), hint))
+    where = asked.read()
     scenes: list[Scene] = []
 
     def at(value: float) -> Modes:
-        what, modal = _modes(scene, {**changed, name: repr(value)}, place, count)
-        scenes.append(what)
-        return modal
+        scenes.append(asked.scene_with({name: repr(value)}))
+        return _modes(scenes[-1], where)
 
     traced, last = trace(name, [float(item) for item in span.items], at)
     return scenes[-1], last, traced

@@ -1,17 +1,22 @@
-"""`mbproj new`: new scene files from templates, of any size."""
+"""`mbproj new` and `mbproj.new`: new scene files from templates, of any size."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from mbproj.commands.options import Part, explained, option
-from mbproj.commands.study_options import force as force_option
+from mbproj.base.errors import Place
+from mbproj.commands.kinds import OneOf
+from mbproj.commands.options import Part, explained, force_option, option
 from mbproj.results.output_files import SCENE, write_text
 from mbproj.scene.templates.table import OPTIONS, TEMPLATES, scene_text
+
+if TYPE_CHECKING:
+    from mbproj.commands.arguments import Quantity
+    from mbproj.scene.scene import Scene
 
 KINDS = tuple(TEMPLATES)
 EXAMPLES = (
@@ -45,8 +50,24 @@ def _defaults(name: str) -> str:
     return f"[default: {', '.join(f'{kind} {default}' for kind, default in defaults.items())}]"
 
 
+def new(kind: str, *, spatial: bool = False, **numbers: Quantity) -> Scene:
+    """Makes the scene of a template, for example "four-bar", with the numbers of `mbproj new`, in SI units or with a
+    unit.
+
+    Raises InputError for an unknown template or number, and for lengths that make no mechanism.
+    """
+    from mbproj.commands.arguments import by_arguments
+    from mbproj.scene.scene import read_scene_text
+    from mbproj.scene.text.nodes import flow, from_value
+
+    with by_arguments():
+        OneOf(KINDS).of(kind, "kind")
+        texts = {name: flow(from_value(value, Place(name))) for name, value in numbers.items()}
+        return read_scene_text(scene_text(kind, texts, spatial), kind)
+
+
 @explained("new", EXAMPLES, help=HELP)
-@click.argument("kind", type=click.Choice(KINDS), metavar="KIND")
+@click.argument("kind", type=OneOf(KINDS), metavar="KIND")
 @option(
     Part.OUTPUT,
     "-o",

@@ -8,10 +8,12 @@ from __future__ import annotations
 import inspect
 import os
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections import ChainMap
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypedDict, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
@@ -19,9 +21,11 @@ from click.shell_completion import CompletionItem
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.settings import SETTINGS, SettingEntry, option_name, settings_taken
+from mbproj.commands.kinds import Assignments, Kind, Names, Words
 
 if TYPE_CHECKING:
-    from mbproj.commands.python.arguments import Quantity
+    from mbproj.commands.arguments import Quantity
+    from mbproj.results.record import Results
 
 # --- Completion of arguments in a shell -------------------------------------------------------------------------------
 # Scenes, results, folders, one of several words, a list of words.
@@ -59,22 +63,6 @@ class FolderPath(click.Path):
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Leave the completion of folders to the shell."""
         return [CompletionItem(incomplete, type="dir")]
-
-
-class Words(click.types.StringParamType):
-    """A word of a registry. The registry is read only where its words are shown, because a search for plug-ins takes
-    time."""
-
-    def __init__(self, words: Collection[str]) -> None:
-        self._words = words
-
-    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
-        """The words, as the help shows the values of an option."""
-        return "|".join(self._words)
-
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-        """The words that begin with `incomplete`."""
-        return [CompletionItem(word) for word in self._words if word.startswith(incomplete)]
 
 
 def scene_file(**attributes: Any) -> File:
@@ -128,7 +116,7 @@ def _matching(incomplete: str, endings: tuple[str, ...]) -> Iterator[str]:
 
 
 #: Options of earlier versions, and what to give instead.
-EARLIER = {"--from-equilibrium": "--start equilibrium"}
+EARLIER = {"--from-equilibrium": "--start equilibrium", "--resume": "--keep"}
 
 
 class Part(Enum):
@@ -223,6 +211,17 @@ def _option(entry: SettingEntry) -> Callable[[Decorated], Decorated]:
     return option(part, *names, help=entry.help, **({"type": Words(words)} if words != () else {"metavar": metavar}))
 
 
+#: Decorates a command with --set.
+changes = option(
+    Part.WHAT,
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Change a parameter, or any value by its path.",
+)
+
+
 def scene_options(command: Decorated) -> Decorated:
     """Decorate a command with the argument SCENE and all these options; `overrides` collects their values."""
     return scene_options_of("")(command)
@@ -234,17 +233,23 @@ def scene_options_of(name: str) -> Callable[[Decorated], Decorated]:
     def add(command: Decorated) -> Decorated:
         for entry in reversed([*settings_taken(name).values()]):
             command = _option(entry)(command)
-        command = option(
-            Part.WHAT,
-            "--set",
-            "settings",
-            multiple=True,
-            metavar="NAME=VALUE",
-            help="Change a parameter, or any value by its path.",
-        )(command)
+        command = changes(command)
         return click.argument("scene", type=scene_file())(command)
 
     return add
+
+
+INSTEAD = "Print one JSON object instead of the report."
+json_option = option(Part.OUTPUT, "--json", "as_json", is_flag=True, help=INSTEAD)
+quiet_option = option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print nothing but errors.")
+force_option = option(Part.OUTPUT, "--force", is_flag=True, help="Replace files that mbproj did not write, too.")
+
+
+def output_option(usual: str | None, kind: click.Path, help: str, metavar: str | None = None) -> Any:
+    """The decorator that adds -o to a command: `usual` is the name where none is given."""
+    more = {"default": usual, "show_default": True} if usual is not None else {}
+    more |= {} if metavar is None else {"metavar": metavar}
+    return option(Part.OUTPUT, "-o", "--output", type=kind, help=help, **more)
 
 
 def overrides(options: Mapping[str, Any]) -> dict[str, str]:
@@ -261,140 +266,6 @@ def parameters(settings: tuple[str, ...]) -> dict[str, str]:
             raise InputError(Problem(f"'{text}' is not NAME=VALUE", Place("--set"), "e.g. --set crank_length=0.1"))
         changed[name.strip()] = value.strip()
     return changed
-
-
-# --- Types of options that are a number with a unit, read by the rules of the scene -----------------------------------
-# "1e-6", "1 mm", "2 min".
-
-
-class AnyNumber(click.ParamType):  # type: ignore[type-arg]  # generic in the newest click alone
-    """A number in the SI unit `unit`."""
-
-    bounds: ClassVar[Mapping[str, float]] = {}
-
-    def __init__(self, unit: str) -> None:
-        self.unit = self.name = unit
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the number in SI. Raises InputError at the option."""
-        from mbproj.scene.fields.quantities import Number, given_number
-
-        return given_number(value, param.opts[0] if param is not None else "", Number(self.unit, **self.bounds))
-
-
-class Positive(AnyNumber):
-    """A positive number in the SI unit `unit`."""
-
-    bounds: ClassVar[Mapping[str, float]] = {"above": 0.0}
-
-
-class NotNegative(AnyNumber):
-    """A number in the SI unit `unit` that is not below 0."""
-
-    bounds: ClassVar[Mapping[str, float]] = {"minimum": 0.0}
-
-
-class PositiveList(Positive):
-    """Several positive numbers in the SI unit `unit`: "0.01,5 ms"."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the numbers in SI, a tuple. Raises InputError at the option."""
-        return tuple(super(PositiveList, self).convert(part, param, ctx) for part in value.split(","))
-
-
-class PositivePairs(Positive):
-    """Several pairs of positive numbers in the SI unit `unit`: "5,5;20,40". One number stands for two equal ones."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the pairs in SI, a tuple. Raises InputError at the option."""
-        return self.of(value.split(";"), param.opts[0] if param is not None else "")
-
-    def of(self, pairs: Sequence[Any], place: str) -> tuple[tuple[float, float], ...]:
-        """Return the pairs in SI: each is two numbers, one, or text. Raises InputError at `place`."""
-        from mbproj.scene.fields.quantities import Number, given_number
-
-        number, read = Number(self.unit, **self.bounds), []
-        for pair in pairs:
-            parts = pair.split(",") if isinstance(pair, str) else [*pair] if isinstance(pair, Sequence) else [pair]
-            if len(parts) not in (1, 2):
-                raise InputError(Problem(f"'{pair}' is not one number or two", Place(place), "e.g. 5,5;20,40"))
-            values = [given_number(part, place, number) for part in parts]
-            read.append((values[0], values[-1]))
-        return tuple(read)
-
-
-class Times(NotNegative):
-    """Several times in s, not below 0: "0,0.5,200 ms"."""
-
-    def __init__(self) -> None:
-        super().__init__("s")
-        self.name = "times"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the times in s, a tuple. Raises InputError at the option."""
-        return tuple(super(Times, self).convert(part, param, ctx) for part in value.split(","))
-
-
-class Millimetres(click.ParamType):  # type: ignore[type-arg]
-    """A width in mm, or a width and a height: "85", "85,60", "85 mm, 60 mm"."""
-
-    name = "millimetres"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, ...]:
-        """Return the numbers in mm, a tuple of one or two."""
-        if isinstance(value, tuple):
-            return value
-        from mbproj.base.text import plain_number
-
-        try:
-            lengths = tuple(plain_number(part.strip().removesuffix("mm")) for part in value.split(","))
-        except ValueError:
-            lengths = ()
-        if len(lengths) not in (1, 2):
-            self.fail(f"'{value}' is no width in mm, nor a width and a height, as 85 or 85,60", param, ctx)
-        return lengths
-
-
-class QuantityNames(click.ParamType):  # type: ignore[type-arg]
-    """Several names: "gopm,gpopm"."""
-
-    name = "names"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
-        """Return the names, a tuple. Raises InputError at the option for one that is not known."""
-        return self.of(tuple(part.strip() for part in value.split(",")), param.opts[0] if param is not None else "")
-
-    def of(self, names: tuple[str, ...], place: str) -> Any:
-        """Return what the names stand for. Raises InputError at `place` for one that is not known."""
-        return names
-
-
-class TruthValues(QuantityNames):
-    """Several truth values: "false,true"."""
-
-    WORDS = ("false", "true")
-
-    def of(self, names: tuple[str, ...], place: str) -> tuple[bool, ...]:
-        """Return the truth values of words. Raises InputError for a word that is neither false nor true."""
-        for name in names:
-            if name.lower() not in self.WORDS:
-                hint = "give false, true or false,true"
-                raise InputError(Problem(f"'{name}' is neither false nor true", Place(place), hint))
-        return tuple(name.lower() == "true" for name in names)
-
-
-class Corners(QuantityNames):
-    """Three markers, of which the second is the corner of an angle."""
-
-    name = "corners"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return the three names. Raises InputError where there are not three."""
-        names = super().convert(value, param, ctx)
-        if len(set(names)) != 3 or len(names) != 3:
-            place = Place(param.opts[0] if param is not None else "")
-            raise InputError(Problem(f"'{value}' is not three markers", place, "give FIRST,CORNER,SECOND"))
-        return names
 
 
 class RunSettings(TypedDict, total=False):
@@ -427,21 +298,57 @@ class RunSettings(TypedDict, total=False):
     gains: Sequence[Quantity] | None
 
 
-# --- An option as data: of a parameter of a function that is a command too -------------------------------------------
+# --- Options and arguments as data: of a parameter of a function that is a command too ------------------------------
+
+
+class Entry(ABC):
+    """What a parameter is on the command line: an `Option` or an `Argument`."""
+
+    kind: Any
+    many: bool
+
+    @abstractmethod
+    def on_command_line(self, parameter: inspect.Parameter) -> Callable[[Any], Any]:
+        """The decorator that adds it to a command for a parameter, with its default."""
+
+    def read(self, value: Any, place: str) -> Any:
+        """Return what a value stands for: numbers in SI units, names as a tuple. None stays None. Raises InputError at
+        `place`."""
+        if value is None or not self.many:
+            return None if value is None else self._one(value, place)
+        several = value if isinstance(value, Iterable) and not isinstance(value, (str, Mapping)) else [value]
+        values = tuple(self._one(each, place) for each in several)
+        if type(self.kind) is Names:
+            return tuple(name for names in values for name in names)
+        return dict(ChainMap(*reversed(values))) if isinstance(self.kind, Assignments) else values
+
+    def _one(self, value: Any, place: str) -> Any:
+        if isinstance(self.kind, Kind):
+            return self.kind.of(value, place)
+        return Path(value) if isinstance(self.kind, click.Path) and isinstance(value, str) else value
 
 
 @dataclass(frozen=True)
-class Option:
+class Option(Entry):
     """The option of a parameter: its part of the help, what it means, the `kind` that reads its value (a type of click;
     None for text), and a placeholder. `names` are its names on the command line, where these are not that of the
-    parameter. `complete` lists words for a shell."""
+    parameter. `many`: it can be repeated. `complete` lists words for a shell."""
 
     part: Part
     words: str
     kind: Any = None
     metavar: str | None = None
     names: tuple[str, ...] = ()
+    many: bool = False
     complete: Callable[..., Any] | None = None
+
+    def names_of(self, name: str) -> tuple[str, ...]:
+        """The names on the command line of the parameter of this name."""
+        return self.names or (f"--{name.replace('_', '-')}",)
+
+    def alone(self, name: str, usual: Any = None) -> Callable[[Any], Any]:
+        """The decorator that adds the option to a command under this name, with a default."""
+        return self.on_command_line(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=usual))
 
     def on_command_line(self, parameter: inspect.Parameter) -> Callable[[Any], Any]:
         """The decorator that adds the option for a parameter, with its default."""
@@ -453,9 +360,28 @@ class Option:
             more |= {"default": usual, "show_default": True}
         if self.kind is not None and usual is not False:
             more["type"] = self.kind
+        if self.many:
+            more["multiple"] = True
         if self.complete is not None:
             more["shell_complete"] = self.complete
         if self.metavar is not None:
             more["metavar"] = self.metavar
-        names = self.names or (f"--{name.replace('_', '-')}",)
-        return option(self.part, *names, name, help=self.words, **more)
+        return option(self.part, *self.names_of(name), name, help=self.words, **more)
+
+
+@dataclass(frozen=True)
+class Argument(Entry):
+    """A parameter that stands on the command line without a name; with `many`, several stand there."""
+
+    kind: Any = None
+    metavar: str | None = None
+    many: bool = False
+
+    def on_command_line(self, parameter: inspect.Parameter) -> Callable[[Any], Any]:
+        """The decorator that adds the argument for a parameter."""
+        required = parameter.default is inspect.Parameter.empty
+        more: dict[str, Any] = {} if self.metavar is None else {"metavar": self.metavar}
+        return click.argument(parameter.name, type=self.kind, nargs=-1 if self.many else 1, required=required, **more)
+
+
+SomeResults = Annotated["Results | str | Path", Argument(results_file(path_type=Path))]

@@ -13,20 +13,9 @@ import click
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem, choose_from
 from mbproj.commands.figure_options import look
-from mbproj.commands.options import (
-    AnyNumber,
-    Corners,
-    FolderPath,
-    Part,
-    Positive,
-    Times,
-    explained,
-    one_of,
-    option,
-    results_file,
-)
+from mbproj.commands.kinds import AnyNumber, Corners, NotNegative, OneOf, Positive, Several
+from mbproj.commands.options import FolderPath, Part, explained, force_option, one_of, option, results_file
 from mbproj.commands.results_shown import open_with_note, require_markers, selected
-from mbproj.commands.study_options import force as force_option
 from mbproj.show.figures.kinds import KINDS, SWEEP_PICTURES
 
 if TYPE_CHECKING:
@@ -242,7 +231,7 @@ EXAMPLES = (
     "--format",
     "file_format",
     default="png",
-    type=click.Choice(["png", "svg", "pdf"]),
+    type=OneOf(["png", "svg", "pdf"]),
     help="Format [default: png].",
 )
 @option(
@@ -254,7 +243,7 @@ EXAMPLES = (
     Part.WHAT,
     "--at",
     "times",
-    type=Times(),
+    type=Several(NotNegative("s")),
     metavar="T[,T..]",
     help="Times in s of the poses that the kind mechanism shows.",
 )

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import click
 
 from mbproj.base.errors import ExitCode, InputError, Place, Problem
-from mbproj.commands.declared import Call, Told, declared, read, study_command
+from mbproj.commands.declared import Asked, Told, declared, read, study_command
 from mbproj.commands.figure_options import plot_option
-from mbproj.commands.options import Option, Part, Positive, option
+from mbproj.commands.kinds import Positive
+from mbproj.commands.options import Option, Part, option
 from mbproj.commands.study_options import At, Effort, Until, answer
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import RECOMMEND
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Quantity, SceneLike
+    from mbproj.commands.arguments import Quantity, SceneLike
     from mbproj.scene.scene import Scene
     from mbproj.studies.measure.measurement import Measurement
     from mbproj.studies.recommend import Recommendation
@@ -87,15 +88,15 @@ def _refuse(options: Mapping[str, Any]) -> None:
         raise InputError(Problem("--write does not go with changed parameters", Place("--set"), hint))
 
 
-def _before(call: Call) -> None:
+def _before(asked: Asked[Any]) -> None:
     from mbproj.results.output_files import check_rewritable
 
-    if call.options["write"]:
-        check_rewritable(call.scene.path)
+    if asked.typed["write"]:
+        check_rewritable(asked.scene.path)
 
 
-def _told(call: Call, recommendation: Recommendation) -> Told:
-    line = _command_line(call.scene, call.path, call.options["changes"], call.options["output_step"], recommendation)
+def _told(asked: Asked[Any], recommendation: Recommendation) -> Told:
+    line = _command_line(asked.scene, asked.path, asked.typed["changes"], asked.typed["output_step"], recommendation)
     short = (
         f"no setting keeps {recommendation.goal:g} m until t = {recommendation.wanted:.6g} s: {recommendation.why}; "
         f"this one keeps it until {recommendation.until:.6g} s"
@@ -113,18 +114,18 @@ def _told(call: Call, recommendation: Recommendation) -> Told:
         recommendation.table,
         "\n".join([line, *_lines(recommendation)]),
         numbers,
-        lambda: _page(recommendation, call.scene.title),
+        lambda: _page(recommendation, asked.scene.title),
         [] if recommendation.reached else [short],
         left=line,
         code=ExitCode.DONE if recommendation.reached else ExitCode.CHECK_FAILED,
     )
 
 
-def _after(call: Call, recommendation: Recommendation) -> None:
+def _after(asked: Asked[Any], recommendation: Recommendation) -> None:
     from mbproj.studies.recommend import write_back
 
-    if call.options["write"] and recommendation.reached:
-        click.echo(f"written into {write_back(call.scene, recommendation.settings)}", err=True)
+    if asked.typed["write"] and recommendation.reached:
+        click.echo(f"written into {write_back(asked.scene, recommendation.settings)}", err=True)
 
 
 command = study_command(

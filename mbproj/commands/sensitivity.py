@@ -1,20 +1,23 @@
-"""`mbproj sensitivity`: how much numbers of a scene change its expectations."""
+"""`mbproj sensitivity` and `mbproj.sensitivity`: how much numbers of a scene change its expectations."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated, Any
 
-import click
-
-from mbproj.commands import study_options
-from mbproj.commands.figure_options import check_picture, plot_option
-from mbproj.commands.options import Part, QuantityNames, explained, option, scene_file
-from mbproj.commands.report.text import json_text
+from mbproj.commands.declared import Asked, Told, declared, read, study_command
+from mbproj.commands.figure_options import plot_option
+from mbproj.commands.kinds import Names
+from mbproj.commands.options import Option, Part
+from mbproj.commands.study_options import Workplace, answer
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from mbproj.commands.arguments import SceneLike
     from mbproj.results.views import Table
+    from mbproj.studies.design.sensitivity import Sensitivities
 
 EXAMPLES = (
     (
@@ -23,77 +26,51 @@ EXAMPLES = (
     ),
     ("The same as bars.", "mbproj sensitivity planar_four_bar.yaml --to crank,coupler --plot bars.png"),
 )
+Of = Annotated[
+    "str | Sequence[str]",
+    Option(Part.WHAT, "Expectations by name [default: all but diagnostics].", Names(), "A,B,.."),
+]
+To = Annotated[
+    "str | Sequence[str]",
+    Option(Part.WHAT, "Parameters, or numbers by their paths [default: parameters].", Names(), "A,B,.."),
+]
 
 
-@explained("sensitivity", EXAMPLES)
-@click.argument("scene", type=scene_file())
-@option(
-    Part.WHAT,
-    "--of",
-    type=QuantityNames(),
-    metavar="A,B,..",
-    help="Expectations by name [default: all but diagnostics].",
-)
-@option(
-    Part.WHAT,
-    "--to",
-    type=QuantityNames(),
-    metavar="A,B,..",
-    help="Parameters, or numbers by their paths [default: parameters].",
-)
-@study_options.changes
-@study_options.workplace
-@study_options.write_table_option
-@plot_option
-@study_options.force
-@option(Part.OUTPUT, "--json", "as_json", is_flag=True, help="Print one JSON object instead of the table.")
-def command(
-    scene: str,
-    of: tuple[str, ...] | None,
-    to: tuple[str, ...] | None,
-    changes: tuple[str, ...],
-    jobs: int | None,
-    scheduler: str | None,
-    scheduler_file: Path | None,
-    table_file: Path | None,
-    picture_path: Path | None,
-    force: bool,
-    as_json: bool,
-) -> None:
-    """Measures how much numbers of SCENE change what it expects.
+@declared
+def sensitivity(
+    scene: SceneLike,
+    *,
+    of: Of = (),
+    to: To = (),
+    parameters: Mapping[str, object] = MappingProxyType({}),
+    **effort: Unpack[Workplace],
+) -> Sensitivities:
+    """Measures how much numbers of a scene change what it expects.
 
     Prints a table with the value of each measure, its derivative by each number with the error of that, and the
     elasticity: by how many percent the measure changes where the number changes by one. Dual numbers that follow one
     run give the slopes; where they cannot, differences of runs do, and the output says why.
+
+    In Python it returns this table. Raises InputError for unknown names, and where a run with a changed number fails.
     """
-    from mbproj.commands.options import parameters
+    from mbproj.studies.design.sensitivity import sensitivities
+
+    asked = read(sensitivity, locals())
+    return sensitivities(asked.scene, asked.of, asked.to, asked.where)
+
+
+def _told(asked: Asked[Any], slopes: Sensitivities) -> Told:
     from mbproj.commands.report.text import columns
-    from mbproj.results.table_files import check_table, write_table
-    from mbproj.scene.scene import read_scene
-    from mbproj.studies.design.sensitivity import LEFT_OUT, sensitivities
-    from mbproj.studies.parallel.cluster import workplace
+    from mbproj.show.figures.designs import draw_sensitivities
+    from mbproj.studies.design.sensitivity import LEFT_OUT
 
-    check_table(table_file, ("measure", "number"), force=force)
-    check_picture(picture_path, force=force)
-    what, where = read_scene(scene, parameters(changes)), workplace(jobs, scheduler, scheduler_file)
-    table = sensitivities(what, of or (), to or (), where).table
-    if table_file is not None:
-        write_table(table_file, table.headings, table.rows, force=force)
-    if picture_path is not None:
-        from mbproj.show.figures.designs import draw_sensitivities
-        from mbproj.show.figures.style import save
-
-        save(draw_sensitivities(table), picture_path, force=force)
-    if as_json:
-        click.echo(json_text([dict(zip(table.headings, row, strict=True)) for row in table.rows]))
-        return
+    table = slopes.table
     headings = ["measure", "number", "value", "slope", "±", "elasticity", "unit of the slope"]
-    click.echo(columns(headings, [_cells(row) for row in table.rows if row[7] != LEFT_OUT]))
-    for line in _how(table):
-        click.echo(line)
-    for path in (table_file, picture_path):
-        if path is not None:
-            click.echo(path)
+    rows = columns(headings, [_cells(row) for row in table.rows if row[7] != LEFT_OUT])
+    return Told(table, "\n".join([rows, *_how(table)]), {"slopes": table.records}, lambda: draw_sensitivities(table))
+
+
+command = study_command(sensitivity, EXAMPLES, _told, first=("measure", "number"), files=(answer, plot_option))
 
 
 def _how(table: Table) -> Iterator[str]:

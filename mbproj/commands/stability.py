@@ -4,19 +4,13 @@ fails."""
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING, Annotated
-
-import click
+from typing import TYPE_CHECKING, Annotated, Any
 
 from mbproj.base.errors import Place, placed_at
-from mbproj.commands.declared import Call, Told, declared, read, study_command, with_values
-from mbproj.commands.options import Option, Part, Positive, one_of
-from mbproj.commands.study_options import (
-    EffortOnSetting,
-    answer,
-    in_folder,
-    projections,
-)
+from mbproj.commands.declared import Asked, Told, declared, read, study_command, with_values
+from mbproj.commands.kinds import Count, Positive
+from mbproj.commands.options import Option, Part, one_of
+from mbproj.commands.study_options import EffortOnSetting, answer, in_folder, projections
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import STABILITY
 
@@ -26,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Quantity, SceneLike
+    from mbproj.commands.arguments import Quantity, SceneLike
     from mbproj.studies.stability import Limits, MethodTrack, StabilityMap
 
 
@@ -56,7 +50,7 @@ High = Annotated[
     "Quantity | None",
     Option(Part.WHAT, "Highest value [default: by the quantity].", None, "NUMBER", names=("--to",)),
 ]
-Points = Annotated[int, Option(Part.WHAT, "Number of values.", click.IntRange(2))]
+Points = Annotated[int, Option(Part.WHAT, "Number of values.", Count(2))]
 Closed = Annotated[
     "Quantity | None",
     Option(
@@ -97,7 +91,7 @@ def stability(
     In Python `limits` has both `closed` and `energy`. Raises InputError where the scene does not have this quantity,
     or a method does not depend on it.
     """
-    from mbproj.commands.python.arguments import amount, time_of
+    from mbproj.commands.arguments import amount, time_of
     from mbproj.studies.stability import Limits, quantity_named
     from mbproj.studies.stability import stability as map_stability
 
@@ -129,7 +123,7 @@ EXAMPLES = (
 )
 
 
-def _told(call: Call, bounds: StabilityMap) -> Told:
+def _told(asked: Asked[Any], bounds: StabilityMap) -> Told:
     methods = {track.method: track for track in bounds.tracks}
     numbers = report_of(STABILITY, bounds, setting=_setting(bounds), methods=methods)
     return Told(bounds.table, _report(bounds), numbers, lambda: _page(bounds))

@@ -1,4 +1,4 @@
-"""`Study`: the common part of all commands that run many simulations: their options, their files and their report."""
+"""`Study`: the common part of all commands that run many simulations: their files and their report."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import click
 from mbproj.commands.figure_options import check_picture
 from mbproj.commands.report.progress import telling
 from mbproj.commands.report.text import json_text
-from mbproj.commands.study_options import where_of
 from mbproj.results.output_files import JUNIT, FileKind, check_replaceable, csv, make_folder, picture, write_text
 from mbproj.results.table_files import check_table, write_csv, write_table
 
@@ -29,21 +28,17 @@ OTHER_REPORT = "choose another file with --junit"
 
 
 class Study:
-    """The effort, the files and the report of a study.
+    """The files and the report of a study.
 
     `options` are a command's options, of which those of `study_options` are removed. `first` are the first headings of
     the table. With a `stem`, the table is DIR/<stem>.csv and the figure is DIR/<stem>.<ending>. Otherwise --plot names
-    the figure. Raises InputError before the work begins where a file cannot be written, or the place of the work is not
-    there."""
+    the figure. Raises InputError before the work begins where a file cannot be written."""
 
     def __init__(self, options: dict[str, Any], first: Sequence[str], stem: str = "") -> None:
         def take(name: str) -> Any:
             return options.pop(name, None)
 
-        self.where = where_of(options)
-        self.fresh, self.force, self.quiet, self._as_json = map(take, ("fresh", "force", "quiet", "as_json"))
-        repeat = take("repeat")
-        self._effort = {"processes": self.where, "fresh": self.fresh, **({"repetitions": repeat} if repeat else {})}
+        self.force, self.quiet, self._as_json = map(take, ("force", "quiet", "as_json"))
         self._for_paper, self._figure, self._junit = map(take, ("table_file", "picture_path", "xml"))
         check_picture(self._figure, force=self.force)
         self._table: Path | None = None
@@ -77,13 +72,6 @@ class Study:
     def telling(self, hidden: bool = False) -> AbstractContextManager[Tell]:
         """Show the progress while the block runs, unless it is `hidden`, or --quiet is given."""
         return telling(hidden=hidden or self.quiet)
-
-    def result(self, function: Callable[..., Result], *what: Any, **options: Any) -> Result:
-        """Return function(what) with the study's options; those that are None get the function's defaults. Progress is
-        shown."""
-        chosen = {name: value for name, value in options.items() if value is not None}
-        with self.telling() as tell:
-            return function(*what, **chosen, **self._effort, tell=tell)
 
     def hand_over(
         self,

@@ -1,23 +1,32 @@
-"""`mbproj sweep`: runs a family of mechanisms and tabulates the measured values."""
+"""`mbproj sweep` and `mbproj.sweep`: runs a family of mechanisms and tabulates the measured values."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, final
 
 import click
 
-from mbproj.commands import study_options
+from mbproj.base.dataclass import dataclass
+from mbproj.base.errors import ExitCode
+from mbproj.commands.declared import Asked, command_of, declared, read
 from mbproj.commands.figure_options import plot_option
-from mbproj.commands.options import FolderPath, Part, Positive, explained, option, scene_file
+from mbproj.commands.kinds import Count, Positive
+from mbproj.commands.options import Argument, FolderPath, Option, Part, option, output_option, scene_file
+from mbproj.commands.study_options import Fresh, Workplace, answer, junit
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import SWEEP
+from mbproj.results.views import Table
 
 if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from mbproj.commands.arguments import Quantity
     from mbproj.scene.ranges import Item
+    from mbproj.studies.sweep.folder import Folder
     from mbproj.studies.sweep.run import Progress
     from mbproj.studies.sweep.spec import SweepSpec
     from mbproj.studies.sweep.summary import CaseEntry
@@ -29,43 +38,40 @@ EXAMPLES = (
     ("Run it, or go on with it where it was interrupted.", "mbproj sweep lengths.yaml"),
     ("Give up when more than ten cases fail or hang.", "mbproj sweep lengths.yaml --max-failures 10 --timeout 30"),
 )
+Spec = Annotated["str | Path", Argument(scene_file(path_type=Path))]
+Timeout = Annotated["Quantity | None", Option(Part.EFFORT, "Stop a case that runs longer.", Positive("s"), "TIME")]
+MostFailures = Annotated[
+    "int | None",
+    Option(Part.EFFORT, "Stop when more than K cases have failed.", Count(), "K", names=("--max-failures",)),
+]
+RetryFailed = Annotated[bool, Option(Part.EFFORT, "Run cases again that have failed before.")]
 
 
-@explained("sweep", EXAMPLES)
-@click.argument("spec", type=scene_file(path_type=Path))
-@study_options.study
-@option(Part.EFFORT, "--timeout", type=Positive("s"), metavar="TIME", help="Stop a case that runs longer.")
-@option(
-    Part.EFFORT,
-    "--max-failures",
-    "most_failures",
-    type=click.IntRange(0),
-    metavar="K",
-    help="Stop when more than K cases have failed.",
-)
-@option(Part.EFFORT, "--retry-failed", is_flag=True, help="Run cases again that have failed before.")
-@option(Part.EFFORT, "--dry-run", "dry", is_flag=True, help="Count the cases and print the first ones; run nothing.")
-@option(Part.EFFORT, "--yes", is_flag=True, help=f"Run more than {MANY} cases.")
-@option(
-    Part.OUTPUT,
-    "-o",
-    "--output",
-    type=FolderPath(path_type=Path),
-    metavar="DIR",
-    help="Directory of the sweep [default: <spec>-sweep].",
-)
-@study_options.junit
-@plot_option
-def command(
-    spec: Path,
-    timeout: float | None,
-    most_failures: int | None,
-    retry_failed: bool,
-    dry: bool,
-    yes: bool,
-    output: Path | None,
-    **options: Any,
-) -> int:
+@final
+@dataclass(frozen=True)
+class SweepTable(Table):
+    """A table with a row for each case, with the headings of summary.csv. `progress` counts the cases that were
+    computed, known from before, and failed; `folder` is where they are stored."""
+
+    progress: Progress
+    folder: Path
+
+    __repr__ = Table.__repr__
+
+
+@declared
+def sweep(
+    spec: Spec,
+    *,
+    output: str | Path | None = None,
+    timeout: Timeout = None,
+    most_failures: MostFailures = None,
+    retry_failed: RetryFailed = False,
+    fresh: Fresh = False,
+    force: bool = False,
+    progress: Callable[[Progress], None] = lambda progress: None,
+    **effort: Unpack[Workplace],
+) -> SweepTable:
     """Runs a family of mechanisms and tabulates what it measures.
 
     SPEC is a YAML file: a scene, what varies in it, what is measured. Writes summary.csv and summary.h5 into DIR.
@@ -74,24 +80,61 @@ def command(
 
     Exit code 0: all cases ran; 3: some failed, and the table says why; 2: wrong input; 130: interrupted, and the table
     has what was computed.
+
+    In Python `output` is the folder. `force` replaces a table that was changed by hand. Raises InputError where the
+    file is wrong. A case that fails is a row.
     """
-    from mbproj.base.errors import ExitCode
-    from mbproj.commands.plot import usual_of_sweep
-    from mbproj.commands.study import Study
-    from mbproj.results.views import Table
-    from mbproj.studies.parallel.progress import CASES, with_words
     from mbproj.studies.sweep import summary
-    from mbproj.studies.sweep.folder import Folder as SweepFolder
-    from mbproj.studies.sweep.run import run_sweep
     from mbproj.studies.sweep.spec import read_spec
 
-    what = read_spec(spec)
+    asked = read(sweep, locals())
+    what = read_spec(asked.spec)
+    folder = _folder(asked, what, output)
+    with folder.store:
+        summary.check_summary(folder, force)  # before the work begins
+        reached = _run(asked, what, folder, progress)
+        summary.write_summary(what, folder, force)
+        rows = tuple(map(tuple, summary.cells(what, summary.entries(what, folder))))
+    return SweepTable(tuple(summary.headings(what)), rows, reached, folder.path)
+
+
+def _folder(asked: Any, what: SweepSpec, output: str | Path | None) -> Folder:
+    from mbproj.studies.sweep.folder import Folder
+
+    usual = asked.spec.with_name(f"{asked.spec.stem}-sweep")
+    return Folder(usual if output is None else Path(output), what, asked.fresh)
+
+
+def _run(asked: Any, what: SweepSpec, folder: Folder, tell: Callable[[Progress], None]) -> Progress:
+    from mbproj.studies.sweep.run import run_sweep
+
+    limits = {name: getattr(asked, name) for name in ("timeout", "most_failures", "retry_failed")}
+    return run_sweep(what, folder, asked.where, **limits, tell=tell)
+
+
+DRY = option(
+    Part.EFFORT, "--dry-run", "dry", is_flag=True, help="Count the cases and print the first ones; run nothing."
+)
+YES = option(Part.EFFORT, "--yes", is_flag=True, help=f"Run more than {MANY} cases.")
+OUTPUT = output_option(None, FolderPath(path_type=Path), "Directory of the sweep [default: <spec>-sweep].", "DIR")
+
+
+@command_of(sweep, EXAMPLES, answer, DRY, YES, OUTPUT, junit, plot_option)
+def command(asked: Asked[SweepTable], dry: bool, yes: bool, output: Path | None, **options: Any) -> int:
+    from mbproj.commands.plot import usual_of_sweep
+    from mbproj.commands.study import Study
+    from mbproj.studies.parallel.progress import CASES, with_words
+    from mbproj.studies.sweep import summary
+    from mbproj.studies.sweep.spec import read_spec
+
+    wanted = asked.read()
+    what = read_spec(wanted.spec)
     if dry:
         click.echo(_preview(what, SHOWN))
         return int(ExitCode.DONE)
     _confirm_number(what, yes)
     study = Study(options, ("case",))
-    folder = SweepFolder(output or spec.with_name(f"{spec.stem}-sweep"), what, study.fresh)
+    folder = _folder(wanted, what, output)
     reached: list[Progress] = []
     interrupted = False
     with folder.store:
@@ -104,15 +147,7 @@ def command(
                 tell(with_words(CASES, f"{now.failed} failed" if now.failed else ""), now.whole - now.left, now.whole)
 
             try:
-                run_sweep(
-                    what,
-                    folder,
-                    study.where,
-                    timeout=timeout,
-                    most_failures=most_failures,
-                    retry_failed=retry_failed,
-                    tell=reach,
-                )
+                _run(wanted, what, folder, reach)
             except KeyboardInterrupt:
                 interrupted = True
         if not reached:  # the sweep has not begun
@@ -130,7 +165,8 @@ def command(
         beside=written,
     )
     if interrupted:
-        click.echo(f"interrupted; go on with: {_command_to_continue(spec, output, timeout, retry_failed)}", err=True)
+        more = _command_to_continue(wanted.spec, output, wanted.timeout, wanted.retry_failed)
+        click.echo(f"interrupted; go on with: {more}", err=True)
         return int(ExitCode.INTERRUPTED)
     return int(ExitCode.FAILED if progress.failed else ExitCode.DONE)
 

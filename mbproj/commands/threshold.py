@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any
 
-from mbproj.commands.declared import Call, Told, declared, read, study_command, with_values
-from mbproj.commands.options import Option, Part, PositiveList
-from mbproj.commands.study_options import (
-    At,
-    EffortOnSetting,
-    Repeat,
-    answer,
-    in_folder,
-)
+from mbproj.commands.declared import Asked, Told, declared, read, study_command, with_values
+from mbproj.commands.kinds import Positive, Several
+from mbproj.commands.options import Option, Part
+from mbproj.commands.study_options import At, EffortOnSetting, Repeat, answer, in_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Quantity, SceneLike
+    from mbproj.commands.arguments import Quantity, SceneLike
     from mbproj.studies.threshold import ThresholdStudy
 
 #: The columns of the lines for a projection after every step, and for none.
@@ -31,7 +26,7 @@ Thresholds = Annotated[
     Option(
         Part.PROJECTION,
         "Thresholds to try [default: decades up to a tenth of the mechanism's size].",
-        PositiveList(""),
+        Several(Positive("")),
         "NUMBER,..",
     ),
 ]
@@ -56,7 +51,7 @@ def threshold(
     In Python the thresholds are in m or rad, and per s. Raises InputError where the setting has no projection, or does
     not run.
     """
-    from mbproj.commands.python.arguments import time_of
+    from mbproj.commands.arguments import time_of
     from mbproj.studies.threshold import threshold_study
 
     asked = read(threshold, locals())
@@ -72,7 +67,7 @@ EXAMPLES = (
 )
 
 
-def _told(call: Call, result: ThresholdStudy) -> Told:
+def _told(asked: Asked[Any], result: ThresholdStudy) -> Told:
     numbers = {
         "recommended": result.recommended,
         "until": float(result.reference.times[-1]),

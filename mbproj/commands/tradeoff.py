@@ -4,23 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import click
+from typing import TYPE_CHECKING, Annotated, Any
 
 from mbproj.base.registry import FORMULATIONS
-from mbproj.commands.declared import Call, Told, declared, read, study_command, with_values
-from mbproj.commands.options import Option, Part, Positive
-from mbproj.commands.study_options import (
-    At,
-    Effort,
-    Repeat,
-    Until,
-    answer,
-    in_folder,
-    integrators,
-    projections,
-)
+from mbproj.commands.declared import Asked, Told, declared, read, study_command, with_values
+from mbproj.commands.kinds import OneOf, Positive
+from mbproj.commands.options import Option, Part
+from mbproj.commands.study_options import At, Effort, Repeat, Until, answer, in_folder, integrators, projections
 from mbproj.results.report_schema.facts import report_of
 from mbproj.results.report_schema.studies import TRADEOFF
 
@@ -30,14 +20,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import Quantity, SceneLike
+    from mbproj.commands.arguments import Quantity, SceneLike
     from mbproj.studies.tradeoff import Tradeoff
 
 Projections = Annotated["str | Sequence[str] | None", projections("gpopm,gopm,none,baumgarte")]
 Integrators = Annotated["str | Sequence[str] | None", integrators("all that are explicit")]
 Formulation = Annotated[
     "str | None",
-    Option(Part.INTEGRATION, "Formulation of all settings [default: the scene's].", click.Choice(FORMULATIONS)),
+    Option(Part.INTEGRATION, "Formulation of all settings [default: the scene's].", OneOf(FORMULATIONS)),
 ]
 Longest = Annotated[
     "Quantity", Option(Part.EFFORT, "End a sweep with the first run that takes longer.", Positive("s"), "TIME")
@@ -83,21 +73,21 @@ EXAMPLES = (
 )
 
 
-def _before(call: Call) -> None:
+def _before(asked: Asked[Any]) -> None:
     from mbproj.studies.tradeoff import KIND
 
-    call.study.check(_whole(call), KIND)
+    asked.study.check(_whole(asked), KIND)
 
 
-def _whole(call: Call) -> Path:
+def _whole(asked: Asked[Any]) -> Path:
     """The file with the whole grid."""
-    return Path(f"{call.study.stem}.h5")
+    return Path(f"{asked.study.stem}.h5")
 
 
-def _told(call: Call, result: Tradeoff) -> Told:
+def _told(asked: Asked[Any], result: Tradeoff) -> Told:
     from mbproj.studies.tradeoff import write_hdf5
 
-    beside = [write_hdf5(_whole(call), result, force=call.study.force)]
+    beside = [write_hdf5(_whole(asked), result, force=asked.study.force)]
     numbers = report_of(TRADEOFF, result, until=result.reference.times[-1], trials=result.table.records)
     return Told(result.table, "\n".join(_report(result)), numbers, lambda: _page(result), result.notes, beside)
 

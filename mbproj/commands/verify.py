@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from mbproj.base.errors import ExitCode, Place, placed_at
-from mbproj.commands.declared import Call, Told, declared, read, study_command
+from mbproj.commands.declared import Asked, Told, declared, read, study_command
 from mbproj.commands.figure_options import plot_option
 from mbproj.commands.options import Part, RunSettings, option, results_file
 from mbproj.commands.study_options import answer
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from typing_extensions import Unpack
 
-    from mbproj.commands.python.arguments import SceneLike
+    from mbproj.commands.arguments import SceneLike
     from mbproj.results.verification import Check, Verification
 
 
@@ -62,31 +62,31 @@ STORE = option(
 )
 
 
-def _before(call: Call) -> None:
+def _before(asked: Asked[Any]) -> None:
     from mbproj.results.verification import check_store
 
-    if call.options["store"] is not None:
+    if asked.typed["store"] is not None:
         with placed_at(Place("--store")):
-            check_store(call.options["store"], call.scene)
+            check_store(asked.typed["store"], asked.scene)
 
 
-def _told(call: Call, verification: Verification) -> Told:
+def _told(asked: Asked[Any], verification: Verification) -> Told:
     return Told(
         verification.table,
-        "\n".join([call.scene.title or Path(call.path).stem, *lines(verification)]),
-        report_of(VERIFY, verification, scene=call.path),
+        "\n".join([asked.scene.title or Path(asked.path).stem, *lines(verification)]),
+        report_of(VERIFY, verification, scene=asked.path),
         lambda: _page(verification),
         code=ExitCode.DONE if verification.holds else ExitCode.CHECK_FAILED,
     )
 
 
-def _after(call: Call, verification: Verification) -> None:
+def _after(asked: Asked[Any], verification: Verification) -> None:
     from mbproj.results.verification import store
 
-    path = call.options["store"]
+    path = asked.typed["store"]
     if path is not None:
         with placed_at(Place("--store")):
-            store(path, call.scene, verification)
+            store(path, asked.scene, verification)
         click.echo(f"stored in {path}", err=True)
 
 

@@ -20,8 +20,9 @@ from typing import Any, NamedTuple
 import click
 
 from mbproj.base.errors import InputError, Place, Problem, SimulationError, message_and_code
+from mbproj.commands.kinds import Count
 from mbproj.commands.options import Part, explained, option, overrides, parameters, scene_options
-from mbproj.commands.python.check import assembled, checked
+from mbproj.commands.report.scene import assembled, checked
 from mbproj.results.crash_safety import part_path
 from mbproj.results.notes import Note
 from mbproj.results.reader import open_own_results
@@ -43,13 +44,13 @@ EXAMPLES = (
 @option(
     Part.OUTPUT,
     "--port",
-    type=click.IntRange(0, 65535),
+    type=Count(0, 65535),
     default=0,
     metavar="N",
     help="Port on this machine [default: a free one].",
 )
 @option(Part.OUTPUT, "-q", "--quiet", is_flag=True, help="Print the address and what is wrong, no line at each save.")
-def command(scene: str, settings: tuple[str, ...], opened: bool, port: int, quiet: bool, **options: Any) -> None:
+def command(scene: str, changes: tuple[str, ...], opened: bool, port: int, quiet: bool, **options: Any) -> None:
     """Runs SCENE each time it is saved, and shows it moving, until Ctrl-C.
 
     The page is served to this machine alone, at an address with a secret token. It keeps time and camera. Where the
@@ -68,7 +69,7 @@ def command(scene: str, settings: tuple[str, ...], opened: bool, port: int, quie
         click.echo(server.address)
         if opened:
             webbrowser.open(server.address)
-        follow(path, parameters(settings), overrides(options), board, quiet=quiet)
+        follow(path, parameters(changes), overrides(options), board, quiet=quiet)
     finally:
         server.close()
 

@@ -41,6 +41,7 @@ FUNCTIONS = (
     "threshold",
     "batch",
     "sweep",
+    "curve",
     "schema",
     "new",
     "import",
@@ -75,20 +76,11 @@ ELSEWHERE = {
     "run": {"accuracy"},  # recommend
     "sweep": {"dry", "yes", "show"},
     "optimise": {"topologies"},  # which search for mechanisms
-    "export": {"only_list", "mjcf", "urdf", "settings"},  # export_model
+    "export": {"only_list", "mjcf", "urdf", "changes"},  # export_model
 }
 #: Python's names of what is called otherwise in a command's code.
 NAMES = {
-    "settings": "parameters",
     "changes": "parameters",
-    "where": "at",
-    "time": "at",
-    "goal": "error",
-    "key": "at",
-    "chosen": "table",
-    "file_format": "format",
-    "folder": "output",
-    "context": None,
 }
 
 
@@ -119,6 +111,18 @@ def test_check_is_the_command():
         mbproj.check(FIVE_BAR, projektion="gopm")
     with pytest.raises(mbproj.InputError, match=r"^step: error"):
         mbproj.check(FIVE_BAR, step=-1)
+
+
+def test_curve_is_the_command():
+    cam = ROOT / "mechanisms" / "cam.yaml"
+    sheet = mbproj.curve(cam, rows=np.int64(13))
+    told = printed("curve", cam, "--rows", "13", "--json")
+    assert {name: column.tolist() for name, column in sheet.columns().items()} == told["table"]
+    assert {side: radius if np.isfinite(radius) else None for side, radius in sheet.rollers.items()} == told[
+        "largest_roller"
+    ]
+    with pytest.raises(mbproj.InputError, match=r"^rows: error: it must be at least 2, found 1"):
+        mbproj.curve(cam, rows=1)
 
 
 def test_compare_takes_arrays_and_names():
@@ -202,7 +206,7 @@ def test_export_and_loads(tmp_path):
         force = np.linalg.norm(results.joint("A").reaction_force, axis=1).max()
         row = [name == "A" and of == "reaction_force" for name, of in zip(felt["name"], felt["quantity"], strict=True)]
         assert felt["largest"][row] >= force * (1 - 1e-12)
-        with pytest.raises(mbproj.InputError, match=r"^format: error: unknown format 'xls'"):
+        with pytest.raises(mbproj.InputError, match=r"^format: error: there is no 'xls'"):
             mbproj.export(results, output=tmp_path, format="xls")
 
 
@@ -229,7 +233,7 @@ def test_scenes_from_templates_and_models(tmp_path):
     assert found.table.headings == ("element", "place", "what", "same")
     written = mbproj.export_model(PENDULUM, "urdf")
     assert written.text.lstrip().startswith("<")
-    with pytest.raises(mbproj.InputError, match=r"^format: error: unknown format 'sdf'"):
+    with pytest.raises(mbproj.InputError, match=r"^format: error: there is no 'sdf'"):
         mbproj.export_model(PENDULUM, "sdf")
 
 
@@ -299,7 +303,7 @@ def test_problems_name_arguments():
         mbproj.run(ROD, step=-1)
     with pytest.raises(mbproj.InputError, match=r"^parameters\['lenght'\]: error: unknown parameter 'lenght'; did you"):
         mbproj.run(ROD, parameters={"lenght": 1})
-    with pytest.raises(mbproj.InputError, match=r"^limits: error: it needs"):
+    with pytest.raises(mbproj.InputError, match=r"^limits: error: needs certify"):
         mbproj.run(ROD, limits=[1e-3])
     with pytest.raises(TypeError, match="found int"):
         mbproj.run(3)

@@ -389,6 +389,6 @@ def test_what_somebody_else_wrote_is_not_replaced(folder):
 def test_sensitivity_is_a_table(folder):
     (folder / "scene.yaml").write_text(BALL)
     done = mbproj("sensitivity", "scene.yaml", "--of", "far", "--to", "angle", "--json", folder=folder)
-    (row,) = json.loads(done.stdout)
+    (row,) = json.loads(done.stdout)["slopes"]
     assert (row["measure"], row["number"], row["unit"]) == ("far", "angle", "m/rad")
     assert row["elasticity"] == pytest.approx(-np.tan(1.0), rel=1e-9)

@@ -9,7 +9,7 @@ import pytest
 
 from mbproj.base.errors import SimulationError
 from mbproj.base.settings import Settings
-from mbproj.commands.python.check import facts, lines
+from mbproj.commands.report.scene import facts, lines
 from mbproj.equations.fast_modes import fast_modes, responses, slopes, speeds_of_free_bodies
 from mbproj.equations.kinematics import pose_of
 from mbproj.kernel import core

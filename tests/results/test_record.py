@@ -53,7 +53,7 @@ def test_one_place_compiles_assembles_and_records():
     assert callers("ResultsWriter") == {"studies/record.py"}
     assert callers("simulate") == {"studies/record.py"} | UNRECORDED
     assert callers("record_run") == {
-        "commands/python/run.py",
+        "commands/run.py",
         "commands/execute.py",
         "commands/watch.py",
         "studies/batch.py",

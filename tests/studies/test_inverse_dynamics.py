@@ -469,7 +469,7 @@ def test_what_is_wrong_with_a_table_is_said_with_its_line(tmp_path, text, said):
         ((), "it is not said which actuators move the mechanism"),
         (("--smooth", "1 mm"), "--smooth is for a motion that is given"),
         (("--actuator", "B.angle"), "--actuator: error: there is no actuator 'B.angle'"),
-        (("--actuator", "A.angle", "--weight", "A.angle"), "'A.angle' is not NAME=W"),
+        (("--actuator", "A.angle", "--weight", "A.angle"), "'A.angle' is not NAME=VALUE"),
         (("--actuator", "A.angle", "--over", "A.angel"), "did you mean 'A.angle'?"),
         (("--actuator", "A.angle", "--plot", "a.gif"), "has no ending of a picture"),
     ],

@@ -10,8 +10,8 @@ import numpy as np
 
 from mbproj.base.errors import InputError, Problem
 from mbproj.base.registry import AUTOMATIC, WHERE_SMOOTH
-from mbproj.commands.python.run import stored_scene
 from mbproj.commands.report.text import columns
+from mbproj.commands.stored_run import stored_scene
 
 if TYPE_CHECKING:
     from mbproj.motion.stiffness import StepLimit

@@ -79,7 +79,7 @@ REPORTS: Mapping[str, JsonReport] = MappingProxyType(
         "threshold": JsonReport("Thresholds of the projection.", (*THRESHOLD, *EVERY_STUDY), ("threshold",)),
         "stability": JsonReport("Where methods hold, degrade and fail.", (*STABILITY, *EVERY_STUDY), ("stability",)),
         "verify": JsonReport("A verification.", (*VERIFY, *EVERY_STUDY), ("verify",)),
-        "sensitivity": JsonReport("Sensitivities, an array.", SENSITIVITY, ("sensitivity",), "array of object"),
+        "sensitivity": JsonReport("How numbers change results.", (*SENSITIVITY, *EVERY_STUDY), ("sensitivity",)),
         "fit": JsonReport("A design.", (*DESIGN, *EVERY_STUDY), ("fit", "optimise")),
         "optimise-topologies": JsonReport(
             "The topologies of a design.", (*TOPOLOGIES, *EVERY_STUDY), ("optimise --topologies",)

@@ -260,17 +260,25 @@ TOPOLOGIES = (
         ),
     ),
 )
-#: What `sensitivity` says of each measure and number.
+#: What `sensitivity` says.
 SENSITIVITY = (
-    Fact("measure", "string", "", "what the scene expects, by name"),
-    Fact("number", "string", "", "the number of the scene"),
-    Fact("value", "number | null", "by measure", "value of the measure"),
-    Fact("slope", "number | null", "by `unit`", "derivative by the number; null where it was left out"),
-    Fact("uncertainty", "number | null", "by `unit`", "its error"),
-    Fact("elasticity", "number | null", "1", "change of the measure in percent for one percent of the number"),
-    Fact("unit", "string", "", "unit of the slope"),
-    Fact("by", "string", "", "how the slope was found, or that it was left out"),
-    Fact("because", "string", "", 'why not by dual numbers; "" where by these'),
+    Fact(
+        "slopes",
+        "array of object",
+        "",
+        "each measure by each number",
+        fields=(
+            Fact("measure", "string", "", "what the scene expects, by name"),
+            Fact("number", "string", "", "the number of the scene"),
+            Fact("value", "number | null", "by measure", "value of the measure"),
+            Fact("slope", "number | null", "by `unit`", "derivative by the number; null where it was left out"),
+            Fact("uncertainty", "number | null", "by `unit`", "its error"),
+            Fact("elasticity", "number | null", "1", "change of the measure in percent for one percent of the number"),
+            Fact("unit", "string", "", "unit of the slope"),
+            Fact("by", "string", "", "how the slope was found, or that it was left out"),
+            Fact("because", "string", "", 'why not by dual numbers; "" where by these'),
+        ),
+    ),
 )
 #: What `sweep` says.
 SWEEP = (

@@ -265,7 +265,7 @@ class Sensitivities:
                 how = (DIFFERENCES, self.why[k][j]) if self.why[k][j] else (DUALS, "")
                 how = (LEFT_OUT, self.failed[j]) if self.failed[j] else how
                 rows.append((measure.name, column_of(self.paths[j]), *map(float, numbers), unit, *how))
-        return Table(tuple(fact.key for fact in SENSITIVITY), tuple(rows))
+        return Table(tuple(fact.key for fact in SENSITIVITY[0].fields), tuple(rows))
 
 
 def _is_nothing(measure: Expectation, value: float) -> bool:

@@ -11,7 +11,7 @@ import pytest
 from mbproj.base.errors import SimulationError
 from mbproj.base.registry import implicit_integrators, integrators
 from mbproj.base.settings import Settings
-from mbproj.commands.python.check import facts, lines
+from mbproj.commands.report.scene import facts, lines
 from mbproj.commands.report.step_limits import remark
 from mbproj.motion.formulations.choice import choose
 from mbproj.motion.simulate import simulate

@@ -128,7 +128,7 @@ def test_numbers_that_no_other_run_has_are_left_out(tmp_path):
         "mass: 1 kg", "mass: 1.0e-12 - (count - 3)**2"
     )
     (tmp_path / "ball.yaml").write_text(text, encoding="utf-8")
-    rows = json.loads(command("sensitivity", "ball.yaml", "-j", "1", "--json", folder=tmp_path).stdout)
+    rows = json.loads(command("sensitivity", "ball.yaml", "-j", "1", "--json", folder=tmp_path).stdout)["slopes"]
     assert {row["number"]: row["by"] for row in rows} == {
         "speed": "dual numbers",
         "angle": "dual numbers",
@@ -171,7 +171,7 @@ def test_bars_show_the_elasticities_and_what_has_none(tmp_path):
     assert axes[0].texts[0].get_text() == "its value is 0: no elasticity"
     (tmp_path / "ball.yaml").write_text(BALL, encoding="utf-8")
     done = command("sensitivity", "ball.yaml", "--to", "speed", "--plot", "bars.png", "-j", "1", folder=tmp_path)
-    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "bars.png")
+    assert (done.returncode, done.stderr.splitlines()[-1]) == (0, "bars.png")
     assert (tmp_path / "bars.png").read_bytes().startswith(b"\x89PNG")
 
 

@@ -1,19 +1,15 @@
-"""`mbproj.check`: read and assemble a scene without running it, and report on it."""
+"""The report on a scene that is assembled but not run: whether it closes, whether it can run, and what it is like."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from math import pi
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import Any, TypedDict
 
 from mbproj.base.dataclass import dataclass
-from mbproj.base.errors import InputError, Place, Problem, SimulationError, choose_from, shortened
-from mbproj.commands.declared import declared, read
-from mbproj.commands.options import RunSettings
-from mbproj.commands.python.arguments import SceneLike, by_arguments, scene_of
+from mbproj.base.errors import InputError, Problem, SimulationError, shortened
 from mbproj.equations.assembly.assemble import State, coordinates, moved_from_scene
-from mbproj.equations.assembly.assemblies import Assemblies, assemblies, conditions, freedom_left
 from mbproj.equations.assembly.compiled import adjustment_notes, compile_system
 from mbproj.equations.constraints import constraint_at, constraint_velocity_at
 from mbproj.equations.contacts import refuse_driven_beyond
@@ -31,9 +27,8 @@ from mbproj.equations.rank.redundancy import (
 )
 from mbproj.equations.rank.uniqueness import unique_components
 from mbproj.equations.tensions import length_and_wraps
-from mbproj.linear.equilibrium.start import assembled_start, start_state
-from mbproj.model.compile.mechanism import initial_guess
-from mbproj.model.system import Conditions, System
+from mbproj.linear.equilibrium.start import start_state
+from mbproj.model.system import System
 from mbproj.motion.contacts import RubsAtStart, frictions_at_start, gaps_at_start, refuse_penetration
 from mbproj.motion.formulations.choice import Choice, choose
 from mbproj.motion.formulations.full import FullFormulation
@@ -41,14 +36,9 @@ from mbproj.motion.stiffness import FastMode, fastest_at, stable_steps
 from mbproj.results.analysis.loads import REACTIONS, in_words, open_components
 from mbproj.results.views import Table, Tabled
 from mbproj.scene.blocks.oversights import notes_on
-from mbproj.scene.fields.quantities import Number, given_number
 from mbproj.scene.meshes import meshes_of
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import placed, placed_in
-
-if TYPE_CHECKING:
-    from typing_extensions import Unpack
-
 
 # --- The fastest modes, and the steps that explicit integrators need --------------------------------------------------
 
@@ -240,20 +230,6 @@ class SceneCheck(Tabled):
     __repr__ = Tabled.__repr__
 
 
-@declared
-def check(
-    scene: SceneLike, *, parameters: Mapping[str, object] = _NOTHING, **settings: Unpack[RunSettings]
-) -> SceneCheck:
-    """Reads and assembles a scene without running it: whether it closes, whether it can run, and its degrees of
-    freedom.
-
-    `scene`, `parameters` and the settings are as in `run`. Raises InputError where the scene is wrong or does not
-    close. Equations without a unique solution are listed in `problems`.
-    """
-    what = read(check, locals()).scene
-    return checked(what, *assembled(what))
-
-
 def assembled(what: Scene) -> tuple[System, State]:
     """The compiled system and its start."""
     meshes_of(what)  # raises for missing meshes, which a run records
@@ -428,62 +404,3 @@ def _set_facts(entry: DependentSet) -> dict[str, Any]:
         "velocity_residual": entry.residual[0],
         "acceleration_residual": entry.residual[1],
     }
-
-
-# --- `mbproj.branches` ------------------------------------------------------------------------------------------------
-# All assemblies of a scene, in one call.
-
-
-#: The most coordinates that a message names.
-NAMED = 8
-
-
-def branches(
-    scene: SceneLike,
-    *,
-    hold: Sequence[str] = (),
-    starts: int | None = None,
-    parameters: Mapping[str, object] = _NOTHING,
-) -> Assemblies:
-    """Finds all assemblies of a scene: the poses that satisfy its joints, its motions at the start, and the held
-    coordinates.
-
-    `hold` names joint coordinates to hold: "A.angle=30deg", or "A.angle" at its value at the start. `starts` is the
-    number of random poses from which assemblies are searched. `scene` and `parameters` are as in `run`. Raises
-    InputError where the scene is wrong or degrees of freedom are left.
-    """
-    with by_arguments():
-        what = scene_of(scene, parameters, {})
-        system, state, held = ready(what, [hold] if isinstance(hold, str) else hold)
-        return assemblies(system.at_positions, state, held, starts)
-
-
-def ready(scene: Scene, hold: Sequence[str]) -> tuple[System, State, Conditions]:
-    """Compile and assemble a scene, and return also the held coordinates. Raises InputError where degrees of freedom
-    are left."""
-    with placed_in(scene):
-        system = compile_system(scene)
-        state = assembled_start(scene, system)
-    return system, state, _held_coordinates(scene, system, state, hold)
-
-
-def _held_coordinates(scene: Scene, system: System, state: State, hold: Sequence[str]) -> Conditions:
-    """The coordinates that the scene's joints fix at the start, and those of `hold`. Raises InputError where degrees of
-    freedom are left."""
-    names, units = list(system.names.coordinates), system.names.coordinate_units
-    start = initial_guess(scene, system).start
-    wanted: dict[int, float | None] = dict(zip(start.index.tolist(), start.value.tolist(), strict=True))
-    for text in hold:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if name not in names:
-            raise InputError(Problem(f"there is no coordinate '{name}'", Place("--hold"), choose_from(name, names)))
-        index = names.index(name)
-        wanted[index] = given_number(value, f"--hold {name}", Number(units[index])) if equals else None
-    held = conditions(system, state, iter(wanted.items()))
-    left = freedom_left(system.at_positions, state, held)
-    if left:
-        count = f"{left} degrees of freedom are" if left > 1 else "1 degree of freedom is"
-        free = [name for index, name in enumerate(names) if index not in wanted]
-        able = f"hold {left} of the coordinates {', '.join(free[:NAMED])}" if free else "drive them by 'motions'"
-        raise InputError(Problem(f"{count} left: assemblies cannot be counted", Place("--hold"), able))
-    return held

@@ -9,7 +9,7 @@ from mbproj.results import record
 from mbproj.results.reader import opened
 
 if TYPE_CHECKING:
-    from mbproj.commands.python.pictures import Page, Plots
+    from mbproj.commands.pictures import Page, Plots
 
 
 @final
@@ -20,13 +20,13 @@ class Results(record.Results):
     @property
     def plot(self) -> Plots:
         """The pictures by kind, as `results.plot.reactions("A")`."""
-        from mbproj.commands.python.pictures import Plots
+        from mbproj.commands.pictures import Plots
 
         return Plots(self)
 
     def animate(self) -> Page:
         """The page of `mbproj animate`, which a notebook shows."""
-        from mbproj.commands.python.pictures import page
+        from mbproj.commands.pictures import page
 
         return page(self)
 

@@ -10,14 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 from mbproj.base.errors import InputError, Problem, choose_from
-from mbproj.commands.python.arguments import Quantity, amount, by_arguments
 from mbproj.results.output_files import PAGE, check_replaceable, write_text
 from mbproj.results.record import ACTING, Results
-from mbproj.show.figures import studies as paper_figures
 from mbproj.show.figures.kinds import KINDS, draw, why_not
 from mbproj.show.figures.style import save
-from mbproj.studies.paper import Example, run_example
-from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,8 +21,6 @@ if TYPE_CHECKING:
 
 #: The height of a page in a notebook, in pixels.
 HEIGHT = 560
-#: For each mechanism, the components of the marker that the paper plots, and the numbers of its four figures.
-FIGURES = {"five_bar": ("xz", (2, 3, 4, 5)), "spatial_slider_crank": ("x", (7, 8, 9, 10))}
 
 
 @final
@@ -129,35 +123,3 @@ def page(results: Results) -> Page:
 
     built = page_of([results], [results.title or "run"], False, None)
     return Page(html(built.title, built.data, built.packer))
-
-
-def paper(*, duration: Quantity = 10.0, progress: Tell = silent) -> dict[int, Picture]:
-    """Draws Figs. 2-5 and 7-10 of the paper with the paper's settings; returns them by their numbers. The motions take
-    `duration` s.
-
-    It takes about a minute.
-    """
-    with by_arguments():
-        until, pictures = amount(duration, "duration", "s", above=0.0), dict[int, Picture]()
-    for done, name in enumerate(FIGURES):
-        progress("mechanisms", done, len(FIGURES))
-        pictures |= {number: Picture(figure) for number, figure in figures_of(run_example(name, until)).items()}
-    return pictures
-
-
-def figures_of(example: Example) -> dict[int, Figure]:
-    """The four figures of an example, by their numbers in the paper."""
-    components, numbers = FIGURES[example.name]
-    shown, since = example.histories["GPOPM"], example.unconverged_from
-    series = example.histories.items()
-    drawn = (
-        paper_figures.position_history(shown.time, shown.position, components=components, unconverged_from=since),
-        paper_figures.velocity_history(shown.time, shown.velocity, components=components, unconverged_from=since),
-        paper_figures.position_errors(
-            {legend: (run.time, run.position_violation) for legend, run in series}, unconverged_from=since
-        ),
-        paper_figures.velocity_errors(
-            {legend: (run.time, run.velocity_violation) for legend, run in series}, unconverged_from=since
-        ),
-    )
-    return dict(zip(numbers, drawn, strict=True))

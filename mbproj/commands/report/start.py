@@ -11,7 +11,7 @@ from mbproj.base.errors import InputError, Problem
 from mbproj.scene.meshes import meshes_of
 
 if TYPE_CHECKING:
-    from mbproj.commands.python.check import RopeAtStart
+    from mbproj.commands.report.scene import RopeAtStart
     from mbproj.equations.assembly.assemble import State
     from mbproj.model.system import System
     from mbproj.motion.contacts import AtStart, RubsAtStart

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from operator import index
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, SupportsFloat, TypeAlias
 
 from mbproj.base.errors import InputError, Place, Problem
@@ -20,8 +21,6 @@ SceneLike: TypeAlias = "Scene | str | Path | Mapping[str, object]"
 Quantity: TypeAlias = "SupportsFloat | str"
 #: The pattern of options of the command line in messages, which a caller of functions knows as arguments.
 _OPTION = re.compile(r"--([a-z][a-z-]*)")
-#: Options whose argument has another name.
-_RENAMED = {"from": "low", "to": "high", "limit": "limits", "set": "parameters"}
 
 
 def scene_of(scene: SceneLike, parameters: Mapping[str, object], options: Mapping[str, object]) -> Scene:
@@ -40,26 +39,27 @@ def scene_of(scene: SceneLike, parameters: Mapping[str, object], options: Mappin
 
 
 @contextmanager
-def by_arguments() -> Iterator[None]:
-    """Name arguments in the problems that the block raises, not options: `step`, not `--step`."""
+def by_arguments(names: Mapping[str, str] = MappingProxyType({})) -> Iterator[None]:
+    """Name arguments in the problems that the block raises, not options: `step`, not `--step`. `names` are those of the
+    arguments by the options that have other ones."""
+    names = {**names, "--set": "parameters"}
     try:
         yield
     except InputError as error:
-        raise InputError([_by_argument(problem) for problem in error.problems]) from None
+        raise InputError([_by_argument(problem, names) for problem in error.problems]) from None
 
 
-def _by_argument(problem: Problem) -> Problem:
+def _by_argument(problem: Problem, names: Mapping[str, str]) -> Problem:
+    def named(text: str) -> str:
+        return _OPTION.sub(lambda match: names.get(match[0], match[1].replace("-", "_")), text)
+
     place = problem.place
     if place is not None and place.file.startswith("--set "):
         place = Place(f"parameters['{place.file.removeprefix('--set ')}']")
     elif place is not None and place.line is None:
-        place = replace(place, file=_argument(place.file))
-    hint = None if problem.hint is None else _argument(problem.hint)
-    return replace(problem, message=_argument(problem.message), place=place, hint=hint)
-
-
-def _argument(text: str) -> str:
-    return _OPTION.sub(lambda match: _RENAMED.get(match[1], match[1].replace("-", "_")), text)
+        place = replace(place, file=named(place.file))
+    hint = None if problem.hint is None else named(problem.hint)
+    return replace(problem, message=named(problem.message), place=place, hint=hint)
 
 
 def amount(
