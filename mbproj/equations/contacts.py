@@ -14,8 +14,9 @@ from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State, coordinate_values, nearest, scaled_residual, scaled_rows
 from mbproj.equations.assembly.gauss_newton import gauss_newton, set_rows
 from mbproj.equations.blocks import Rows, stacked
-from mbproj.equations.constraints import set_velocity, tangent_jacobian
-from mbproj.equations.kinematics import Pose, Twist, attached, pose_of, slots_of, twist_of
+from mbproj.equations.constraints import tangent_jacobian
+from mbproj.equations.gaps import gaps, stop_sizes
+from mbproj.equations.kinematics import Pose, Twist, pose_of, twist_of
 from mbproj.equations.motions import drive_at
 from mbproj.equations.of_motion import tangent_mass_matrix
 from mbproj.equations.tangent_space import tangent_space
@@ -27,29 +28,7 @@ from mbproj.model.contacts import Stops
 from mbproj.model.primitive_set import PrimitiveSet
 from mbproj.model.system import Conditions, System
 
-# --- Gaps: the distances of a mechanism from its stops ----------------------------------------------------------------
-
-
-def gaps(stops: Stops, pose: Pose, turns: Integers) -> Numbers:
-    """Return g = side (s - bound) at poses (...) with whole turns (..., nc) of the joints' angles, (..., S), in m or
-    rad."""
-    value = counted_values(stops.coordinates, stops.joint_coordinate, pose, turns)
-    return np.asarray(stops.side * (value - stops.bound))
-
-
-def counted_values(coordinates: PrimitiveSet, joint_coordinate: Integers, pose: Pose, turns: Integers) -> Numbers:
-    """Return s at poses (...) with whole turns (..., nc) of the joints' angles, (..., k). `joint_coordinate` (k,) is
-    the number of each s among the joints' coordinates, -1 for none."""
-    value = coordinates.value(attached(pose, *slots_of(coordinates)))
-    counts = ((joint_coordinate >= 0) & ~coordinates.is_length).astype(float)
-    counted = turns[..., joint_coordinate] * counts if np.shape(turns)[-1] else 0.0
-    return np.asarray(value + 2.0 * np.pi * counted)
-
-
-def gap_rates(stops: Stops, pose: Pose, twist: Twist) -> Numbers:
-    """Return g', (..., S), in m/s or rad/s."""
-    with np.errstate(divide="ignore", invalid="ignore"):  # points that coincide have no rate
-        return np.asarray(stops.side * set_velocity(stops.coordinates, pose, twist))
+# --- The forces and energies of compliant stops -----------------------------------------------------------------------
 
 
 def pressing(stops: Stops, by: Array, gap: Numbers, rate: Numbers) -> Numbers:
@@ -77,12 +56,6 @@ def _stiffness(stops: Stops) -> Array:
 
 
 NO_CONDITIONS = Conditions(np.zeros(0, dtype=np.intp), np.zeros(0))
-
-
-def stop_sizes(system: System) -> Array:
-    """Return the scales of gaps, (S,): the mechanism's length in m, and 1 rad."""
-    assert system.stops is not None
-    return np.where(system.stops.coordinates.is_length, system.length, 1.0)
 
 
 def nearest_inside(system: System, state: State) -> tuple[Array, Array]:

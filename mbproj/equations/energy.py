@@ -78,7 +78,8 @@ def total_energy(system: System, state: State) -> float:
     energy = kinetic_energy(system, at.pose, at.twist)
     energy = energy + potential(at, law_state(at))
     if system.stops is not None:
-        from mbproj.equations.contacts import gaps, stored_energy
+        from mbproj.equations.contacts import stored_energy
+        from mbproj.equations.gaps import gaps
 
         energy = energy + stored_energy(system.stops, gaps(system.stops, at.pose, state.turns))
     total: float = energy.item()
@@ -95,7 +96,8 @@ def stored(instant: Instant, laws: LawState, turns: Callable[[], Integers]) -> N
     V, stops = potential(instant, laws), instant.system.stops
     if stops is None:
         return V
-    from mbproj.equations.contacts import gaps, stored_energy
+    from mbproj.equations.contacts import stored_energy
+    from mbproj.equations.gaps import gaps
 
     return V + stored_energy(stops, gaps(stops, instant.pose, turns()))
 

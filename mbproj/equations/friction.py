@@ -18,7 +18,8 @@ from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.bearings import Supports, load, slopes, supports
 from mbproj.equations.constraints import set_velocity
-from mbproj.equations.contacts import gap_rates, gaps, pressing
+from mbproj.equations.contacts import pressing
+from mbproj.equations.gaps import gap_rates, gaps
 from mbproj.equations.kinematics import Pose, Twist, pose_of
 from mbproj.equations.rank.nearby import nearby
 from mbproj.equations.rank.row_space import self_stresses

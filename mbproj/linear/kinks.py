@@ -10,9 +10,9 @@ from mbproj.base.arrays import Array
 from mbproj.base.errors import InputError, Problem
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import coordinate_values
-from mbproj.equations.contacts import gaps, stop_sizes
 from mbproj.equations.derivatives import law_slopes
 from mbproj.equations.forces import law_state
+from mbproj.equations.gaps import gaps, stop_sizes
 from mbproj.equations.turning import turns_of
 from mbproj.functions.program import CHANNELS, COORDINATE, RATE
 from mbproj.functions.program_set import ProgramSet

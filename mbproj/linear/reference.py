@@ -11,10 +11,11 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State, coordinate_values
-from mbproj.equations.contacts import Freedom, counted_values
+from mbproj.equations.contacts import Freedom
 from mbproj.equations.derivatives import MotionAtTime, constraint_rows, mass_blocks, row_motion, tangent_force
 from mbproj.equations.forces import law_state
 from mbproj.equations.friction import refuse_shared_loads
+from mbproj.equations.gaps import counted_values
 from mbproj.equations.kinematics import pose_of, twist_of
 from mbproj.equations.motions import drive_at
 from mbproj.equations.of_motion import tangent_mass_matrix

@@ -21,8 +21,9 @@ from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.bearings import load, supports
 from mbproj.equations.constraints import set_velocity
-from mbproj.equations.contacts import Freedom, gap_rates, gaps, nearest_inside, stop_sizes, stored_energy
+from mbproj.equations.contacts import Freedom, nearest_inside, stored_energy
 from mbproj.equations.friction import frictions_at
+from mbproj.equations.gaps import gap_rates, gaps, stop_sizes
 from mbproj.equations.kinematics import Pose, body_rates, pose_of, twist_of
 from mbproj.equations.reactions import reactions
 from mbproj.equations.samples import Samples

@@ -155,6 +155,7 @@ def record_run(
             notes += notes_on(report)
             looked_at = _looked_at(scene, recorder, judged=earlier is None or earlier.results is not None)
             notes += [_on_push(name, push) for name, push in looked_at.get("ropes", {}).items()]
+            notes += _on_pulls(recorder) if system.names.stops else []
             seconds = perf_counter() - started
             known = summary(str(scene.path or "scene"), str(output), report, total_seconds=seconds)
             known |= attributes
@@ -256,6 +257,13 @@ def _on_push(name: str, push: Pushed) -> Note:
     from mbproj.results.analysis.contacts import rope_in_words
 
     return Note(rope_in_words(name, push), doubts_motion=True)
+
+
+def _on_pulls(recorder: ResultsWriter) -> Iterator[Note]:
+    from mbproj.results.analysis.contacts import pulls_in_words, pulls_of_stops
+
+    for name, pull in pulls_of_stops(recorder.results()).items():
+        yield Note(pulls_in_words(name, pull), doubts_motion=True)
 
 
 # --- The notes on a run that has ended --------------------------------------------------------------------------------

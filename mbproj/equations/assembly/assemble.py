@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +19,7 @@ from mbproj.base.errors import InputError, Problem
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest_of
 from mbproj.equations.constraints import constraint, constraint_velocity, set_velocity, time_derivative
+from mbproj.equations.gaps import gap_rates, gaps, stop_sizes
 from mbproj.equations.instant import Instant
 from mbproj.equations.kinematics import Pose, attached, pose_of, twist_of
 from mbproj.equations.motions import Drive, drive_at
@@ -92,13 +93,16 @@ def assemble(system: System, guess: Guess) -> State:
     q = _close(system.at_positions, guess.q, guess.start, drive)
     pose = pose_of(q)
     _refuse_flips(system, pose)
-    v = _consistent_velocity(system, q, pose, guess, drive)
     angles = coordinate_values(system, pose)
     turns = np.zeros(len(angles), dtype=np.intp)
     known = [*guess.start.index.tolist(), *system.motions.joint_coordinate.tolist()]
     for index, value in zip(known, [*guess.start.value.tolist(), *drive.value.tolist()], strict=True):
         turns[index] = np.round((value - angles[index]) / (2 * np.pi))
-    return State.of(system, 0.0, positions=q, velocities=v, turns=turns * is_angle(system))
+    turns *= is_angle(system)
+    v = _consistent_velocity(system, q, pose, guess, drive)
+    if system.stops is not None:
+        v = _clear_of_stops(system, q, pose, turns, guess, drive, v)
+    return State.of(system, 0.0, positions=q, velocities=v, turns=turns)
 
 
 def coordinate_values(system: System, pose: Pose) -> Array:
@@ -246,23 +250,63 @@ def _close_enough(system: System) -> float:
     return 1e-15 if system.bodies <= THRESHOLDS.large else 1e-12
 
 
+def _clear_of_stops(
+    system: System, q: Array, pose: Pose, turns: Integers, guess: Guess, drive: Drive, v: Array
+) -> Array:
+    """Return a velocity with which no rigid stop that touches closes, unless the guess or the joints' speeds ask for
+    that. The nearest velocity v knows nothing of stops."""
+    from mbproj.equations.blocks import stacked
+
+    stops, held = system.stops, np.zeros(0, dtype=np.intp)
+    assert stops is not None
+    slack = THRESHOLDS.same_written * stop_sizes(system)
+    closed = stops.is_rigid & (np.abs(gaps(stops, pose, turns)) <= slack)
+    closed &= gap_rates(stops, pose, twist_of(pose, _on_spheres(q, guess.v))) >= -slack
+    clear = v
+    while len(into := np.flatnonzero(closed & (gap_rates(stops, pose, twist_of(pose, clear)) < -slack))):
+        if np.isin(into, held).any():
+            return v  # the joints' speeds ask for it
+        held = np.union1d(held, into)
+        move = shortest_of(stacked(system.bodies, [_rows(system, pose, guess.speed), _stop_rows(system, pose, held)]))
+        for _ in range(2):
+            of_stops = gap_rates(stops, pose, twist_of(pose, clear))[held] * stops.side[held]
+            left = np.concatenate([_velocity_residual(system, pose, guess, drive, clear), of_stops])
+            clear = clear + in_coordinates(system, q, move(-left))
+        if np.abs(_velocity_residual(system, pose, guess, drive, clear)).max(initial=0.0) > slack.min():
+            return v
+    return clear
+
+
+def _stop_rows(system: System, pose: Pose, held: Integers) -> Rows:
+    assert system.stops is not None
+    return set_rows(system, system.stops.coordinates, pose).chosen(held)
+
+
+def _on_spheres(q: Array, v: Array) -> Array:
+    """The velocity v with |Λ| constant."""
+    velocity, Λ = v.reshape(-1, 7), q.reshape(-1, 7)[:, 3:]
+    turning = velocity[:, 3:] - np.sum(Λ * velocity[:, 3:], axis=1, keepdims=True) * Λ
+    return np.concatenate([velocity[:, :3], turning], axis=1).ravel()
+
+
+def _velocity_residual(system: System, pose: Pose, guess: Guess, drive: Drive, v: Array) -> Array:
+    """C_q v + C_t of the joints and motions, then what the joints' speeds lack."""
+    twist = twist_of(pose, v)
+    rows: Array = constraint_velocity(system, pose, twist, drive)[system.bodies :]
+    if not len(guess.speed.index):
+        return rows
+    speeds = set_velocity(system.coordinates, pose, twist)[guess.speed.index]
+    return np.concatenate([rows, speeds - guess.speed.value])
+
+
 def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, drive: Drive) -> Array:
     """Return the velocity nearest to the guess with C_q v + C_t = 0 and the joints' speeds."""
     wanted = np.concatenate([-time_derivative(system, drive), guess.speed.value])
     if not wanted.any() and not guess.v.any():
         return guess.v  # the guess is at rest, and no row or condition asks for a velocity
 
-    def residual(v: Array) -> Array:
-        twist = twist_of(pose, v)
-        rows: Array = constraint_velocity(system, pose, twist, drive)[system.bodies :]
-        if not len(guess.speed.index):
-            return rows
-        speeds = set_velocity(system.coordinates, pose, twist)[guess.speed.index]
-        return np.concatenate([rows, speeds - guess.speed.value])
-
-    velocity, Λ = guess.v.reshape(-1, 7), q.reshape(-1, 7)[:, 3:]
-    turning = velocity[:, 3:] - np.sum(Λ * velocity[:, 3:], axis=1, keepdims=True) * Λ  # |Λ| does not change
-    v: Array = np.concatenate([velocity[:, :3], turning], axis=1).ravel()
+    residual = partial(_velocity_residual, system, pose, guess, drive)
+    v = _on_spheres(q, guess.v)
     if system.bodies > THRESHOLDS.large and np.abs(residual(v)).max(initial=0.0) <= _close_enough(system):
         return v
     move = shortest_of(_rows(system, pose, guess.speed))

@@ -19,8 +19,9 @@ from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State, assemble
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.constraints import gamma, jacobian, set_jacobian, set_velocity, tangent_jacobian
-from mbproj.equations.contacts import gaps, pressing
+from mbproj.equations.contacts import pressing
 from mbproj.equations.forces import applied, generalised
+from mbproj.equations.gaps import gaps
 from mbproj.equations.kinematics import pose_of, twist_of
 from mbproj.equations.motions import drive_at
 from mbproj.equations.of_motion import generalised_force, mass_matrix, solve_bordered

@@ -13,9 +13,9 @@ from mbproj.base.errors import InputError, Problem, SimulationError
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State, coordinate_values
 from mbproj.equations.bearings import load, supports
-from mbproj.equations.contacts import gaps, stop_sizes
 from mbproj.equations.derivatives import MotionAtTime
 from mbproj.equations.friction import frictions_at
+from mbproj.equations.gaps import gaps, stop_sizes
 from mbproj.equations.kinematics import pose_of
 from mbproj.equations.motions import Drive, drive_at
 from mbproj.equations.rank.mobility import mobility

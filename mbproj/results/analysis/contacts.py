@@ -231,6 +231,10 @@ def creep_in_words(record: CreepHistory) -> str:
 # --- Stops: how often each was struck, its largest force, and the energy that it took ---------------------------------
 
 
+#: A stop is said to pull where it does by more than this part of its largest force, and of the tolerance.
+PULLS = 1e-4
+
+
 class StopHistory(TypedDict):
     """The history of a stop. `unit` is that of its coordinate, m or rad. `least_gap` and `largest_force` are over the
     samples, or None without samples. `impacts` is the number of impacts. The impulse is the largest of them (N s or N m
@@ -276,11 +280,28 @@ def stop_in_words(record: StopHistory) -> str:
     return ", ".join(parts) or "no samples"
 
 
+def pulls_of_stops(results: Results) -> dict[str, Pushed]:
+    """The largest pull of each stop that pulls at a sample, by its name: a release that no step has found."""
+    found: dict[str, Pushed] = {}
+    for column, name in enumerate(results.names("stops") if len(results.time) else ()):
+        force = results["stops/force"][:, column]
+        at = int(np.argmin(force))
+        if force[at] < -max(PULLS, results.settings.tolerance or 0.0) * np.abs(force).max():
+            found[name] = Pushed(push=-float(force[at]), time=float(results.time[at]))
+    return found
+
+
+def pulls_in_words(name: str, pull: Pushed) -> str:
+    """A note on a stop that pulls."""
+    least = f"stop '{name}' pulls with up to {pull['push']:.4g} N or N m, at {pull['time']:.6g} s"
+    return f"{least}: it should have opened there; take a smaller tolerance or step"
+
+
 # --- Ropes that pushed: in a model a rope of constant length can push; a real rope goes slack -------------------------
 
 
 class Pushed(TypedDict):
-    """The largest push of a rope, in N, and its time, in s."""
+    """The largest push of a rope, or pull of a stop, in N or N m, and its time, in s."""
 
     push: float
     time: float

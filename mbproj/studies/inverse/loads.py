@@ -16,9 +16,9 @@ from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import coordinate_values
 from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.constraints import set_bias, set_velocity
-from mbproj.equations.contacts import gaps
 from mbproj.equations.derivatives import MotionAtTime, rows_at, tangent_force
 from mbproj.equations.forces import applied, given_components, law_state
+from mbproj.equations.gaps import gaps
 from mbproj.equations.kinematics import body_rates, pose_of
 from mbproj.equations.tangent_space import TangentSpace, tangent_space, tangent_velocities
 from mbproj.linear.equilibrium.start import assembled_start

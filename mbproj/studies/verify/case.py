@@ -18,7 +18,7 @@ from mbproj.base.settings import ProjectionSettings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State, coordinate_values
 from mbproj.equations.constraints import set_jacobian
-from mbproj.equations.contacts import gaps, stop_sizes
+from mbproj.equations.gaps import gaps, stop_sizes
 from mbproj.equations.kinematics import pose_of
 from mbproj.equations.rank.row_space import scaled_jacobian
 from mbproj.kernel import core

@@ -47,8 +47,7 @@ bool CompliantStops::meet(double t, const Vector& y, const std::vector<long>& tu
     for (const auto& [k, by] : before) {
         const StopLaw& stop = law(k);
         if (gap(k, stop, turns) < -thresholds_.touching * stop.size || rate(k, stop) < 0.0) continue;
-        next.pushing.erase(std::find_if(next.pushing.begin(), next.pushing.end(),
-                                        [k = k](const auto& each) { return each.first == k; }));
+        end(k, next);
         events.push_back({t, k, Happening::release, 1, 0.0, 0.0});
     }
     for (const auto& [k, stop] : laws_) {
@@ -62,12 +61,41 @@ bool CompliantStops::meet(double t, const Vector& y, const std::vector<long>& tu
         if (speed >= -slow && !accelerates(y, fall)) return false;
         const bool stays = speed <= slow ? fall < 0.0 || k == met : speed * speed < -2.0 * fall * stop.slack;
         if (!(open < -near || stays || speed < -slow)) continue;
-        const double by = stop.gives_by > 0.0 ? stop.gives_by * border_->operator_of_rows()(0, 0) : stop.damping;
-        next.pushing.emplace_back(k, by);
+        begin(k, stop, next);
         events.push_back({t, k, Happening::contact, -1, 0.0, 0.0});
     }
     act(next);
     return true;
+}
+
+void CompliantStops::press(const Vector& y, const std::vector<long>& turns, double own, ContactState& next,
+                           std::vector<ContactEvent>& events) {
+    const auto record = [&](int k, Happening now, Happening before, int direction) {
+        const auto same = [=](const ContactEvent& each) { return each.stop == k && each.what == before; };
+        const auto taken_back = std::find_if(events.begin(), events.end(), same);
+        if (taken_back != events.end()) return void(events.erase(taken_back));
+        events.push_back({equations_.time(), k, now, direction, 0.0, 0.0});
+    };
+    for (const auto& [k, stop] : laws_) {
+        if (!is_closed(k, stop, turns) || std::abs(rate(k, stop)) > thresholds_.stop_rests * stop.size * own) continue;
+        border_->hold({{k, stop.side, model_.stops.bound[k]}});
+        double opening = 0.0;
+        if (!border_->factor() || !accelerates(y, opening)) continue;  // the step has the same problem, and tells of it
+        if (const bool was = pushes(next, k); was && border_->opens(0, opening))
+            end(k, next), record(k, Happening::release, Happening::contact, 1);
+        else if (!was && opening < 0.0)
+            begin(k, stop, next), record(k, Happening::contact, Happening::release, -1);
+    }
+}
+
+void CompliantStops::begin(int k, const StopLaw& stop, ContactState& next) const {
+    const double by = stop.gives_by > 0.0 ? stop.gives_by * border_->operator_of_rows()(0, 0) : stop.damping;
+    next.pushing.emplace_back(k, by);
+}
+
+void CompliantStops::end(int k, ContactState& next) {
+    const auto of = [k](const auto& each) { return each.first == k; };
+    next.pushing.erase(std::find_if(next.pushing.begin(), next.pushing.end(), of));
 }
 
 const StopLaw& CompliantStops::law(int number) const {

@@ -16,6 +16,7 @@ public:
           border_(equations.border()), slope_(model_.layout.size()) {}
 
     void begin(const std::vector<StopLaw>& laws);
+    bool any() const { return !laws_.empty(); }
     bool fits(const ContactState& state) const;
 
     // Makes the stops push from now on that push in this state.
@@ -35,6 +36,11 @@ public:
     bool meet(double t, const Vector& y, const std::vector<long>& turns, int met, double own, ContactState& next,
               std::vector<ContactEvent>& events);
 
+    // Whether a stop at rest pushes depends on the forces of the contacts of `next`, which now act; the motion in place
+    // is that after the meeting. A stop with no gap has no force yet, so that nothing else depends on this.
+    void press(const Vector& y, const std::vector<long>& turns, double own, ContactState& next,
+               std::vector<ContactEvent>& events);
+
 private:
     const StopLaw& law(int number) const;
     static bool pushes(const ContactState& state, int number);
@@ -42,6 +48,12 @@ private:
         return stop_gap(equations_, turns, k, stop.side);
     }
     double rate(int k, const StopLaw& stop) const { return stop.side * equations_.at_stop(k).rate; }
+    bool is_closed(int k, const StopLaw& stop, const std::vector<long>& turns) const {
+        return std::abs(gap(k, stop, turns)) <= thresholds_.touching * stop.size;
+    }
+    // Makes a stop push from now on, or no more.
+    void begin(int k, const StopLaw& stop, ContactState& next) const;
+    static void end(int k, ContactState& next);
     // The acceleration of the gap of the border's row.
     bool accelerates(const Vector& y, double& found);
 

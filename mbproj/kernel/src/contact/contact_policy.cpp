@@ -90,6 +90,7 @@ bool ContactPolicy::meet(double t, Vector& y, const std::vector<long>& turns, in
     const bool done = touches(t, y, turns, released ? -1 : stop, next, events) &&
                       settle(t, y, turns, stop, released, interval, next, events);
     if (done) {
+        press_compliant(turns, next, events);
         next.events += static_cast<long>(events.size());
         events_.insert(events_.end(), events.begin(), events.end());
         y = after_;
@@ -119,6 +120,15 @@ bool ContactPolicy::touches(double t, const Vector& y, const std::vector<long>& 
         if (holds(k) || gap <= thresholds_.touching * laws_[k].size) found.push_back(k);
     }
     return touching_.touch(std::move(found));
+}
+
+void ContactPolicy::press_compliant(const std::vector<long>& turns, ContactState& next,
+                                    std::vector<ContactEvent>& events) {
+    if (!compliant_.any() || (next.held.empty() && next.shares.empty() && next.sliding.empty() && next.stuck.empty()))
+        return;
+    friction_.acting.hold(next, touching_.rows_of(next.held), compliant_.slides(next));
+    equations_.set_velocities(after_.data(), false);
+    compliant_.press(after_, turns, speed(after_), next, events);
 }
 
 bool ContactPolicy::settle(double t, const Vector& y, const std::vector<long>& turns, int stop, bool released,

@@ -64,6 +64,9 @@ private:
     bool settle(double t, const Vector& y, const std::vector<long>& turns, int stop, bool released, double interval,
                 ContactState& next, std::vector<ContactEvent>& events);
 
+    // Decides again which compliant stops push, with the forces of the contacts that act from here on.
+    void press_compliant(const std::vector<long>& turns, ContactState& next, std::vector<ContactEvent>& events);
+
     static bool any(const Flags& flags) { return std::find(flags.begin(), flags.end(), true) != flags.end(); }
 
     // Whether stops that stay push by no more than round-off while another is released; they are released with it.

@@ -60,7 +60,8 @@ public:
         if (!(first[which].value > slack_[which])) {
             low = guess;
             while (true) {
-                if (!(low > grain) || first[which].rate <= 0.0) return {0.0, which};
+                // A gap that begins closed and falls is met at once. One that rests may open first: its forces decide.
+                if (!(low > grain) || first[which].rate * low < -slack_[which]) return {0.0, which};
                 low *= 0.5;
                 if (!at(low, above)) return failed();
                 if (is_below(above)) {

@@ -91,18 +91,25 @@ public:
         const auto look = [&](double x) { return solve(x, lambda) ? forces(lambda) : std::vector<double>{}; };
         const int spans = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)));
         const std::vector<double> end = forces(last);
+        lowest_ = highest_ = end;
         std::vector<double> from = swings ? look(0.0) : std::vector<double>{}, to;
+        note(from);
         for (int at = 1; at <= spans; ++at, from = to) {
             const double x_to = static_cast<double>(at) / spans;
             to = at < spans ? look(x_to) : end;
             if (gives_way_between(from, to, x_to - 1.0 / spans, x_to, model_.thresholds.most_halves, look) ||
                 (at < spans && gives_way_at(x_to, to)))
-                return true;
+                return note_lower(0.125 / spans, look), true;
         }
         return false;
     }
 
+    // Whether the last look inside a step has seen a force near its bound beside its swing. The error of a cubic, which
+    // grows with the swing, may then hide that it passes the bound.
+    bool nears_bound() const;
+
 private:
+    void note(const std::vector<double>& margins);
     // The margin of a watched rate is the rate itself, whose derivative is not known.
     void only_rates(std::vector<ValueAndRate>& found) const;
     bool is_below(const std::vector<ValueAndRate>& at) const;
@@ -131,6 +138,20 @@ private:
                (gives_way_between(from, inside, x, middle, halves - 1, look) ||
                 gives_way_between(inside, to, middle, x_to, halves - 1, look));
     }
+    // Notes where a force that is below its bound is lower than where that was first seen: there a step finds it even
+    // where looks at the extension are off.
+    template <class Look> void note_lower(double d, const Look& look) {
+        const double first = parts_.back();
+        double x = first, lowest = worst(look(x));
+        for (double next = x + d; next < 1.0; d *= 2.0, next += d) {
+            const double below = worst(look(next));
+            if (!(below < lowest)) break;
+            x = next, lowest = below;
+        }
+        if (x > first) parts_.push_back(x);
+    }
+    // The least margin over its bound; infinity where the forces are not known.
+    double worst(const std::vector<double>& margins) const;
     static constexpr double golden = 0.6180339887498949;
 
     // Whether something falls below its bound on the cubics through two looks, at the parts x and x_to of a step, h apart.
@@ -152,7 +173,7 @@ private:
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;
     std::vector<ValueAndRate> before_, now_;
-    std::vector<double> parts_;
+    std::vector<double> parts_, lowest_, highest_;  // of forces, in the last look inside a step
     Eigen::VectorXd inside_;
 };
 

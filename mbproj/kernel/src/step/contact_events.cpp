@@ -122,13 +122,21 @@ bool meets(Run& run) {
     run.equations.variables_at(run.next.t, run.next.y.data());
     const bool at_end = run.watch.met(step, run.next.counted.turns, run.next.lambda);
     run.met.rests = run.watch.rests(step.h);
+    bool extends = run.stepper.carries_slope();
     const auto solve = [&](double x, std::vector<double>& found) {
         State& inside = run.inside;
-        run.stepper.carries_slope() ? run.stepper.at(run.now.y, step.h, x, inside.y) : step.at(x, inside.y);
+        extends ? run.stepper.at(run.now.y, step.h, x, inside.y) : step.at(x, inside.y);
         return solve_inside(run, step.h, x, inside, found);
     };
-    if (!run.watch.gives_way_inside(step.h, !run.steps.fixed(), run.next.lambda, solve) && !at_end &&
-        run.met.rests < 0) {
+    const auto gives_way = [&] {
+        return run.watch.gives_way_inside(step.h, !run.steps.fixed(), run.next.lambda, solve);
+    };
+    bool met = gives_way() || at_end || run.met.rests >= 0;
+    if (!met && !extends && !run.steps.fixed() && run.watch.nears_bound()) {
+        if (!extend(run)) return false;
+        extends = true, met = gives_way();
+    }
+    if (!met) {
         run.watch.pass();
         if (run.contacts.finds_push(run.next.y, run.next.lambda)) run.stop({Status::undecided, run.next.t});
         return false;
