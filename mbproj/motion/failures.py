@@ -285,8 +285,8 @@ def explained(
 
     The mechanism has lost mass where a motion has inertia at the `start` (7n,), and hardly any near the last sample.
     `reached` returns that sample's time and q (7n,)."""
-    if system.bodies > THRESHOLDS.large:
-        return error
+    if system.bodies > THRESHOLDS.large or (error.where or "").startswith("rope '"):
+        return error  # a rope is the cause itself
     error_explained = _lock_up(system, *reached(), error.time) if system.driven else None
     massless = not np.all(np.linalg.det(system.inertia) * system.mass)
     if error_explained is not None or not massless or isinstance(error.__cause__, SimulationError):

@@ -135,6 +135,35 @@ def test_couplers_that_lock_each_other_are_told(tmp_path):
     assert "scene.yaml:10:3: note: nothing can move: with 'G', 'H' the joints leave no degree of freedom" in told
 
 
+TILTED = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 1, tolerance: 1e-8}
+bodies:
+  crank: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0, 0, 0.05]}
+  link: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.2, 0, 0.15]}
+  rocker: {mass: 1, inertia: [0.01, 0.01, 0.01], position: [0.4, 0, 0.1]}
+joints:
+  A: {type: revolute, bodies: [ground, crank], location: [0, 0, 0], axis: y}
+  B: {type: revolute, bodies: [crank, link], location: [0, 0, 0.1], axis: y}
+  C: {type: revolute, bodies: [link, rocker], location: [0.4, 0, 0.2], axis: [0, -1, 0]}
+  D: {type: revolute, bodies: [ground, rocker], location: [0.4, 0, 0], axis: AXIS}
+"""
+
+
+@pytest.mark.parametrize(
+    ("axis", "off"), [("[0.03, 1, 0]", "1.72 deg"), ("[0, -1, 0.001]", "0.0573 deg"), ("y", None), ("[1, 1, 0]", None)]
+)
+def test_the_axis_that_is_a_little_askew_is_named(tmp_path, axis, off):
+    """With atan of its part across. One that is far off is meant to be."""
+    text, driven = TILTED.replace("AXIS", axis), "motions: {drive: {joint: A, angle: 2*t}}\n"
+    words = f"the axis of joint 'D' is {off} off those of 3 others, which are parallel"
+    free, moved = check(tmp_path, text).stderr, check(tmp_path, text + driven)
+    assert (words in free, "askew" in free) == (off is not None, False)
+    assert (words in moved.stderr) == (off is not None)
+    assert moved.returncode == (0 if axis == "y" else 2)
+
+
 def test_a_frame_is_a_structure(tmp_path):
     text = REVOLUTES.replace(", speed: 2", "").replace("bodies: [top, right]", "bodies: [top, ground]")
     lines = [line for line in text.splitlines(keepends=True) if "right" not in line]

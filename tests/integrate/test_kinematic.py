@@ -112,6 +112,33 @@ def test_a_mechanism_that_is_free_is_refused():
     assert not run(free, duration="0.1 s")[0].kinematic
 
 
+#: A trailer whose axle keeps its direction, behind a hitch that is drawn along x.
+TRAILER = """
+mbproj: 1
+gravity: [0, 0, 0]
+simulation: {duration: 1 s, tolerance: 1e-9}
+bodies:
+  hitch: {mass: 1, inertia: [0.1, 0.1, 0.1], position: [0, 0, 0]}
+  trailer: {mass: 2, inertia: [0.1, 0.1, 0.2], position: [0, -1.2, 0]}
+joints:
+  rail: {type: prismatic, bodies: [ground, hitch], location: [0, 0, 0], axis: x}
+  pin: {type: revolute, bodies: [hitch, trailer], location: [0, 0, 0], axis: z}
+  edge: {type: knife_edge, bodies: [ground, trailer], location: [0, -1.2, 0], axis: [1, 0, 0]}
+motions: {pull: {joint: rail, displacement: 0.4*t}}
+"""
+
+
+def test_what_rolls_has_to_be_integrated():
+    """Its pose is not a function of the drive: the angle from the path goes with tan(φ/2) = exp(-v t / l)."""
+    with pytest.raises(InputError, match="leave 1 freedom of the pose: it has to be integrated; leave out 'kinematic'"):
+        run(TRAILER, kinematic=True)
+    report, columns, _ = run(TRAILER)
+    place = columns["bodies/position"][-1]
+    φ = 2.0 * np.arctan(np.exp(-0.4 / 1.2))
+    assert not report.kinematic
+    assert place[1] - place[0] == pytest.approx([-1.2 * np.cos(φ), -1.2 * np.sin(φ), 0], abs=1e-8)
+
+
 def test_a_kinematic_scene_needs_neither_step_nor_tolerance():
     text = FOUR_BAR.replace("tolerance: 1e-3, integrator: dop853", "kinematic: true")
     report, found, _ = run(text, duration="0.1 s")

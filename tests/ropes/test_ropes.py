@@ -212,6 +212,37 @@ def test_a_bob_that_is_drawn_into_its_wheel_ends_the_run(formulation, settings):
     assert 0.05 < caught.value.time < 0.25
 
 
+#: A drum that draws its load into a pulley on the ground at 2 m after 1.25 s.
+WOUND = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 2 s, tolerance: 1e-8, output_step: 10 ms}
+bodies:
+  drum: {mass: 20, inertia: [0.5, 0.5, 0.5], position: [0, 0, 0]}
+  load: {mass: 80, inertia: [1, 1, 1], position: [1.2, 0, 1]}
+joints:
+  axle: {type: revolute, bodies: [ground, drum], location: [0, 0, 0], axis: y}
+  guide: {type: prismatic, bodies: [ground, load], location: [1.2, 0, 1], axis: z}
+  rope:
+    type: rope
+    normal: [0, -1, 0]
+    path:
+      - {drum: drum, radius: 0.2, bends: right}
+      - {sheave: ground, at: [1, 0, 2], radius: 0.2, bends: right}
+      - {point: load, at: [1.2, 0, 1]}
+motions: {wind: {joint: axle, angle: -0.8*t/0.2}}
+"""
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_load_that_is_driven_into_its_sheave_ends_the_run_without_a_word_of_others(capfd):
+    """By the rope's name, not the motion's; neither NumPy nor LAPACK has anything to say."""
+    with pytest.raises(SimulationError, match="rope 'rope': its part between places 2 and 3 is gone") as caught:
+        mbproj.run(read_scene_text(WOUND))
+    assert caught.value.time == pytest.approx(1.25, abs=1e-6)
+    assert capfd.readouterr() == ("", "")
+
+
 WRONG = {
     "radius: 0.1": ("radius: 0.6", "places 1 and 2 of this path overlap: no rope runs straight between them"),
     "{sheave: ground, at": ("{sheave: ground, turns: 0.5, at", "is not a whole number of turns"),

@@ -9,6 +9,7 @@ from typing import Any, TypedDict
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem, SimulationError, shortened
+from mbproj.equations.askew import askew
 from mbproj.equations.assembly.assemble import State, coordinates, moved_from_scene
 from mbproj.equations.assembly.compiled import adjustment_notes, compile_system
 from mbproj.equations.constraints import constraint_at, constraint_velocity_at
@@ -267,17 +268,21 @@ def checked(what: Scene, system: System, state: State) -> SceneCheck:
         choice=choice,
         diagnosis=diagnosis,
         problems=problems,
-        notes=[*notes, *_locked(what, ranks)],
+        notes=[*notes, *_locked(what, system, state, ranks)],
         frictions=rubs,
         fast=[] if choice is None else fastest_at(choice, system, state),
         mobility=ranks,
     )
 
 
-def _locked(what: Scene, ranks: Mobility | None) -> list[Problem]:
-    """Return a note where couplings, not motions, leave no degree of freedom."""
+def _locked(what: Scene, system: System, state: State, ranks: Mobility | None) -> list[Problem]:
+    """Return a note where couplings, or an axis that is a little askew, leave no degree of freedom."""
     couplings = [joint.name for joint in what.joints if joint.couples is not None]
-    if not couplings or what.motions or ranks is None or ranks.degrees_of_freedom:
+    if what.motions or ranks is None or ranks.degrees_of_freedom:
+        return []
+    if tilted := askew(system, pose_of(state.q)):
+        return [Problem(f"nothing can move: {tilted}", what.place("joints"), "make it parallel to them")]
+    if not couplings:
         return []
     names = ", ".join(f"'{name}'" for name in couplings)
     said = f"nothing can move: with {names} the joints leave no degree of freedom, and there is no motion"

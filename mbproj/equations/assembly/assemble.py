@@ -17,6 +17,7 @@ from mbproj.base.arrays import Array, Flags, Integers
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import InputError, Problem
 from mbproj.base.thresholds import THRESHOLDS
+from mbproj.equations.askew import askew
 from mbproj.equations.assembly.gauss_newton import gauss_newton, in_coordinates, set_rows, shortest_of
 from mbproj.equations.constraints import constraint, constraint_velocity, set_velocity, time_derivative
 from mbproj.equations.gaps import gap_rates, gaps, stop_sizes
@@ -320,7 +321,7 @@ def _consistent_velocity(system: System, q: Array, pose: Pose, guess: Guess, dri
     asked = np.concatenate([of_motions, of_speeds]).max(initial=0.0)
     if asked > 1e-9 * size + grain or of_joints.max(initial=0.0) > THRESHOLDS.in_doubt * size + grain:
         if of_motions.max(initial=0.0) > of_speeds.max(initial=0.0):
-            raise motions_at_odds(system, of_motions)
+            raise motions_at_odds(system, pose, of_motions)
         raise speeds_at_odds(system, guess, q, of_joints, of_speeds)
     return v
 
@@ -361,9 +362,10 @@ def motions_out_of_reach(system: System, left: Array) -> InputError:
     return _worst(system, left, "the mechanism cannot reach where motion '{}' begins", hint)
 
 
-def motions_at_odds(system: System, left: Array) -> InputError:
+def motions_at_odds(system: System, pose: Pose, left: Array) -> InputError:
     """Return the error for motions whose velocities contradict; `left` (k,) is the violation of each."""
     hint = "its joints, or other motions and speeds, hold it: drive no more than there are degrees of freedom"
+    hint = askew(system, pose) or hint
     return _worst(system, left, "the mechanism cannot move as motion '{}' asks at the start", hint)
 
 
@@ -386,6 +388,7 @@ def speeds_at_odds(system: System, guess: Guess, q: Array, of_joints: Array, of_
         off = f"joint '{system.names.joints[worst]}' would open at {of_joints[row]:.3g} {system.joints.units[row]}/s"
         if size := needed(system, q):
             hint = f"its loop moves where joints are moved a little: give adjust_joints: {rounded_up(size)}"
+        hint = askew(system, pose_of(q)) or hint
     return InputError(Problem(f"{message}: {off}", system.joint_places[worst], hint))
 
 

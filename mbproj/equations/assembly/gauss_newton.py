@@ -25,14 +25,25 @@ def gauss_newton(
     """Return the coordinates reached from q, and the `residual` that is left there.
 
     `rows` are the derivatives of the residual by (δr / length, δθ). The iteration ends at `close_enough`, or at
-    round-off. Where the shortest step does not reduce the residual, Levenberg's damping shortens it."""
+    round-off. Where the shortest step does not reduce the residual, Levenberg's damping shortens it. It also ends at a
+    pose at which a row has no derivative, as where a part of a rope vanishes."""
+    with np.errstate(all="ignore"):
+        return _gauss_newton(system, q, residual, rows, close_enough)
+
+
+def _gauss_newton(
+    system: System, q: Array, residual: Callable[[Pose], Array], rows: Callable[[Pose], Rows], close_enough: float
+) -> tuple[Array, Array]:
     pose = pose_of(q)
     left, damping = residual(pose), 0.0
     for _ in range(THRESHOLDS.most_passes):
         open_by = np.abs(left).max(initial=0.0)
         if not close_enough < open_by < np.inf or damping > 1e6:  # where no pose closes, the residual may be NaN
             break
-        trial = moved(system, q, shortest(rows(pose), -left, damping))
+        derivatives = rows(pose)
+        if not np.isfinite(derivatives.value).all():
+            break
+        trial = moved(system, q, shortest(derivatives, -left, damping))
         trial_pose = pose_of(trial)
         trial_left = residual(trial_pose)
         if np.linalg.norm(trial_left) < np.linalg.norm(left):

@@ -231,7 +231,7 @@ def _refuse(system: System, t: float, *, steadily: bool) -> None:
         Problem(
             f"motion '{name}' is not constant at t = {t:.6g} s: its rate is {rate:.6g} per s",
             place,
-            "give a time at which it stands still with --at, or a steady turn with --steady",
+            "let it stand still then, as a smooth_step does; or mbproj equilibrium takes another time with --at",
         )
         for name, place, rate in zip(system.names.motions, system.motions.places, drive_at(system, t).rate, strict=True)
         if abs(rate) > THRESHOLDS.same_written

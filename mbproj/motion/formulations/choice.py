@@ -76,7 +76,9 @@ def choose(system: System, state: State, settings: Settings, kernel: Any = None)
     choice = _formulation(system, state, settings, kernel)
     if choice.degrees_of_freedom == 0:
         _refuse_locked(system, state)
-    choice = replace(choice, kinematic=_is_kinematic(_undecided(system, state, choice), settings))
+    rolls = choice.degrees_of_freedom == 0
+    is_kinematic = _is_kinematic(_undecided(system, state, choice), settings, rolls=rolls)
+    choice = replace(choice, kinematic=is_kinematic)
     if choice.compiled is not None:
         return choice
     used = replace(settings, projection=ProjectionSettings(), acceleration="bordered")
@@ -109,10 +111,14 @@ def _refuse_beyond_numpy(choice: Choice, settings: Settings, kernel: Any) -> Non
     raise InputError(Problem(f"the full formulation has no {what}{why}", key=key, hint=hint))
 
 
-def _is_kinematic(degrees_of_freedom: int, settings: Settings) -> bool:
+def _is_kinematic(degrees_of_freedom: int, settings: Settings, *, rolls: bool) -> bool:
     """Return whether a run is kinematic. Raises InputError where that is asked for and the mechanism has degrees of
-    freedom."""
+    freedom; with `rolls`, of the pose alone."""
     if settings.kinematic is True and degrees_of_freedom > 0:
+        if rolls:
+            freedoms = f"{degrees_of_freedom} freedom{'s' if degrees_of_freedom > 1 else ''} of the pose"
+            message = f"rolling bodies and edges leave {freedoms}: it has to be integrated"
+            raise InputError(Problem(message, key=("simulation", "kinematic"), hint="leave out 'kinematic'"))
         count = f"{degrees_of_freedom} degree{'s' if degrees_of_freedom > 1 else ''} of freedom"
         message = f"the mechanism has {count}: a kinematic run needs 0"
         hint = f"drive {degrees_of_freedom} more of its coordinates by 'motions', or leave out 'kinematic'"
