@@ -117,7 +117,8 @@ def lines(sheet: Sheet) -> Iterator[str]:
         worst = int(sheet.pressure.argmax())
         where = f" at {degrees(sheet.angle[worst]) % 360.0:.4g} deg" if sheet.pressure[worst] > 0.0 else ""
         said["pressure angle"] = f"up to {degrees(sheet.pressure[worst]):.4g} deg{where}"
-    said["curvature"] = f"{1e-3 * sheet.curvature.min():.4g} to {1e-3 * sheet.curvature.max():.4g} per mm"
+    least, largest = sheet.bends
+    said["curvature"] = f"{1e-3 * least:.4g} to {1e-3 * largest:.4g} per mm"
     for side, radius in sheet.rollers.items():
         said[f"largest roller {side}"] = "any" if radius == inf else f"{1e3 * radius:.4g} mm"
     yield from table(said, "  ")

@@ -6,12 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbproj.base.arrays import Array
+from mbproj.base.arrays import Array, Integers
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.functions.plane_curve import PlaneCurve
 
 #: The relative accuracy of searches among places.
 ROUGHLY = 1e-6
+#: The number of times that the neighbourhood of the largest curvature is divided by 8.
+REFINED = 8
 
 
 class At(NamedTuple):
@@ -66,10 +68,26 @@ def corner(curve: PlaneCurve) -> At | None:
     return _at(one[0, :, worst], turn[worst])
 
 
-def curvature(curve: PlaneCurve) -> Array:
-    """The curvature κ in 1/m at the places, (m,), positive where the curve turns left."""
-    _, (x1, y1), (x2, y2), _ = curve.derivatives(curve.places.s, curve.places.piece)
+def curvature(curve: PlaneCurve, s: Array | None = None, piece: Integers | None = None) -> Array:
+    """The curvature κ in 1/m, (m,), positive where the curve turns left: at parameters of pieces, or at the places."""
+    if s is None or piece is None:
+        s, piece = curve.places.s, curve.places.piece
+    _, (x1, y1), (x2, y2), _ = curve.derivatives(s, piece)
     return np.asarray((x1 * y2 - y1 * x2) / (x1 * x1 + y1 * y1) ** 1.5)
+
+
+def most_bent(curve: PlaneCurve, left: bool) -> float:
+    """The largest curvature κ in 1/m, to the `left`; or the least, to the right. It is sought between places, too."""
+    side, places = 1.0 if left else -1.0, curve.places
+    k = int(np.argmax(side * curvature(curve)))
+    near = np.flatnonzero(places.piece == places.piece[k])
+    low, high = places.s[max(k - 1, near[0])], places.s[min(k + 1, near[-1])]
+    for _ in range(REFINED):  # each time the place with the largest of its neighbours
+        s = np.linspace(low, high, 17)
+        bend = side * curvature(curve, s, np.full(17, places.piece[k]))
+        at = int(np.argmax(bend))
+        low, high = s[max(at - 1, 0)], s[min(at + 1, 16)]
+    return side * float(bend[at])
 
 
 def least_bent(curve: PlaneCurve) -> At:
@@ -105,15 +123,16 @@ def touches_twice(curve: PlaneCurve, distance: float) -> At | None:
     return _at(places.point[worst], nearest[worst])
 
 
-def largest_roller(curve: PlaneCurve, left: bool, offset: float = 0.0) -> float:
+def largest_roller(curve: PlaneCurve, left: bool, offset: float = 0.0, margin: float = 0.0) -> float:
     """The largest radius in m of a roller on the `left` or right side of a curve whose profile is `offset` m to its
-    left. The roller must not undercut the curve, and must not touch it twice."""
+    left. The roller must not touch the curve twice, nor undercut it: 1 - κφ stays above the `margin`."""
     side = 1.0 if left else -1.0
     size = float(np.ptp(curve.places.point, axis=0).max())
+    bends = {left: most_bent(curve, left) for left in (True, False)}
 
     def fits(radius: float) -> bool:
         distance = side * radius + offset
-        return undercut(curve, distance) is None and touches_twice(curve, distance) is None
+        return 1.0 - bends[distance > 0.0] * distance > margin and touches_twice(curve, distance) is None
 
     if fits(size):
         return np.inf

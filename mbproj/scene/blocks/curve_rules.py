@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from mbproj.base.thresholds import THRESHOLDS
 from mbproj.joints.table import JOINTS
 from mbproj.scene.fields.fields import Complaint
 from mbproj.scene.records import Joint, KeyPath
@@ -263,7 +264,8 @@ def _roller_too_large(curve: Track, joint: Joint, distance: float, radius: float
     fault = undercut(curve.line, distance) or touches_twice(curve.line, distance) if distance else None
     if fault is None:
         return
-    most = largest_roller(curve.line, curve.is_left(joint.parameters.get("side")), curve.roller)
+    left = curve.is_left(joint.parameters.get("side"))
+    most = largest_roller(curve.line, left, curve.roller, THRESHOLDS.least_undercut)
     key = ("roller",) if "roller" in joint.parameters else ("curve",)
     said = f"a roller of {radius:.4g} m does not fit curve '{curve.name}' at {place(fault)}"
     yield Complaint(("joints", joint.name, *key), said, f"the largest that does is {most:.4g} m")

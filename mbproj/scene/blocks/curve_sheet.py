@@ -9,7 +9,7 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
-from mbproj.functions.curve_soundness import largest_roller
+from mbproj.functions.curve_soundness import largest_roller, most_bent
 from mbproj.functions.space_curve import SpaceTrack, Track
 
 if TYPE_CHECKING:
@@ -24,7 +24,8 @@ class Sheet:
 
     `pressure` in rad is the angle between the force on a follower and its motion on a line through the origin; NaN of
     an open curve. `curvature` in 1/m is that of the profile, positive where it bulges outward, or to the left of an
-    open one. `rollers`: the side and the radius in m of the largest roller that fits there, infinite where any does.
+    open one; `bends` are its least and its largest, also between rows. `rollers`: the side and the radius in m of the
+    largest roller that fits there, infinite where any does.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Sheet:
     radius: Array
     pressure: Array
     curvature: Array
+    bends: tuple[float, float]
     rollers: dict[str, float]
 
     def columns(self) -> dict[str, Array]:
@@ -97,6 +99,7 @@ def sheet(track: Track, rows: int) -> Sheet:
         radius=radius,
         pressure=_pressure(x, y, tx, ty, radius, track),
         curvature=outward * bend / (1.0 - bend * offset),
+        bends=_bends(track, outward),
         rollers=_rollers(track),
     )
 
@@ -110,6 +113,13 @@ def _pressure(x: Array, y: Array, tx: Array, ty: Array, radius: Array, track: Tr
         return np.zeros(len(x))
     along = np.abs(tx * x + ty * y) / radius
     return np.asarray(np.arcsin(np.clip(along, 0.0, 1.0)))
+
+
+def _bends(track: Track, outward: float) -> tuple[float, float]:
+    """The least and the largest curvature in 1/m of the profile, counted as in the column."""
+    found = [most_bent(track.line, left) for left in (True, False)]
+    profile = [outward * bend / (1.0 - bend * track.roller) for bend in found]
+    return min(profile), max(profile)
 
 
 def _rollers(track: Track) -> dict[str, float]:

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from mbproj import read_scene, read_scene_text
+from mbproj import curve, read_scene, read_scene_text
 from mbproj.base.mechanisms_folder import mechanism
 from mbproj.functions.plane_curve import ellipse
 from mbproj.functions.space_curve import Track
@@ -40,14 +40,43 @@ def test_the_pressure_angle_of_a_lift_law(lift):
 
 
 def test_the_curvature_and_the_largest_roller_of_an_ellipse():
-    """κ = a b / (a² sin² + b² cos²)^1.5; inside the largest roller has nearly the least radius of curvature b²/a."""
+    """κ = a b / (a² sin² + b² cos²)^1.5; inside the largest roller has the least radius of curvature b²/a."""
     a, b = 0.7, 0.4
     found = sheet(Track("oval", ellipse((a, b))), 73)
     s = np.linspace(0.0, 2.0 * np.pi, 73)
     expected = a * b / (a**2 * np.sin(s) ** 2 + b**2 * np.cos(s) ** 2) ** 1.5
     np.testing.assert_allclose(found.curvature, expected, rtol=1e-13)
     assert found.rollers["outside"] == np.inf
-    assert 0.94 * b**2 / a < found.rollers["inside"] < b**2 / a
+    assert found.rollers["inside"] == pytest.approx(b**2 / a, abs=2e-6)
+    assert found.bends == pytest.approx((b / a**2, a / b**2), rel=1e-12)
+
+
+CYCLOIDAL = """
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {duration: 1, tolerance: 1e-8}
+curves:
+  cam:
+    lift:
+      base: 25 mm
+      rises: [[130 deg, 0 mm, dwell], [50 deg, 18 mm, cycloidal], [130 deg, 18 mm, dwell], [50 deg, 0 mm, cycloidal]]
+bodies: {shaft: {mass: 1, inertia: [1, 1, 1], position: [0, 0, 0]}}
+joints: {A: {type: revolute, bodies: [ground, shaft], location: [0, 0, 0], axis: y}}
+"""
+
+
+def test_the_largest_roller_of_a_cam_is_that_of_its_hollow():
+    """With r = base + s(θ), κ = (r² + 2 r'² - r r'') / (r² + r'²)^1.5: the roller outside has the radius of the hollow,
+    whatever the rows."""
+    lift, turn = 18.0, np.radians(50)
+    u = np.linspace(0, 1, 200001)
+    r = 25 + lift * (u - np.sin(2 * np.pi * u) / (2 * np.pi))
+    r1, r2 = lift * (1 - np.cos(2 * np.pi * u)) / turn, lift * 2 * np.pi * np.sin(2 * np.pi * u) / turn**2
+    bend = (r**2 + 2 * r1**2 - r * r2) / (r**2 + r1**2) ** 1.5
+    found = curve(read_scene_text(CYCLOIDAL), rows=7)
+    assert [1e-3 * each for each in found.bends] == pytest.approx([bend.min(), bend.max()], rel=1e-9)
+    assert 1e3 * found.rollers["outside"] == pytest.approx(-1 / bend.min(), abs=2e-4)
+    assert 1e3 * found.rollers["inside"] == pytest.approx(1 / bend.max(), abs=2e-4)
 
 
 def test_the_table_the_object_and_the_picture(tmp_path, lift):
