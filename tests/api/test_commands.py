@@ -6,6 +6,7 @@ import csv
 import gc
 import inspect
 import json
+import re
 import sys
 
 import numpy as np
@@ -296,6 +297,59 @@ def test_run_takes_the_words_of_the_command_line():
 def test_certified_run_says_how_long_it_holds():
     with mbproj.run(ROD, certify=True, limits=[1e-3]) as results:
         assert results.trust.limits == (1e-3,)
+
+
+@pytest.mark.parametrize(
+    ("words", "call"),
+    [
+        (("compare", PENDULUM, "--repeat", "0"), lambda: mbproj.compare(PENDULUM, repeat=0)),
+        (("compare", PENDULUM, "--steps", "1 ms,0"), lambda: mbproj.compare(PENDULUM, steps=["1 ms", 0])),
+        (("compare", PENDULUM, "--gains", "1,2,3"), lambda: mbproj.compare(PENDULUM, gains=["1,2,3"])),
+        (("compare", PENDULUM, "--energy-rows", "yes"), lambda: mbproj.compare(PENDULUM, energy_rows="yes")),
+        (("tradeoff", PENDULUM, "--formulation", "ful"), lambda: mbproj.tradeoff(PENDULUM, formulation="ful")),
+        (("recommend", PENDULUM, "--error", "0 m"), lambda: mbproj.recommend(PENDULUM, "0 m")),
+        (
+            ("stability", PENDULUM, "--vary", "step", "--points", "1"),
+            lambda: mbproj.stability(PENDULUM, "step", points=1),
+        ),
+        (("modes", PENDULUM, "--count", "0"), lambda: mbproj.modes(PENDULUM, count=0)),
+        (("modes", PENDULUM, "--at", "noon"), lambda: mbproj.modes(PENDULUM, at="noon")),
+        (("equilibrium", PENDULUM, "--at", "-1"), lambda: mbproj.equilibrium(PENDULUM, at=-1)),
+        (("branches", PENDULUM, "--starts", "0"), lambda: mbproj.branches(PENDULUM, starts=0)),
+        (("curve", PENDULUM, "--rows", "1"), lambda: mbproj.curve(PENDULUM, rows=1)),
+        (("schema", "--of", "rum"), lambda: mbproj.schema("rum")),
+        (("batch", PENDULUM, "--timeout", "0"), lambda: mbproj.batch(PENDULUM, timeout=0)),
+        (("paper", "-o", "f", "--duration", "1 m"), lambda: mbproj.paper(duration="1 m")),
+        (("sweep", "s.yaml", "--max-failures", "-1"), lambda: mbproj.sweep("s.yaml", most_failures=-1)),
+        (("fit", "s.yaml", "--engine", "newton"), lambda: mbproj.fit("s.yaml", engine="newton")),
+        (("run", PENDULUM, "--certify", "--limit", "0"), lambda: mbproj.run(PENDULUM, certify=True, limits=[0])),
+        (("run", PENDULUM, "--step", "-1"), lambda: mbproj.run(PENDULUM, step=-1)),
+        (
+            ("compare-results", "a.h5", "b.h5", "--absolute", "x=1"),
+            lambda: mbproj.compare_results("a.h5", "b.h5", absolute={"x": 1}),
+        ),
+        (("export", "a.h5", "--format", "xls"), lambda: mbproj.export("a.h5", format="xls")),
+        (("export", "a.h5", "--transmission", "a,b"), lambda: mbproj.export("a.h5", transmission=["a,b"])),
+    ],
+    ids=lambda each: " ".join(map(str, each[::2])) if isinstance(each, tuple) else "",
+)
+def test_an_option_and_its_argument_have_the_same_message(words, call):
+    """But for their names: --max-failures there, most_failures here."""
+    said = CliRunner().invoke(group, [str(word) for word in words]).exception
+    with pytest.raises(mbproj.InputError) as raised:
+        call()
+    assert isinstance(said, mbproj.InputError)
+    (on_line,), (in_python,) = said.problems, raised.value.problems
+    plain = re.compile(r"--|'|most_failures|max-failures|limits?\b")
+    assert plain.sub("", on_line.message) == plain.sub("", in_python.message)
+    assert on_line.place.file.startswith("--")
+    assert in_python.place.file == NAMED.get(
+        on_line.place.file, on_line.place.file[2:].partition(" ")[0].replace("-", "_")
+    )
+
+
+#: The arguments of options with another name.
+NAMED = {"--max-failures": "most_failures", "--limit": "limits"}
 
 
 def test_problems_name_arguments():
