@@ -32,7 +32,7 @@ from mbproj.scene.scene import Scene
 from mbproj.studies.measure.measurement import REPETITIONS, Measurement, Timing, kept_timings, measured, timing_columns
 from mbproj.studies.measure.reference import Reference, common_times, error, reference, span
 from mbproj.studies.measure.setting import Setting, only_full
-from mbproj.studies.measure.solve import SOLUTION_RECORDS, Mechanism, Solution, solve
+from mbproj.studies.measure.solve import Mechanism, Series, Solution, solve
 from mbproj.studies.parallel.hand_out import Where, resumable
 from mbproj.studies.parallel.progress import Tell, silent
 from mbproj.studies.store import ValueCache
@@ -54,9 +54,9 @@ class EnergySplit:
     """The part of the integrator and the work of the projections in the energy drift, each cumulated up to `times`
     (T,), (T,) in J. Their sum is the drift."""
 
-    times: Array
-    integrator: Array
-    projection: Array
+    times: Series
+    integrator: Series
+    projection: Series
 
 
 class _StepEnd(NamedTuple):
@@ -274,7 +274,8 @@ def compare(
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
     tell("reference", 0, 1)
     truth = reference(mechanism, times, {each.integrator for each in settings})
-    cache = ValueCache(["compare", mechanism.identity, times.tolist()], fresh, (EnergySplit, Timing, *SOLUTION_RECORDS))
+    kind = tuple[Solution, EnergySplit | None] | list[Timing]
+    cache = ValueCache(["compare", mechanism.identity, times.tolist()], kind, fresh, T=len(times))
     items = {setting.command_line(): setting for setting in settings}
     solved = resumable(_solved, (scene, times), items, cache, processes, "runs", tell)
     runs = [solved[setting.command_line()] for setting in settings]

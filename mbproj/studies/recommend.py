@@ -35,7 +35,7 @@ from mbproj.results.views import Table, Tabled
 from mbproj.scene.changes import Changes, with_simulation
 from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.scene.text.document import read_text
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement, measured, time_settings
+from mbproj.studies.measure.measurement import Measurement, measured, time_settings
 from mbproj.studies.measure.reference import Reference, error, reference, sampled, why_not
 from mbproj.studies.measure.setting import Setting, as_text
 from mbproj.studies.measure.solve import Mechanism, solve
@@ -383,7 +383,8 @@ def recommend(
     times = sampled(scene, until)
     tell("reference", 0, 1)
     truth = reference(mechanism, times)
-    cache = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], fresh, MEASUREMENT_RECORDS)
+    kind = Measurement | tuple[list[Measurement], list[Measurement]]
+    cache = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], kind, fresh)
     bench = Bench(mechanism, truth, error, columns, cache)
     base = with_closed_joints(Setting.of(scene.settings))
     scene_setting = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None

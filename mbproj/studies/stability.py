@@ -623,7 +623,7 @@ def stability(
         "span": vars(whole),
         "points": points,
     }
-    cache = ValueCache(what, fresh, (StabilityPoint,))
+    cache = ValueCache(what, tuple[StabilityPoint, ...], fresh)
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}
     if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:

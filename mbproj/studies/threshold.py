@@ -18,7 +18,6 @@ from mbproj.base.registry import PROJECTIONS
 from mbproj.results.views import Table, Tabled
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.measurement import (
-    MEASUREMENT_RECORDS,
     REPETITIONS,
     Measurement,
     Timing,
@@ -128,7 +127,7 @@ def threshold_study(
         "until": float(truth.times[-1]),
         "repetitions": repetitions,
     }
-    cache = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
+    cache = ValueCache(what, Measurement | list[Timing], fresh)
     trials = attempt(mechanism, settings, truth, cache, processes, tell)
     if trials[0].failure is not None:
         raise InputError(Problem(f"the scene's own setting fails: {trials[0].failure}", hint="choose a smaller step"))

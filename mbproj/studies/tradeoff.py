@@ -31,7 +31,6 @@ from mbproj.results.report_schema.studies import COUNTED, OF_POINT, TRIALS, VARI
 from mbproj.results.views import Table, Tabled
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.measurement import (
-    MEASUREMENT_RECORDS,
     REPETITIONS,
     Measurement,
     Timing,
@@ -368,7 +367,7 @@ def tradeoff(
         "longest": longest,
         "repetitions": repetitions,
     }
-    cache = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
+    cache = ValueCache(what, Measurement | list[Measurement] | list[Timing], fresh)
     mine = scene_setting if scene_setting.step or scene_setting.tolerance else None
     trials = _accuracy(track, base, mine, projections, names, cache, processes, tell)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}

@@ -18,7 +18,7 @@ from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.studies.compare import compare
 from mbproj.studies.measure import reference as references
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, attempt, time_settings
+from mbproj.studies.measure.measurement import Measurement, attempt, time_settings
 from mbproj.studies.measure.reference import (
     _checked,
     _Fine,
@@ -121,12 +121,12 @@ def test_processes_and_what_is_kept_change_nothing(pendulum):
     settings = [Setting(step=0.1 / k) for k in (10, 20)] + [Setting("none", "dop853", tolerance=1e-6)]
     seen: list[tuple[str, int, int]] = []
     alone = attempt(pendulum, settings, found, processes=1)
-    first = attempt(pendulum, settings[:2], found, ValueCache("test", records=MEASUREMENT_RECORDS), processes=2)
+    first = attempt(pendulum, settings[:2], found, ValueCache("test", Measurement), processes=2)
     whole = attempt(
         pendulum,
         settings,
         found,
-        ValueCache("test", records=MEASUREMENT_RECORDS),
+        ValueCache("test", Measurement),
         processes=2,
         tell=lambda *told: seen.append(told),
     )

@@ -69,10 +69,6 @@ class Measurement:
         return replace(self, seconds=seconds)
 
 
-#: The classes of a measurement and its parts, which the store has to know.
-MEASUREMENT_RECORDS = (Measurement, Setting)
-
-
 def measured(solution: Solution, reference: Reference) -> Measurement:
     """Measure the errors of a solution against the reference at all its times."""
     distance, report = error(solution, reference), solution.report

@@ -20,6 +20,7 @@ from fractions import Fraction
 from functools import partial
 from math import ceil, floor, lcm
 from time import process_time
+from typing import Annotated
 
 import numpy as np
 
@@ -73,10 +74,10 @@ class Reference:
     ended early, or time was up. It is empty where round-off is the reason."""
 
     points: tuple[str, ...]
-    times: Array
-    position: Array
-    velocity: Array
-    uncertainty: Array
+    times: Annotated[Array, "T"]
+    position: Annotated[Array, "T k 3"]
+    velocity: Annotated[Array, "T k 3"]
+    uncertainty: Annotated[Array, "T k"]
     method: str
     check: str
     limit: str = ""
@@ -117,7 +118,7 @@ def reference(
     pair = IMPLICIT if _is_stiff(mechanism, times) else INTEGRATORS
     first, second = pair if pair[0] not in compared or pair[1] in compared else pair[::-1]
     what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART, TOLERANCES)
-    return cached(what, lambda: _computed(mechanism, times, first, second, seconds), (Reference,))
+    return cached(what, lambda: _computed(mechanism, times, first, second, seconds), Reference, T=len(times))
 
 
 def _is_stiff(mechanism: Mechanism, times: Array) -> bool:

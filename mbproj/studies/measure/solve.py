@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import InputError, Problem, SimulationError, choose_from
-from mbproj.base.settings import MECHANISM, SETTINGS, ProjectionSettings, Settings
+from mbproj.base.settings import MECHANISM, SETTINGS, Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.assembly.compiled import compile_system
@@ -20,7 +20,7 @@ from mbproj.equations.recorded import Block
 from mbproj.linear.equilibrium.start import start_state
 from mbproj.model.system import System
 from mbproj.motion.formulations.choice import Choice, choose
-from mbproj.motion.report import EnergyAccount, Report, RowsKept, Worst
+from mbproj.motion.report import Report
 from mbproj.motion.simulate import EventRecorder, Recorder, simulate
 from mbproj.motion.time_events import Event
 from mbproj.results.analysis.expectations import datasets
@@ -140,6 +140,9 @@ class Failure:
         return self.cause
 
 
+Series: TypeAlias = Annotated[Array, "T"]
+
+
 @dataclass(frozen=True, eq=False)
 class Solution:
     """The motion that a setting gives at `times` (T,), s. Rows after a failure are NaN.
@@ -149,18 +152,18 @@ class Solution:
     where the run failed."""
 
     setting: Setting
-    times: Array
-    marker_position: Array
-    marker_velocity: Array
-    body_position: Array
-    body_orientation: Array
-    body_velocity: Array
-    kinetic_energy: Array
-    potential_energy: Array
-    energy_balance: Array
-    position_violation: Array
-    velocity_violation: Array
-    acceleration_violation: Array
+    times: Series
+    marker_position: Annotated[Array, "T m 3"]
+    marker_velocity: Annotated[Array, "T m 3"]
+    body_position: Annotated[Array, "T n 3"]
+    body_orientation: Annotated[Array, "T n 4"]
+    body_velocity: Annotated[Array, "T n 3"]
+    kinetic_energy: Series
+    potential_energy: Series
+    energy_balance: Series
+    position_violation: Series
+    velocity_violation: Series
+    acceleration_violation: Series
     report: Report | None
     failure: Failure | None
 
@@ -176,10 +179,6 @@ class Solution:
     def velocity(self) -> Array:
         """The velocities of the points at which errors are measured, (T, k, 3)."""
         return self.marker_velocity if self.marker_velocity.shape[1] else self.body_velocity
-
-
-#: The classes of a solution and its parts, which the store has to know.
-SOLUTION_RECORDS = (Solution, Failure, Setting, Report, EnergyAccount, RowsKept, Worst, Settings, ProjectionSettings)
 
 
 #: The hint for points that do not move.

@@ -32,7 +32,7 @@ from mbproj.studies.parallel.workers import OVERDUE
 from mbproj.studies.record import record_run
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.spec import SweepSpec
-from mbproj.studies.sweep.store import CaseRow, Keys, Status
+from mbproj.studies.sweep.store import CaseRow, Status
 
 # --- One case of a sweep ----------------------------------------------------------------------------------------------
 # The scene with its values, run and measured. Any error is in its row.
@@ -260,9 +260,9 @@ def run_sweep(
         spec.keep,
         None if spec.keep == "none" else folder.cases.absolute(),
     )
-    keys, store = Keys(spec.scene.whole, spec.design.paths), folder.store
+    store = folder.store
     known = {key: row.status for key, row in store.rows() if _is_whole(key, row, spec, folder, retry_failed)}
-    tasks = _Missing(spec, keys, known)
+    tasks = _Missing(spec, known)
     progress = Progress(spec.design.count, 0, tasks.reused, tasks.failed)
     tell(progress)
     hard = None if timeout is None else PATIENCE * timeout + GRACE
@@ -271,7 +271,7 @@ def run_sweep(
         with closing(ended):
             for rows in ended:
                 for task, row in rows:
-                    store.add(task.key, dict(zip(spec.design.paths, task.values, strict=True)), row)
+                    store.add(task.key, row)
                 failed = sum(row.status != Status.DONE for _, row in rows)
                 computed = progress.computed + len(rows)
                 progress = Progress(
@@ -299,8 +299,8 @@ class _Missing(Iterator[CaseTask]):
     """An iterator over the cases that are not known yet, each once. `reused` counts the other cases passed so far,
     `failed` the failed ones of these."""
 
-    def __init__(self, spec: SweepSpec, keys: Keys, known: dict[str, Status]) -> None:
-        self._spec, self._keys, self._met = spec, keys, {*known}
+    def __init__(self, spec: SweepSpec, known: dict[str, Status]) -> None:
+        self._spec, self._met = spec, {*known}
         self.reused = self.failed = 0
         numbers: Iterable[int] = range(spec.design.count)
         if known:  # counted first, because the time left depends on the number of missing cases
@@ -320,7 +320,7 @@ class _Missing(Iterator[CaseTask]):
         raise StopIteration
 
     def _key(self, number: int) -> str:
-        return self._keys.of(self._spec.design.case(number))
+        return self._spec.key_of(self._spec.design.case(number))
 
 
 def _is_whole(key: str, row: CaseRow, spec: SweepSpec, folder: Folder, retry_failed: bool) -> bool:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.results.output_files import DESIGNED, make_folder, write_text
@@ -96,7 +95,8 @@ def synthesise(
             message = f"no topology for {wanted.kind} is called '{name}'"
             raise InputError(Problem(message, Place("--topologies"), choose_from(name, able)))
     chosen = tuple(dict.fromkeys(names)) or able
-    cache = ValueCache(["synthesis", wanted.text, wanted.values.tolist(), _as_list(wanted.times)], fresh)
+    what = ["synthesis", wanted.text, wanted.values.tolist(), None if wanted.times is None else wanted.times.tolist()]
+    cache = ValueCache(what, list[dict[str, float]], fresh)
     looked = resumable(candidates, wanted, {name: name for name in chosen}, cache, where, "topologies", tell)
     results = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
     if not any(each.design for each in results):
@@ -104,10 +104,6 @@ def synthesise(
             Problem(f"no topology does it; {results[0].topology}: {results[0].cause}", Place(str(wanted.path)))
         )
     return Synthesis(wanted, tuple(in_order(results, wanted.size)))
-
-
-def _as_list(times: Array | None) -> list[float] | None:
-    return None if times is None else times.tolist()
 
 
 def in_order(results: Sequence[Synthesised], size: float) -> Iterator[Synthesised]:
