@@ -29,13 +29,19 @@ from mbproj.results.report_schema.studies import COMPARED, ENERGY_ROW
 from mbproj.results.views import Table, Tabled
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.scene import Scene
-from mbproj.studies.measure.measurement import REPETITIONS, Measurement, Timing, kept_timings, measured, timing_columns
+from mbproj.studies.measure.measurement import (
+    REPETITIONS,
+    Measurement,
+    SettingsStudy,
+    Timing,
+    measured,
+    timing_columns,
+)
 from mbproj.studies.measure.reference import Reference, common_times, error, reference, span
 from mbproj.studies.measure.setting import Setting, only_full
 from mbproj.studies.measure.solve import Mechanism, Series, Solution, solve
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import ValueCache
 
 # --- Energy drift -----------------------------------------------------------------------------------------------------
 # The energy drift of a run, split into the part of the integrator and the work of the projection.
@@ -272,17 +278,13 @@ def compare(
     settings = _with_each(settings, "gains", gains)
     mechanism = Mechanism.to_choose_for(scene)
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
-    tell("reference", 0, 1)
-    truth = reference(mechanism, times, {each.integrator for each in settings})
-    kind = tuple[Solution, EnergySplit | None] | list[Timing]
-    cache = ValueCache(["compare", mechanism.identity, times.tolist()], kind, fresh, T=len(times))
-    items = {setting.command_line(): setting for setting in settings}
-    solved = resumable(_solved, (scene, times), items, cache, processes, "runs", tell)
-    runs = [solved[setting.command_line()] for setting in settings]
+    truth = reference(mechanism, times, {each.integrator for each in settings}, tell=tell)
+    kind = tuple[Solution, EnergySplit | None]
+    study = SettingsStudy("compare", mechanism, truth, processes, fresh, tell, kind)
+    runs = study.of_settings(_solved, (scene, times), settings)
     taken = {solution.report.formulation for solution, _ in runs if solution.report is not None}
     alive = [solution.setting for solution, _ in runs if solution.report is not None and len(taken) == 1]
-    taken_times = kept_timings(cache, mechanism, alive, float(times[-1]), repetitions, tell)
-    timings = dict(zip(alive, taken_times, strict=True))
+    timings = study.timed(alive, repetitions)
     entries = tuple(
         SettingResult(label, measured(one, truth), one, error(one, truth), split, timings.get(one.setting))
         for label, (one, split) in zip(labels_of(settings), runs, strict=True)

@@ -43,9 +43,9 @@ from mbproj.studies.case_blocks import CaseBlock, as_one, by_arrays
 from mbproj.studies.measure.reference import span as until_of
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Mechanism, of_scene, sample_times, solve
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 from mbproj.studies.variants import (
     rescaled,
     with_damping,
@@ -623,14 +623,14 @@ def stability(
         "span": vars(whole),
         "points": points,
     }
-    cache = ValueCache(what, tuple[StabilityPoint, ...], fresh)
+    study = Study(what, tuple[StabilityPoint, ...], processes, fresh, tell)
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}
     if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:
         subjects |= _implicit(subjects)
     if quantity.of_motion:
         subjects = {NAME: replace(subject, is_linear=True), **subjects}
-    walked = resumable(_points_of, (vary, grid), subjects, cache, processes, "methods", tell)
+    walked = study.each(_points_of, (vary, grid), subjects, "methods")
     analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
     step = subject.setting.step or 1.0
     return StabilityMap(
@@ -638,7 +638,7 @@ def stability(
         vary=vary,
         unit=quantity.unit or _unit_of(scene, vary),
         span=whole,
-        tracks=tuple(MethodTrack(*each) for each in walked.items()),
+        tracks=tuple(map(MethodTrack, subjects, walked)),
         setting=subject.setting,
         until=subject.until,
         limits=subject.limits,

@@ -12,11 +12,10 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import platform
 import sqlite3
 import stat
 import sys
-from collections.abc import Callable, ItemsView, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -389,40 +388,6 @@ def cached(what: Any, compute: Callable[[], Value], kind: Any, **sizes: int) -> 
     value = compute()
     write(study, "", encoded(value))
     return value
-
-
-class ValueCache:
-    """The results of a study by name, with which it resumes after an interruption. They are of the type `kind`, with
-    arrays of these `sizes`.
-
-    The key of a study is `what` (any JSON data) and the machine, because results contain times. Without `what` results
-    are in memory only; with `fresh` earlier results are dropped."""
-
-    def __init__(self, what: Any = None, kind: Any = Any, fresh: bool = False, **sizes: int) -> None:
-        self._study = None if what is None else key_of([platform.node(), what])
-        self._records: dict[str, Any] = {}
-        if self._study is not None and fresh:
-            forget(self._study)
-        elif self._study is not None:
-            for name, data in read(self._study).items():
-                with suppress(ValueError):
-                    self._records[name] = decoded(data, kind, **sizes)
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._records
-
-    def __getitem__(self, name: str) -> Any:
-        return self._records[name]
-
-    def items(self) -> ItemsView[str, Any]:
-        """All records, with their names."""
-        return self._records.items()
-
-    def add(self, name: str, record: Any) -> None:
-        """Stores a record; it is on the disk when this returns."""
-        self._records[name] = record
-        if self._study is not None:
-            write(self._study, name, encoded(record))
 
 
 class Keys:

@@ -18,7 +18,7 @@ from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.studies.compare import compare
 from mbproj.studies.measure import reference as references
-from mbproj.studies.measure.measurement import Measurement, attempt, time_settings
+from mbproj.studies.measure.measurement import SettingsStudy, time_settings
 from mbproj.studies.measure.reference import (
     _checked,
     _Fine,
@@ -33,7 +33,6 @@ from mbproj.studies.measure.setting import Setting, shortest
 from mbproj.studies.measure.solve import Mechanism, sample_times, solve
 from mbproj.studies.recommend import families, recommend
 from mbproj.studies.stability import stability
-from mbproj.studies.store import ValueCache
 from mbproj.studies.tradeoff import MOST, Ladder, step_numbers
 from mbproj.studies.variants import with_damping
 from mbproj.studies.verify.checks import verify
@@ -120,16 +119,9 @@ def test_processes_and_what_is_kept_change_nothing(pendulum):
     found = reference(pendulum, sample_times(1.0, 10))
     settings = [Setting(step=0.1 / k) for k in (10, 20)] + [Setting("none", "dop853", tolerance=1e-6)]
     seen: list[tuple[str, int, int]] = []
-    alone = attempt(pendulum, settings, found, processes=1)
-    first = attempt(pendulum, settings[:2], found, ValueCache("test", Measurement), processes=2)
-    whole = attempt(
-        pendulum,
-        settings,
-        found,
-        ValueCache("test", Measurement),
-        processes=2,
-        tell=lambda *told: seen.append(told),
-    )
+    alone = SettingsStudy("alone", pendulum, found).measured(settings)
+    first = SettingsStudy("test", pendulum, found, 2).measured(settings[:2])
+    whole = SettingsStudy("test", pendulum, found, 2, tell=lambda *told: seen.append(told)).measured(settings)
     assert seen == [("runs", 2, 3), ("runs", 3, 3)]
     assert whole[:2] == first  # not run again: the seconds are the same, too
     assert [trial.error for trial in whole] == [trial.error for trial in alone]

@@ -24,9 +24,9 @@ from mbproj.studies.design.slopes import Counted, derivative
 from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.design.target import Target
 from mbproj.studies.design.trial import Trial, Wish, tried, tried_by_arrays
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 
 # --- The starts of searches -------------------------------------------------------------------------------------------
 # The scene's own numbers and the best of many points. A design that does not run is moved to one that runs, by least
@@ -419,23 +419,20 @@ def find_design(
     chosen, why = engine_of(spec, engine)
     wish = Wish.of(spec)
     kind = list[list[float]] | Front | Search
-    cache = ValueCache(["design", _identity(spec), chosen], kind, fresh, d=len(spec.paths))
+    study = Study(["design", _identity(spec), chosen], kind, where, fresh, tell, d=len(spec.paths))
     points, scene_first = points_of(spec)
     blocks = {f"look {k}": points[k : k + TOGETHER].tolist() for k in range(0, len(points), TOGETHER)}
-    ranks = resumable(looked_at, wish, blocks, cache, where, "blocks of starting points", tell)
-    order = sorted(range(len(points)), key=lambda k: [rank for block in ranks.values() for rank in block][k])
+    ranks = [rank for block in study.each(looked_at, wish, blocks, "blocks of starting points") for rank in block]
+    order = sorted(range(len(points)), key=ranks.__getitem__)
     if scene_first:
         order.sort(key=bool)  # the scene's own numbers are always among the starts
     _check_effects(spec, wish, [points[k] for k in order])
     tasks = {f"start {k}": SearchTask(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
-    reused = sum(key in cache for key in tasks)
+    reused = sum(name in study.results for name in tasks)
     search, best = (front_of, None) if chosen == FRONT else (searched, partial(_so_far, spec))
-    records = resumable(search, wish, tasks, cache, where, "searches", tell, best)
-    runs = len(points) + sum(each.runs for each in records.values())
-    if chosen == FRONT:
-        searches = _on_the_front(spec, wish, [*records.values()])
-    else:
-        searches = sorted(records.values(), key=Search.rank)
+    found = study.each(search, wish, tasks, "searches", best)
+    runs = len(points) + sum(each.runs for each in found)
+    searches = _on_the_front(spec, wish, found) if chosen == FRONT else sorted(found, key=Search.rank)
     if not np.isfinite(searches[0].value):
         causes = [each.cause for each in searches]
         message = f"no design runs; most often: {max(causes, key=causes.count)}"

@@ -108,13 +108,18 @@ class Reference:
 
 
 def reference(
-    mechanism: Mechanism, times: Array, compared: Collection[str] = (), seconds: float = SECONDS
+    mechanism: Mechanism,
+    times: Array,
+    compared: Collection[str] = (),
+    seconds: float = SECONDS,
+    tell: Tell = silent,
 ) -> Reference:
     """The reference of `mechanism` at `times` (evenly spaced, as `solve` takes them), to compare the integrators
     `compared`.
 
     It is kept on disk (`mbproj.studies.store`). Raises InputError where the mechanism cannot be run at all.
     """
+    tell("reference", 0, 1)
     pair = IMPLICIT if _is_stiff(mechanism, times) else INTEGRATORS
     first, second = pair if pair[0] not in compared or pair[1] in compared else pair[::-1]
     what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART, TOLERANCES)
@@ -401,8 +406,7 @@ def certain_reference(
     """The reference up to `until` (s), or to the last time at which it is certain to `CERTAIN`, and notes on it. It
     serves to compare the integrators `names` and `scene_setting`. Raises InputError where no time is certain."""
     steps = [scene_setting.step] if scene_setting.step is not None and scene_setting.step <= until else []
-    tell("reference", 0, 1)
-    known = reference(mechanism, common_times(until, steps), names)
+    known = reference(mechanism, common_times(until, steps), names, tell=tell)
     limit, notes = CERTAIN * mechanism.system.length, list[str]()
     while (certain := known.certain_until(limit)) < known.times[-1]:
         why = why_not(mechanism, known, limit, certain, tell)

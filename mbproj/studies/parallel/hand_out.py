@@ -1,8 +1,8 @@
 """Work in parallel: the one place that distributes it, in this process, on this machine, or on a Dask cluster.
 
 All take a function of a module, data that all items share, and items, and give results as they come: `in_parallel` any
-items, `in_bundles` many short ones, `resumable` items whose results are stored, so that none is computed twice. Items
-and results are sent to other processes, and have to be such that pickle can send them.
+items, `in_bundles` many short ones. Items and results are sent to other processes, and have to be such that pickle can
+send them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from itertools import islice
@@ -23,9 +23,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import warn_once
 from mbproj.motion.interruption import interruption
 from mbproj.studies.parallel.cluster import Cluster, on_cluster
-from mbproj.studies.parallel.progress import Tell, with_words
 from mbproj.studies.parallel.workers import Worker, WorkerLost
-from mbproj.studies.store import ValueCache
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -242,37 +240,3 @@ def _lost(bundle: tuple[Any, ...], why: str, seconds: float) -> tuple[tuple[Any,
 
 def _is_single(bundle: tuple[Any, ...]) -> bool:
     return len(bundle) == 1
-
-
-# --- resumable(): items whose results are stored as they come, so that none is computed twice -------------------------
-
-
-def resumable(
-    function: Callable[[Any, Any], Any],
-    shared: Any,
-    items: Mapping[str, Any],
-    kept: ValueCache,
-    processes: Where,
-    phase: str,
-    tell: Tell,
-    best: Callable[[Any], tuple[Any, str]] | None = None,
-) -> dict[str, Any]:
-    """The results function(shared, item) of all items by their keys, each of which JSON can hold. Results in the store
-    `kept` are not computed again.
-
-    `tell` is called with the phase and the number of items done. `best` returns the rank of a result and words on it;
-    the words of the least rank are added to the phase."""
-    missing = [key for key in items if key not in kept]
-    ranked = [] if best is None else [best(kept[key]) for key in items if key in kept]
-
-    def say(through: int) -> None:
-        tell(with_words(phase, min(ranked)[1]) if ranked else phase, through, len(items))
-
-    say(len(items) - len(missing))
-    for through, (number, record) in enumerate(
-        in_parallel(function, shared, [items[key] for key in missing], processes), len(items) - len(missing) + 1
-    ):
-        kept.add(missing[number], record)
-        ranked += [] if best is None else [best(record)]
-        say(through)
-    return {key: kept[key] for key in items}

@@ -15,9 +15,9 @@ from mbproj.results.views import Table
 from mbproj.scene.ranges import column_of
 from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.spec import read_spec
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 from mbproj.studies.synthesis.candidates import (
     ARM,
     EXACT,
@@ -96,9 +96,9 @@ def synthesise(
             raise InputError(Problem(message, Place("--topologies"), choose_from(name, able)))
     chosen = tuple(dict.fromkeys(names)) or able
     what = ["synthesis", wanted.text, wanted.values.tolist(), None if wanted.times is None else wanted.times.tolist()]
-    cache = ValueCache(what, list[dict[str, float]], fresh)
-    looked = resumable(candidates, wanted, {name: name for name in chosen}, cache, where, "topologies", tell)
-    results = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
+    study = Study(what, list[dict[str, float]], where, fresh, tell)
+    looked = zip(chosen, study.each(candidates, wanted, {name: name for name in chosen}, "topologies"), strict=True)
+    results = [_brought_to_an_end(wanted, name, each, folder, where, fresh, force) for name, each in looked]
     if not any(each.design for each in results):
         raise InputError(
             Problem(f"no topology does it; {results[0].topology}: {results[0].cause}", Place(str(wanted.path)))

@@ -29,7 +29,8 @@ from mbproj.studies import store as value_cache
 from mbproj.studies.measure.reference import Reference, reference
 from mbproj.studies.measure.solve import Mechanism, sample_times
 from mbproj.studies.parallel.hand_out import in_parallel
-from mbproj.studies.store import ValueCache, cached, decoded, encoded
+from mbproj.studies.store import cached, decoded, encoded
+from mbproj.studies.study import Study
 from tests.studies.tasks import keep
 from tests.support import ROOT
 
@@ -90,8 +91,8 @@ def test_a_value_of_another_type_or_shape_is_computed_anew(strange):
     found, again = computed(WHOLE, Drawn, T=4)
     assert (found is WHOLE, again) == (True, True)
     assert not computed(None, Drawn, T=4)[1]
-    ValueCache("a study").add("a", strange)
-    assert "a" not in ValueCache("a study", Drawn, T=4)
+    Study("a study").add("a", strange)
+    assert "a" not in Study("a study", Drawn, T=4).results
 
 
 def test_a_stored_reference_of_another_shape_is_computed_anew():
@@ -131,35 +132,35 @@ def test_a_flipped_bit_of_the_file_stops_no_study(tmp_path):
 
 
 def test_a_study_resumes_and_begins_fresh_where_that_is_asked_for():
-    ValueCache({"span": 1}).add("a", float("inf"))
-    again = ValueCache({"span": 1})
+    Study({"span": 1}).add("a", float("inf"))
+    again = Study({"span": 1})
     again.add("b", [1, None, {"c": "text"}])
-    whole = ValueCache({"span": 1})
-    assert (whole["a"], whole["b"]) == (float("inf"), [1, None, {"c": "text"}])
-    assert "a" not in ValueCache({"span": 2})
-    assert "a" not in ValueCache({"span": 1}, fresh=True)
-    assert "b" not in ValueCache({"span": 1})
+    whole = Study({"span": 1})
+    assert (whole.results["a"], whole.results["b"]) == (float("inf"), [1, None, {"c": "text"}])
+    assert "a" not in Study({"span": 2}).results
+    assert "a" not in Study({"span": 1}, fresh=True).results
+    assert "b" not in Study({"span": 1}).results
 
 
 def test_what_other_code_has_kept_is_not_taken(tmp_path, monkeypatch):
     value_cache._code.cache_clear()
-    ValueCache({"span": 1}).add("a", 1)
+    Study({"span": 1}).add("a", 1)
     package = tmp_path / "mbproj"
     package.mkdir()
     (package / "__init__.py").write_text("changed = True\n")
     with monkeypatch.context() as patched:
         patched.setattr(mbproj, "__file__", str(package / "__init__.py"))
-        assert "a" in ValueCache({"span": 1})  # the code is read once in a process
+        assert "a" in Study({"span": 1}).results  # the code is read once in a process
         value_cache._code.cache_clear()
-        assert "a" not in ValueCache({"span": 1})
+        assert "a" not in Study({"span": 1}).results
     value_cache._code.cache_clear()
-    assert "a" in ValueCache({"span": 1})
+    assert "a" in Study({"span": 1}).results
 
 
 def test_a_study_without_a_name_is_in_memory_alone(tmp_path):
-    alone = ValueCache()
+    alone = Study()
     alone.add("a", 1)
-    assert (alone["a"], "a" in ValueCache(), store(tmp_path).exists()) == (1, False, False)
+    assert (alone.results["a"], "a" in Study().results, store(tmp_path).exists()) == (1, False, False)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes of files")
@@ -229,7 +230,7 @@ def test_what_is_no_store_is_set_aside_with_one_line(tmp_path, spoil):
 
 def test_a_cache_folder_that_is_a_file_is_said_and_nothing_is_kept(tmp_path):
     (tmp_path / "cache").write_text("a file")
-    (line,) = said(lambda: [computed(1), computed(1), ValueCache("x").add("a", 1)])
+    (line,) = said(lambda: [computed(1), computed(1), Study("x").add("a", 1)])
     assert line.startswith("results of studies are not stored: [Errno 17] File exists: ")
     assert line.endswith("; MBPROJ_CACHE chooses another folder")
     assert (tmp_path / "cache").read_text() == "a file"
