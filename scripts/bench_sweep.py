@@ -61,7 +61,7 @@ def spec_of(folder: Path, cases: int, first: float, last: float, simulation: str
 def cases_of(path: Path) -> Callable[[int], float]:
     """Runs the case of a number as a worker does; the tip's height at the end."""
     spec = read_spec(path)
-    work = CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+    work = CaseWork(spec.scene, spec.design.paths, spec.measures, None, "none", None)
 
     def run(number: int) -> float:
         return run_case(work, CaseTask(str(number), spec.design.case(number))).values[0]
@@ -188,7 +188,7 @@ def by_arrays(cases: int) -> None:
                 encoding="utf-8",
             )
             spec = read_spec(path)
-        work = CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+        work = CaseWork(spec.scene, spec.design.paths, spec.measures, None, "none", None)
         tasks = [CaseTask(str(number), spec.design.case(number)) for number in range(spec.design.count)]
         run_cases(work, tasks[:FEWEST])
         spent, arrays = np.zeros(2), 0

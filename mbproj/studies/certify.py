@@ -29,14 +29,13 @@ from mbproj.equations.recorded import Block
 from mbproj.model.system import System
 from mbproj.motion.failures import branch_untold
 from mbproj.motion.report import Report, sharing_stops
-from mbproj.motion.simulate import EventRecorder, Keep, Progress, simulate
-from mbproj.motion.time_events import Event
+from mbproj.motion.simulate import Keep, Progress, simulate
 from mbproj.results.analysis.trust import Growth, growth, horizons, settled
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.reference import TIGHTEST, largest_distance, not_smooth, round_off_bound, uneven
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import OFF_AXIS, Mechanism, Solution, solve, unseen
+from mbproj.studies.measure.solve import OFF_AXIS, DatasetRecorder, Mechanism, Solution, solve, unseen
 from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
@@ -339,14 +338,16 @@ def _certified(
     tell: Tell = silent,
     keep: Keep | None = None,
 ) -> tuple[Report, Trust]:
-    paths = _PointRecorder(mechanism, recorder)
+    places = f"{mechanism.kind}/position"
+    paths = DatasetRecorder(("time", places), recorder)
     choice = mechanism.choice(settings)
 
     def judge() -> Trust:
-        if choice.kinematic and len(paths.arrays[0]) > 1:
-            trust = certify_kinematic(mechanism, *paths.arrays, limits, tell)
+        arrays = paths["time"], paths[places]
+        if choice.kinematic and len(arrays[0]) > 1:
+            trust = certify_kinematic(mechanism, *arrays, limits, tell)
         else:
-            trust = certify(mechanism, settings, *paths.arrays, limits, tell, sharing_stops(paths.met))
+            trust = certify(mechanism, settings, *arrays, limits, tell, sharing_stops(paths.met))
         if recorder is not None:
             recorder.trust(trust)
         return trust
@@ -357,34 +358,6 @@ def _certified(
         judge()
         raise
     return report, judge()
-
-
-class _PointRecorder:
-    """A recorder of the points' positions, which passes everything on to another recorder."""
-
-    def __init__(self, mechanism: Mechanism, recorder: CertificateRecorder | None) -> None:
-        self._dataset, self._recorder = f"{mechanism.kind}/position", recorder
-        self._times: list[Array] = []
-        self._positions: list[Array] = []
-        self.met: Sequence[Event] = ()
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        self._times.append(block["time"])
-        self._positions.append(block[self._dataset])
-        if self._recorder is not None:
-            self._recorder.write(block)
-
-    def events(self, events: Sequence[Event]) -> None:
-        """Record the events of the run."""
-        self.met = events
-        if isinstance(self._recorder, EventRecorder):
-            self._recorder.events(events)
-
-    @property
-    def arrays(self) -> tuple[Array, Array]:
-        """The times (T,) and the positions (T, k, 3)."""
-        return np.concatenate(self._times), np.concatenate(self._positions)
 
 
 #: The most samples at which σ is computed.

@@ -10,14 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbproj.base.arrays import Array, Integers
+from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError
 from mbproj.base.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
 from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.energy import total_energy
-from mbproj.equations.recorded import Block
 from mbproj.motion.formulations.choice import Choice, choose
 from mbproj.motion.formulations.full import FullFormulation
 from mbproj.motion.marks import START, Mark
@@ -39,7 +38,7 @@ from mbproj.studies.measure.measurement import (
 )
 from mbproj.studies.measure.reference import Reference, common_times, error, reference, span
 from mbproj.studies.measure.setting import Setting, only_full
-from mbproj.studies.measure.solve import Mechanism, Series, Solution, solve
+from mbproj.studies.measure.solve import DatasetRecorder, Mechanism, Series, Solution, solve
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
 
@@ -140,19 +139,6 @@ def _one_step(
     return _StepEnd(samples.state(0), work - before, (run.here(), work))
 
 
-class _StepSizes:
-    """A recorder of the number and the size of the step that each sample lies in."""
-
-    def __init__(self) -> None:
-        self.number: list[Integers] = []
-        self.size: list[Array] = []
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        self.number.append(block["diagnostics/steps"])
-        self.size.append(block["diagnostics/step_size"])
-
-
 def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
     """The start time and the times at which the steps of a run end, (N + 1,) in s."""
     if setting.step is not None:
@@ -160,9 +146,9 @@ def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
         return np.append(setting.step * np.arange(count), until)
     samples = SAMPLES
     while samples <= MOST_SAMPLES:
-        recorder = _StepSizes()
+        recorder = DatasetRecorder(("diagnostics/steps", "diagnostics/step_size"))
         simulate(mechanism.system, mechanism.state, mechanism.settings(setting, until, until / samples), recorder)
-        number, size = np.concatenate(recorder.number)[1:], np.concatenate(recorder.size)[1:]
+        number, size = recorder["diagnostics/steps"][1:], recorder["diagnostics/step_size"][1:]
         steps, first = np.unique(number, return_index=True)
         if len(steps) == steps[-1]:  # every step has a sample
             return np.append(np.concatenate([[0.0], np.cumsum(size[first][:-1])]), until)

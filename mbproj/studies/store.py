@@ -15,7 +15,7 @@ import os
 import sqlite3
 import stat
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -23,7 +23,7 @@ from functools import cache
 from math import prod
 from pathlib import Path
 from time import time
-from types import NoneType, UnionType
+from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 from zlib import crc32
 
@@ -490,21 +490,19 @@ def _read(tree: Any, kind: Any, arrays: memoryview, sizes: dict[str, int]) -> An
                 return value
         raise ValueError(f"it is no {kind}")
     if origin is np.ndarray:
-        return _array(*tree, np.dtype(get_args(args[1])[0]), arrays)
-    if origin in (tuple, list, Sequence):
-        kinds = [args[0]] * len(tree) if origin is not tuple or args[-1] is Ellipsis else args
-        values = [_read(each, inner, arrays, sizes) for each, inner in zip(tree, kinds, strict=True)]
-        return _fitting(tuple(values) if origin is tuple else values, isinstance(tree, list))
+        return _array(tree, np.dtype(get_args(args[1])[0]), arrays)
+    if origin in (tuple, list):
+        kinds = [args[0]] * len(tree) if origin is list or args[-1] is Ellipsis else args
+        return origin(_read(each, inner, arrays, sizes) for each, inner in zip(tree, kinds, strict=True))
     if origin in (dict, Mapping):
         return {key: _read(each, args[1], arrays, sizes) for key, each in tree.items()}
     if is_dataclass(origin):
-        kinds = _fields(origin)
-        _fitting(tree, tree.keys() == kinds.keys())
-        return origin(**{key: _read(each, kinds[key], arrays, sizes) for key, each in tree.items()})
-    if isinstance(origin, type) and issubclass(origin, Enum):
-        return origin(tree)
-    wanted = (float, int) if kind is float else (NoneType if kind is None else kind,)
-    return _fitting(tree, type(tree) in wanted)
+        types = _fields(kind)
+        _fitting(tree, tree.keys() == types.keys())
+        return kind(**{key: _read(each, types[key], arrays, sizes) for key, each in tree.items()})
+    if issubclass(kind, Enum):
+        return kind(tree)
+    return _fitting(tree, type(tree) is kind or (kind is float and type(tree) is int))
 
 
 def _paired(shape: str, array: Array) -> Iterator[tuple[str, int]]:
@@ -523,8 +521,9 @@ def _fields(record: type) -> Mapping[str, Any]:
     return get_type_hints(record, include_extras=True)
 
 
-def _array(number: str, shape: list[int], start: int, dtype: np.dtype[Any], arrays: memoryview) -> Array:
+def _array(tree: Any, dtype: np.dtype[Any], arrays: memoryview) -> Array:
     """A writable copy of an array in the bytes."""
+    number, shape, start = tree
     if number != dtype.str or not all(type(size) is int and size >= 0 for size in (*shape, start)):
         raise ValueError("an array is not described as such")
     return np.frombuffer(arrays, dtype, prod(shape), start).reshape(shape).copy()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, TypeAlias
 
@@ -20,10 +20,11 @@ from mbproj.equations.recorded import Block
 from mbproj.linear.equilibrium.start import start_state
 from mbproj.model.system import System
 from mbproj.motion.formulations.choice import Choice, choose
+from mbproj.motion.kernel_run import FollowedSteps
 from mbproj.motion.report import Report
 from mbproj.motion.simulate import EventRecorder, Recorder, simulate
 from mbproj.motion.time_events import Event
-from mbproj.results.analysis.expectations import datasets
+from mbproj.results.analysis.expectations import datasets, measured
 from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import placed_in
@@ -250,20 +251,14 @@ def _name(path: str) -> str:
 # --- A recorder of the datasets that the measures of a study read -----------------------------------------------------
 
 
-class MeasuredSamples:
-    """A recorder of the datasets that `measures` read. It passes each block on to `recorder`, which records
-    everything."""
+class DatasetRecorder:
+    """A recorder of the datasets at these paths, and of the events that the run `met`. It passes everything on to
+    `recorder`."""
 
-    def __init__(self, mechanism: Mechanism, measures: Sequence[Expectation], recorder: Recorder | None = None) -> None:
-        self._names: Mapping[str, tuple[str, ...]] = mechanism.system.names.as_mapping()
-        wanted = (path for each in measures for path in datasets(each, self.names("coordinates")))
-        self._parts: dict[str, list[npt.NDArray[Any]]] = {path: [] for path in ("time", *wanted)}
+    def __init__(self, paths: Iterable[str], recorder: Recorder | None = None) -> None:
+        self._parts: dict[str, list[npt.NDArray[Any]]] = {path: [] for path in paths}
         self._recorder = recorder
-        self.event_times = np.zeros(0)
-
-    def names(self, kind: str) -> tuple[str, ...]:
-        """The names of the columns of a kind, for example of "markers"."""
-        return self._names[kind]
+        self.met: Sequence[Event] = ()
 
     def write(self, block: Block) -> None:
         """Record a block of T samples."""
@@ -273,10 +268,52 @@ class MeasuredSamples:
             self._recorder.write(block)
 
     def events(self, events: Sequence[Event]) -> None:
-        """Record the times of the run's events in `event_times` (n,), s."""
-        self.event_times = np.array([event.time for event in events])
+        """Record the events of the run."""
+        self.met = events
         if isinstance(self._recorder, EventRecorder):
             self._recorder.events(events)
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was recorded."""
+        return not any(self._parts.values())
+
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         return np.concatenate(self._parts[path])
+
+
+class MeasuredSamples(DatasetRecorder):
+    """A recorder of the datasets that `measures` read."""
+
+    def __init__(self, mechanism: Mechanism, measures: Sequence[Expectation], recorder: Recorder | None = None) -> None:
+        self._names: Mapping[str, tuple[str, ...]] = mechanism.system.names.as_mapping()
+        self._measures = tuple(measures)
+        wanted = (path for each in measures for path in datasets(each, self.names("coordinates")))
+        super().__init__(("time", *wanted), recorder)
+
+    def names(self, kind: str) -> tuple[str, ...]:
+        """The names of the columns of a kind, for example of "markers"."""
+        return self._names[kind]
+
+    @property
+    def event_times(self) -> Array:
+        """The times (n,), s, of the run's events."""
+        return np.array([event.time for event in self.met])
+
+    def values(self, duration: float | None, of: Sequence[Expectation] | None = None) -> tuple[float, ...]:
+        """The first number of each measure, or of those given, in a run of `duration` (s); NaN where there is none."""
+        values = (measured(each, self, duration) for each in (self._measures if of is None else of))
+        return tuple(np.nan if each is None else float(each.values[0]) for each in values)
+
+
+def measured_run(
+    mechanism: Mechanism,
+    settings: Settings,
+    measures: Sequence[Expectation],
+    steps: FollowedSteps | None = None,
+    recorder: Recorder | None = None,
+) -> tuple[MeasuredSamples, Report]:
+    """Run a mechanism, and return the samples of the measures. Raises SimulationError."""
+    samples = MeasuredSamples(mechanism, measures, recorder)
+    report = simulate(mechanism.system, mechanism.state, settings, samples, accounts=False, steps=steps)
+    return samples, report

@@ -35,10 +35,10 @@ from mbproj.results.table_files import write_csv
 from mbproj.scene.ranges import column_of, with_unit
 from mbproj.studies.store import Looked, is_damage, look, only_read
 from mbproj.studies.store import rows as rows_of
-from mbproj.studies.sweep.folder import CASES, OTHER, STORE, TABLE, Folder, checksum_of
+from mbproj.studies.sweep.folder import CASES, STORE, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.spec import COLUMNS, Case, Grid, Sampled, SweepSpec
 from mbproj.studies.sweep.store import CASES as STORED_CASES
-from mbproj.studies.sweep.store import CaseRow, Status, about, check_no_links, refused
+from mbproj.studies.sweep.store import OTHER, CaseRow, Status, about, check_no_links, refused
 
 if TYPE_CHECKING:
     import h5py

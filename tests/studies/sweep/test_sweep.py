@@ -38,7 +38,7 @@ MEASURES = """\
 
 def work_of(spec, **changes):
     given = {"timeout": None, "keep": "none", "folder": None, **changes}
-    return CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, **given)
+    return CaseWork(spec.scene, spec.design.paths, spec.measures, **given)
 
 
 @pytest.mark.parametrize(
