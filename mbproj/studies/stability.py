@@ -128,11 +128,9 @@ def cause_of(error: MbprojError) -> str:
 
 
 def judged(subject: Subject, value: float) -> StabilityPoint:
-    """Run the subject and judge it. An error becomes the cause of a failed point."""
-    try:
-        mechanism = Mechanism.of(subject.scene)
-    except MbprojError as error:
-        return StabilityPoint(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
+    """Run the subject and judge it. An error of the run becomes the cause of a failed point. Raises InputError where
+    there is nothing to run."""
+    mechanism = Mechanism.of(subject.scene)
     watch, report, stopped = _Watch(mechanism.system), None, None
     try:
         with np.errstate(all="ignore"):  # a run that overflows reports its failure itself
@@ -291,12 +289,8 @@ def growth(subject: Subject, value: float) -> StabilityPoint:
 
     The difference to a run without the offset is watched, because the integrator's error adds to C in both. `closure`
     is this difference after the last step, in lengths or rad."""
-    try:
-        mechanism = Mechanism.of(subject.scene)
-        closed, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
-    except MbprojError as error:
-        where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
-        return StabilityPoint(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
+    mechanism = Mechanism.of(subject.scene)
+    closed, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
     first, last = (float(part) for part in np.abs(opened - closed).max(axis=1))
     if last <= first:
         return StabilityPoint(value, HOLDS, last, np.nan)
@@ -708,10 +702,10 @@ def _points_of(shared: tuple[str, list[float]], subject: Subject) -> tuple[Stabi
 
     def at(value: float) -> StabilityPoint:
         try:
-            changed = quantity.changed(subject, value)
-        except InputError as error:
-            return StabilityPoint(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
-        return judge(changed, value)
+            return judge(quantity.changed(subject, value), value)
+        except MbprojError as error:
+            where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
+            return StabilityPoint(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
 
     known = judged_in_blocks(partial(quantity.changed, subject), grid) if judge is judged else {}
     points = [known.get(number) or at(value) for number, value in enumerate(grid)]

@@ -374,22 +374,6 @@ def _private_folder() -> Path:
 # `Annotated[Array, "T 3"]` tells the shape of an array. Its letters are sizes that all arrays of the value share.
 
 
-Value = TypeVar("Value")
-
-
-def cached(what: Any, compute: Callable[[], Value], kind: Any, **sizes: int) -> Value:
-    """Return the value for the key `what` (any JSON data): from the store, or by `compute`. It is of the type `kind`,
-    with arrays of these `sizes`."""
-    study = key_of(what)
-    for data in read(study).values():
-        with suppress(ValueError):  # written by a version with other fields, or damaged
-            stored: Value = decoded(data, kind, **sizes)
-            return stored
-    value = compute()
-    write(study, "", encoded(value))
-    return value
-
-
 class Keys:
     """The keys of values that `common` (any JSON data), further data, and the code of mbproj, its kernel and plug-ins
     determine. Two of 1e9 keys do not agree by chance."""

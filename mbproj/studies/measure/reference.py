@@ -38,7 +38,7 @@ from mbproj.scene.scene import Scene
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import OFF_AXIS, Mechanism, Solution, sample_times, solve, unseen
 from mbproj.studies.parallel.progress import PERTURBED_STARTS, Tell, silent
-from mbproj.studies.store import cached
+from mbproj.studies.study import Study
 
 #: The integrators of the two solutions. The first is the reference; the second is, where only the first is among those
 #: compared.
@@ -123,7 +123,9 @@ def reference(
     pair = IMPLICIT if _is_stiff(mechanism, times) else INTEGRATORS
     first, second = pair if pair[0] not in compared or pair[1] in compared else pair[::-1]
     what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART, TOLERANCES)
-    return cached(what, lambda: _computed(mechanism, times, first, second, seconds), Reference, T=len(times))
+    study = Study(what, Reference, T=len(times))
+    found: Reference = study.one("", lambda: _computed(mechanism, times, first, second, seconds))
+    return found
 
 
 def _is_stiff(mechanism: Mechanism, times: Array) -> bool:

@@ -21,11 +21,11 @@ from mbproj.studies.study import Study
 from mbproj.studies.synthesis.candidates import (
     ARM,
     EXACT,
-    SPATIAL,
     body_of,
     bounds_of,
     candidates,
     crank_of,
+    mechanism_of,
     names_for,
     output_of,
     swung_between,
@@ -34,7 +34,6 @@ from mbproj.studies.synthesis.linkage import (
     FUNCTION,
     PATH,
     POSITIONS,
-    TOPOLOGIES,
     Linkage,
     Numbers,
     Slide,
@@ -115,11 +114,6 @@ def in_order(results: Sequence[Synthesised], size: float) -> Iterator[Synthesise
     first = min(good, key=lambda each: each.bodies)
     yield first
     yield from (each for each in by_error if each is not first)
-
-
-def mechanism_of(wanted: Wanted, name: str) -> Linkage | SpatialFourBar:
-    """The mechanism of the topology `name` for this task."""
-    return SpatialFourBar() if name == SPATIAL else TOPOLOGIES[name][wanted.kind]
 
 
 def _brought_to_an_end(

@@ -29,7 +29,7 @@ from mbproj.studies import store as value_cache
 from mbproj.studies.measure.reference import Reference, reference
 from mbproj.studies.measure.solve import Mechanism, sample_times
 from mbproj.studies.parallel.hand_out import in_parallel
-from mbproj.studies.store import cached, decoded, encoded
+from mbproj.studies.store import decoded, encoded
 from mbproj.studies.study import Study
 from tests.studies.tasks import keep
 from tests.support import ROOT
@@ -56,7 +56,7 @@ def store(tmp_path: Path) -> Path:
 def computed(value: Any, kind: Any = Any, **sizes: int) -> Any:
     """The value of ("a study", 1), and whether it had to be computed."""
     asked = []
-    found = cached(("a study", 1), lambda: asked.append(1) or value, kind, **sizes)
+    found = Study(("a study", 1), kind, **sizes).one("", lambda: asked.append(1) or value)
     return found, bool(asked)
 
 
@@ -64,7 +64,7 @@ def test_a_value_is_computed_once():
     assert computed(Drawn("x", (1, 2.0)), Drawn)[1]
     found, again = computed(None, Drawn)
     assert (found.name, found.values, again) == ("x", (1, 2.0), False)
-    assert cached(("a study", 2), lambda: 7, int) == 7
+    assert Study(("a study", 2), int).one("", lambda: 7) == 7
 
 
 #: A record as it is expected.
