@@ -33,6 +33,7 @@ from mbproj.studies.measure.measurement import (
     Measurement,
     SettingsStudy,
     Timing,
+    Yardstick,
     measured,
     timing_columns,
 )
@@ -267,7 +268,7 @@ def compare(
     truth = reference(mechanism, times, {each.integrator for each in settings}, tell=tell)
     kind = tuple[Solution, EnergySplit | None]
     study = SettingsStudy("compare", mechanism, truth, processes, fresh, tell, kind)
-    runs = study.of_settings(_solved, (scene, times), settings)
+    runs = study.of_settings(_solved, settings)
     taken = {solution.report.formulation for solution, _ in runs if solution.report is not None}
     alive = [solution.setting for solution, _ in runs if solution.report is not None and len(taken) == 1]
     timings = study.timed(alive, repetitions)
@@ -278,11 +279,11 @@ def compare(
     return Comparison(entries, truth, len(taken) <= 1, (*notes, *_notes(entries, truth, taken)))
 
 
-def _solved(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, EnergySplit | None]:
+def _solved(yardstick: Yardstick, setting: Setting) -> tuple[Solution, EnergySplit | None]:
     """Solve with a setting and split the energy drift. There is no split for `auto`, whose steps use several methods,
     and with contacts. This runs in a worker process."""
-    mechanism, times = Mechanism.to_choose_for(shared[0]), shared[1]
-    solution = solve(mechanism, setting, times)
+    mechanism = yardstick.mechanism
+    solution = solve(mechanism, setting, yardstick.reference.times)
     try:
         # energy lost in impacts and friction belongs neither to the integrator nor to the projection
         changes = mechanism.system.has_contacts

@@ -31,7 +31,6 @@ import numpy as np
 
 import mbproj
 from mbproj.base.arrays import Array
-from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import warn_once
 from mbproj.base.plugins import marks
 from mbproj.kernel import build_info, core
@@ -62,20 +61,6 @@ MACHINE = ("locked", "full", "I/O", "unable to open")
 
 class Foreign(sqlite3.DatabaseError):
     """The error for a database of another program, or of another format."""
-
-
-@dataclass(frozen=True)
-class Looked:
-    """The result of reading all rows: their number, that of the damaged ones, and other faults."""
-
-    rows: int
-    damaged: int
-    faults: tuple[str, ...]
-
-    @property
-    def is_whole(self) -> bool:
-        """Whether no row is damaged and there is no other fault."""
-        return not (self.damaged or self.faults)
 
 
 def put(database: sqlite3.Connection, study: str, item: str, value: bytes) -> None:
@@ -174,7 +159,7 @@ def opened_alone(path: Path) -> sqlite3.Connection:
     try:
         with damage_as_sqlite_says_it():
             database = _connected(path, 0.0)
-            if not (why := _fault(_locked(database))):
+            if not (why := "; ".join(faults_of(_locked(database)))):
                 return database
     except sqlite3.Error as error:
         if not is_damage(path, error):
@@ -196,16 +181,12 @@ def _locked(database: sqlite3.Connection) -> sqlite3.Connection:
     return database
 
 
-def _fault(database: sqlite3.Connection) -> str:
-    looked = look(database)
-    return "" if looked.is_whole else "; ".join([*looked.faults, f"{looked.damaged} rows are damaged"])
-
-
-def look(database: sqlite3.Connection) -> Looked:
-    """Reads a whole database. Raises sqlite3.Error where it cannot be read to its end."""
-    faults = [said for (said,) in database.execute("PRAGMA quick_check(3)") if said != "ok"]
+def faults_of(database: sqlite3.Connection) -> list[str]:
+    """What is wrong with a database, which is read as a whole: a sentence for each fault. Raises sqlite3.Error where it
+    cannot be read to its end."""
     whole = [_whole(*row) is not None for row in database.execute("SELECT study, item, value FROM kept")]
-    return Looked(len(whole), whole.count(False), tuple(faults))
+    damaged = [f"{whole.count(False)} of {len(whole)} rows are damaged"] if not all(whole) else []
+    return [said for (said,) in database.execute("PRAGMA quick_check(3)") if said != "ok"] + damaged
 
 
 def only_read(path: Path, work: Callable[[sqlite3.Connection], Result]) -> Result:

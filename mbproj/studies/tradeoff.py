@@ -355,10 +355,10 @@ def tradeoff(
     base = replace(scene_setting, step=None, tolerance=None)
     truth, notes = certain_reference(mechanism, span(scene, until), scene_setting, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
-    track = SweepSetup(Yardstick(scene, truth), goal, longest)
     kind = list[Measurement]
     study = SettingsStudy("tradeoff", mechanism, truth, processes, fresh, tell, kind, longest=longest)
     mine = scene_setting if scene_setting.step or scene_setting.tolerance else None
+    track = SweepSetup(study.yardstick, goal, longest)
     trials = _accuracy(study, track, base, mine, projections, names)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}
     if mine is not None and mine not in numbers:

@@ -209,17 +209,16 @@ class SettingsStudy(Study):
         what = {"study": name, **mechanism.identity, "reference": truth, **facts}
         super().__init__(what, kind | Measurement | list[Timing], where, fresh, tell, T=len(reference.times))
         self.mechanism, self.reference = mechanism, reference
+        self.yardstick = Yardstick(mechanism.scene, reference)
 
-    def of_settings(
-        self, function: Callable[[Any, Setting], Any], shared: Any, settings: Sequence[Setting], phase: str = "runs"
-    ) -> list[Any]:
-        """The results function(shared, setting), in the order of the settings."""
-        return self.each(function, shared, {setting.command_line(): setting for setting in settings}, phase)
+    def of_settings(self, function: Callable[[Yardstick, Setting], Any], settings: Sequence[Setting]) -> list[Any]:
+        """The results function(yardstick, setting), in the order of the settings."""
+        items = {setting.command_line(): setting for setting in settings}
+        return self.each(function, self.yardstick, items, "runs")
 
     def measured(self, settings: Sequence[Setting]) -> list[Measurement]:
         """The measurements of the settings, in their order."""
-        yardstick = Yardstick(self.mechanism.scene, self.reference)
-        return self.of_settings(Yardstick.measure, yardstick, settings)
+        return self.of_settings(Yardstick.measure, settings)
 
     def timed(self, settings: Sequence[Setting], repetitions: int) -> dict[Setting, Timing]:
         """The timings of runs that record only their end. They are taken together, because settings are timed in

@@ -33,8 +33,7 @@ from mbproj.results.sweep_table import (
 )
 from mbproj.results.table_files import write_csv
 from mbproj.scene.ranges import column_of, with_unit
-from mbproj.studies.store import Looked, is_damage, look, only_read
-from mbproj.studies.store import rows as rows_of
+from mbproj.studies.store import faults_of, is_damage, only_read
 from mbproj.studies.sweep.folder import CASES, STORE, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.spec import COLUMNS, Case, Grid, Sampled, SweepSpec
 from mbproj.studies.sweep.store import CASES as STORED_CASES
@@ -247,9 +246,8 @@ def check_sweep(folder: Path) -> SweepSoundness:
     faults, unguarded, rows, checksum = [], [], 0, None
     try:
         check_no_links(store)
-        looked, rows, checksum = only_read(store, _looked_at)
-        faults += [f"{STORE}: {fault}" for fault in looked.faults]
-        faults += [f"{STORE}: {looked.damaged} of {rows} rows are damaged"] if looked.damaged else []
+        wrong, rows, checksum = only_read(store, _looked_at)
+        faults += [f"{STORE}: {fault}" for fault in wrong]
     except sqlite3.Error as error:
         if not is_damage(store, error):
             raise refused(store, error) from error
@@ -272,10 +270,10 @@ def check_sweep(folder: Path) -> SweepSoundness:
     return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
 
 
-def _looked_at(store: sqlite3.Connection) -> tuple[Looked, int, str | None]:
-    """The check of the store, the number of its cases and damaged rows, and the table's checksum, if any."""
-    looked = look(store)
-    return looked, sum(1 for _ in rows_of(store, STORED_CASES)) + looked.damaged, about(store).get(TABLE)
+def _looked_at(store: sqlite3.Connection) -> tuple[list[str], int, str | None]:
+    """The faults of the store, the number of its cases, and the table's checksum, if any."""
+    (count,) = store.execute("SELECT count(*) FROM kept WHERE study = ?", [STORED_CASES]).fetchone()
+    return faults_of(store), count, about(store).get(TABLE)
 
 
 def _of_results(case: Path) -> Iterator[str]:

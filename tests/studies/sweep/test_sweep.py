@@ -267,7 +267,7 @@ def test_a_damaged_row_is_computed_again_and_said(tmp_path):
         changed = value.replace(b": -0.", b": -9.")
         assert changed != value
         database.execute("UPDATE kept SET value = ? WHERE value = ?", [changed, value])
-    with pytest.warns(MbprojWarning, match=r"\(1 rows are damaged\): 5 of its values are whole, and all others are"):
+    with pytest.warns(MbprojWarning, match=r"\(1 of 6 rows are damaged\): 5 of its values are whole, and all"):
         reached, entries = swept(path, tmp_path / "out")
     assert (reached.computed, reached.reused) == (1, 4)
     assert [entry.row.values for entry in entries] == [entry.row.values for entry in whole]
