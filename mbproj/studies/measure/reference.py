@@ -14,13 +14,12 @@ fall until the time is up.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 from math import ceil, floor, lcm
 from time import process_time
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -140,25 +139,17 @@ def _is_stiff(mechanism: Mechanism, times: Array) -> bool:
 
 
 def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> Reference:
-    """Compute the reference with fixed steps. Where laws have edges in the state, or the mechanism is stiff, compute it
-    with error control."""
-    if first in IMPLICIT:
-        return _checked(partial(_tight, tolerances=STIFF_TOLERANCES), mechanism, times, first, second, seconds)
-    solved = _fine if switches_of(mechanism.system) is None else _tight
-    return _checked(solved, mechanism, times, first, second, seconds)
-
-
-def _checked(
-    solved: Callable[..., _Fine], mechanism: Mechanism, times: Array, first: str, second: str, seconds: float
-) -> Reference:
-    """Compute the reference from two solutions, both by the function `solved`."""
-    fine = solved(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds)
+    """Compute the reference from two solutions with fixed steps. Where laws have edges in the state, or the mechanism
+    is stiff, they have error control."""
+    edges = switches_of(mechanism.system) is not None
+    tolerances = STIFF_TOLERANCES if first in IMPLICIT else TOLERANCES if edges else ()
+    fine = _fine(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds, tolerances)
     if why := unseen(mechanism, fine.solution):
         raise InputError(Problem(why, hint=OFF_AXIS))
     taken = fine.solution.report.formulation if fine.solution.report else ""
     other = "reduced" if taken == "planar" else "auto"
     setting = Setting(integrator=second, projection_tolerance=ROUND_OFF, formulation=other)
-    check = solved(mechanism, setting, times, seconds, instead="auto")
+    check = _fine(mechanism, setting, times, seconds, tolerances)
     apart = SAFETY * np.linalg.norm(fine.solution.position - check.solution.position, axis=2) + check.moved
     return Reference(
         points=mechanism.points,
@@ -182,53 +173,40 @@ class _Fine:
     out_of_time: bool = False
 
 
-def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, instead: str = "") -> _Fine:
-    """Halve the fixed steps until that does not help. Where the formulation is refused, use `instead`."""
-    interval, started = float(times[1] - times[0]), process_time()
-    per_interval = max(1, -(-FEWEST_STEPS // (len(times) - 1)))
-    size = mechanism.system.length
-    first = solve(mechanism, replace(setting, step=interval / per_interval), times)
-    best = _Fine(first, np.full((len(times), 1), np.inf))
-    while True:
-        begun, per_interval = process_time(), 2 * per_interval
-        finer = solve(mechanism, replace(setting, step=interval / per_interval), times)
+def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, tolerances: Sequence[float]) -> _Fine:
+    """Solve with error control at falling `tolerances`, down to where round-off dominates. Without any, halve fixed
+    steps until that does not help. Where the formulation is refused, take `auto`."""
+    sizes, halving, started = _halved(times), not tolerances, process_time()
+    if tolerances:
+        sizes = ({"tolerance": tolerance} for tolerance in tolerances)
+    best: _Fine | None = None
+    for size in sizes:
+        begun, finer = process_time(), solve(mechanism, replace(setting, **size), times)
         if finer.failure and finer.failure.status == "refused":
-            if instead and instead != setting.formulation:
-                return _fine(mechanism, replace(setting, formulation=instead), times, seconds)
+            if setting.formulation != "auto":
+                return _fine(mechanism, replace(setting, formulation="auto"), times, seconds, tolerances)
             raise InputError(finer.failure.cause)
+        if best is None:
+            best = _Fine(finer, np.full((len(times), 1), np.inf))
+            continue
         moved = running_largest(np.linalg.norm(finer.position - best.solution.position, axis=2))
-        if not _falls(best.moved, moved):
+        if halving and not _falls(best.moved, moved):
             return _Fine(best.solution, moved)
-        best = _Fine(finer, moved)
-        taken = process_time()
-        if moved[-1].max() <= GOAL * size:
+        best, taken = _Fine(finer, moved), process_time()
+        if halving and moved[-1].max() <= GOAL * mechanism.system.length:
             return best
         if taken - started + 2.0 * (taken - begun) > seconds:
-            return replace(best, out_of_time=True)
-
-
-def _tight(
-    mechanism: Mechanism,
-    setting: Setting,
-    times: Array,
-    seconds: float,
-    instead: str = "",
-    tolerances: Sequence[float] = TOLERANCES,
-) -> _Fine:
-    """Solve with error control at falling tolerances, down to where round-off dominates. Where the formulation is
-    refused, use `instead`."""
-    started, first = process_time(), solve(mechanism, replace(setting, tolerance=tolerances[0]), times)
-    best = _Fine(first, np.full((len(times), 1), np.inf))
-    if best.solution.failure and best.solution.failure.status == "refused":
-        return _tight(mechanism, replace(setting, formulation=instead), times, seconds, tolerances=tolerances)
-    for tolerance in tolerances[1:]:
-        begun = process_time()
-        tighter = solve(mechanism, replace(setting, tolerance=tolerance), times)
-        moved = running_largest(np.linalg.norm(tighter.position - best.solution.position, axis=2))
-        best, taken = _Fine(tighter, moved), process_time()
-        if taken - started + 2.0 * (taken - begun) > seconds:
-            return replace(best, out_of_time=tolerance != tolerances[-1])
+            return replace(best, out_of_time=halving or finer.setting.tolerance != tolerances[-1])
+    assert best is not None  # there is at least one size
     return best
+
+
+def _halved(times: Array) -> Iterator[dict[str, Any]]:
+    """Yield fixed steps that meet the times, each half of the one before."""
+    parts = max(1, -(-FEWEST_STEPS // (len(times) - 1)))
+    while True:
+        yield {"step": float(times[1] - times[0]) / parts}
+        parts *= 2
 
 
 def _limit(solutions: Sequence[_Fine], seconds: float) -> str:
