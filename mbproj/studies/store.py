@@ -15,16 +15,16 @@ import os
 import sqlite3
 import stat
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, suppress
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from functools import cache
+from functools import cache, partial
 from math import prod
 from pathlib import Path
 from time import time
 from types import UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, Union, get_args, get_origin, get_type_hints
 from zlib import crc32
 
 import numpy as np
@@ -409,17 +409,17 @@ def decoded(data: bytes, kind: Any = Any, **sizes: int) -> Any:
     """The value of the type `kind`, with arrays of these sizes. Raises ValueError for bytes of anything else."""
     end = LENGTH + int.from_bytes(data[:LENGTH], "little")
     try:
-        return _read(json.loads(data[LENGTH:end]), kind, memoryview(data)[end:], dict(sizes))
-    except (AttributeError, KeyError, TypeError, RecursionError) as error:
+        return _reader(kind)(json.loads(data[LENGTH:end]), Beside(memoryview(data)[end:], sizes))
+    except WRONG as error:
         raise ValueError(f"it is not as mbproj writes it: {error!r}") from error
 
 
 def _as_json(value: Any, arrays: list[bytes]) -> Any:
     """The value as JSON; the numbers of its arrays are added to `arrays`."""
-    if isinstance(value, Enum | np.generic):
-        value = value.value if isinstance(value, Enum) else value.item()
-    if value is None or isinstance(value, bool | int | float | str):
+    if value is None or type(value) in (bool, int, float, str):
         return value
+    if isinstance(value, Enum | np.generic):
+        return _as_json(value.value if isinstance(value, Enum) else value.item(), arrays)
     if isinstance(value, np.ndarray):
         array = np.ascontiguousarray(value)
         if array.dtype.str not in NUMBERS:
@@ -438,40 +438,47 @@ def _as_json(value: Any, arrays: list[bytes]) -> Any:
     raise TypeError(f"a {type(value).__name__} is not kept")
 
 
-def _read(tree: Any, kind: Any, arrays: memoryview, sizes: dict[str, int]) -> Any:
-    """The value of the type `kind`. Raises ValueError, or one of the errors that `decoded` names."""
+class Beside(NamedTuple):
+    """The numbers of the arrays of a value, and the sizes of these arrays as far as they are known."""
+
+    arrays: memoryview
+    sizes: dict[str, int]
+
+
+#: A function that makes a value of JSON. It raises ValueError, or one of `WRONG`, for JSON of another type.
+Reader: TypeAlias = "Callable[[Any, Beside], Any]"
+WRONG = (AttributeError, KeyError, TypeError, RecursionError)
+
+
+@cache
+def _reader(kind: Any) -> Reader:
+    """The reader of values of a type."""
     origin, args = get_origin(kind) or kind, get_args(kind)
     if kind is Any:
-        return tree
+        return lambda tree, beside: tree
     if origin is Annotated:
-        array = _read(tree, args[0], arrays, sizes)
-        shape = [int(size) if size.isdigit() else sizes.setdefault(size, at) for size, at in _paired(args[1], array)]
-        return _fitting(array, list(array.shape) == shape)
-    if origin in (Union, UnionType):
-        for each in args:
-            with suppress(ValueError, AttributeError, KeyError, TypeError):
-                value = _read(tree, each, arrays, known := dict(sizes))
-                sizes.update(known)
-                return value
-        raise ValueError(f"it is no {kind}")
+        return partial(_shaped, _reader(args[0]), args[1].split())
     if origin is np.ndarray:
-        return _array(tree, np.dtype(get_args(args[1])[0]), arrays)
-    if origin in (tuple, list):
-        kinds = [args[0]] * len(tree) if origin is list or args[-1] is Ellipsis else args
-        return origin(_read(each, inner, arrays, sizes) for each, inner in zip(tree, kinds, strict=True))
+        return partial(_array, np.dtype(get_args(args[1])[0]))
+    if origin in (Union, UnionType):
+        return partial(_one_of, [_reader(each) for each in args])
+    if origin is list or (origin is tuple and args[-1] is Ellipsis):
+        every = _reader(args[0])
+        return lambda tree, beside: origin(every(each, beside) for each in _fitting(tree, type(tree) is list))
+    if origin is tuple:
+        readers = [_reader(each) for each in args]
+        return lambda tree, beside: tuple(read(each, beside) for read, each in zip(readers, tree, strict=True))
     if origin in (dict, Mapping):
-        return {key: _read(each, args[1], arrays, sizes) for key, each in tree.items()}
-    if is_dataclass(origin):
-        types = _fields(kind)
-        _fitting(tree, tree.keys() == types.keys())
-        return kind(**{key: _read(each, types[key], arrays, sizes) for key, each in tree.items()})
+        value = _reader(args[1])
+        return lambda tree, beside: {key: value(each, beside) for key, each in tree.items()}
+    if is_dataclass(kind):
+        return partial(
+            _record, kind, {name: _reader(of) for name, of in get_type_hints(kind, None, None, True).items()}
+        )
     if issubclass(kind, Enum):
-        return kind(tree)
-    return _fitting(tree, type(tree) is kind or (kind is float and type(tree) is int))
-
-
-def _paired(shape: str, array: Array) -> Iterator[tuple[str, int]]:
-    return zip(shape.split(), array.shape, strict=True)
+        return lambda tree, beside: kind(tree)
+    numbers = (int, float) if kind is float else (kind,)
+    return lambda tree, beside: _fitting(tree, type(tree) in numbers)
 
 
 def _fitting(value: Any, fits: bool) -> Any:
@@ -480,15 +487,33 @@ def _fitting(value: Any, fits: bool) -> Any:
     return value
 
 
-@cache
-def _fields(record: type) -> Mapping[str, Any]:
-    """The types of a record's fields."""
-    return get_type_hints(record, include_extras=True)
+def _shaped(reader: Reader, shape: Sequence[str], tree: Any, beside: Beside) -> Array:
+    """An array of a shape, whose letters all arrays of the value share."""
+    array: Array = reader(tree, beside)
+    pairs = zip(shape, array.shape, strict=True)
+    sizes = [int(size) if size.isdigit() else beside.sizes.setdefault(size, at) for size, at in pairs]
+    return array if list(array.shape) == sizes else _fitting(array, False)
 
 
-def _array(tree: Any, dtype: np.dtype[Any], arrays: memoryview) -> Array:
+def _array(dtype: np.dtype[Any], tree: Any, beside: Beside) -> Array:
     """A writable copy of an array in the bytes."""
     number, shape, start = tree
     if number != dtype.str or not all(type(size) is int and size >= 0 for size in (*shape, start)):
         raise ValueError("an array is not described as such")
-    return np.frombuffer(arrays, dtype, prod(shape), start).reshape(shape).copy()
+    return np.frombuffer(beside.arrays, dtype, prod(shape), start).reshape(shape).copy()
+
+
+def _one_of(readers: Sequence[Reader], tree: Any, beside: Beside) -> Any:
+    for reader in readers:
+        with suppress(ValueError, *WRONG):
+            tried = Beside(beside.arrays, dict(beside.sizes))
+            value = reader(tree, tried)
+            beside.sizes.update(tried.sizes)
+            return value
+    return _fitting(tree, False)
+
+
+def _record(kind: type, readers: Mapping[str, Reader], tree: Any, beside: Beside) -> Any:
+    if tree.keys() != readers.keys():
+        raise ValueError(f"a {kind.__name__} has other fields")
+    return kind(**{name: reader(tree[name], beside) for name, reader in readers.items()})
