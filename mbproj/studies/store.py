@@ -428,7 +428,7 @@ def _as_json(value: Any, arrays: list[bytes]) -> Any:
         arrays.append(array.tobytes())
         return [array.dtype.str, list(value.shape), start]
     if is_dataclass(value) and not isinstance(value, type):
-        return {each.name: _as_json(getattr(value, each.name), arrays) for each in fields(value)}
+        return [_as_json(getattr(value, each.name), arrays) for each in fields(value)]
     if isinstance(value, Mapping):
         if not all(isinstance(key, str) for key in value):
             raise TypeError("keys that are not text are not kept")
@@ -472,9 +472,8 @@ def _reader(kind: Any) -> Reader:
         value = _reader(args[1])
         return lambda tree, beside: {key: value(each, beside) for key, each in tree.items()}
     if is_dataclass(kind):
-        return partial(
-            _record, kind, {name: _reader(of) for name, of in get_type_hints(kind, None, None, True).items()}
-        )
+        types = get_type_hints(kind, include_extras=True)
+        return partial(_record, kind, [_reader(types[each.name]) for each in fields(kind)])
     if issubclass(kind, Enum):
         return lambda tree, beside: kind(tree)
     numbers = (int, float) if kind is float else (kind,)
@@ -513,7 +512,6 @@ def _one_of(readers: Sequence[Reader], tree: Any, beside: Beside) -> Any:
     return _fitting(tree, False)
 
 
-def _record(kind: type, readers: Mapping[str, Reader], tree: Any, beside: Beside) -> Any:
-    if tree.keys() != readers.keys():
-        raise ValueError(f"a {kind.__name__} has other fields")
-    return kind(**{name: reader(tree[name], beside) for name, reader in readers.items()})
+def _record(kind: Any, readers: Sequence[Reader], tree: Any, beside: Beside) -> Any:
+    """A record of its fields in their order."""
+    return kind(*(reader(each, beside) for reader, each in zip(readers, tree, strict=True)))
