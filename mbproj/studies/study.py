@@ -11,7 +11,8 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any
 
-from mbproj.studies.parallel.hand_out import Where, in_parallel
+from mbproj.studies.parallel import hand_out
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent, with_words
 from mbproj.studies.store import decoded, encoded, forget, key_of, read, write
 
@@ -75,7 +76,7 @@ class Study:
             self.tell(with_words(phase, min(ranked)[1]) if ranked else phase, done, len(items))
 
         say()
-        work = in_parallel(function, shared, [items[name] for name in missing], where or self.where)
+        work = hand_out.in_parallel(function, shared, [items[name] for name in missing], where or self.where)
         for number, result in work:
             self.add(missing[number], result)
             ranked += [] if best is None else [best(result)]

@@ -28,12 +28,13 @@ from mbproj.results.reader import open_results, opened_own
 from mbproj.scene.sampling import output_interval
 from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.scene.settings import placed_in, settings_to_run
-from mbproj.studies.record import Acting, Certificate, Earlier, record_run, start_of
+from mbproj.studies.record import Acting, Earlier, record_run, start_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from mbproj.motion.stepwise import Function
+    from mbproj.studies.certify import Certified
 
 
 _NOTHING: Mapping[str, object] = {}
@@ -107,7 +108,7 @@ def run_to_file(
     outside: Acting | None = None,
 ) -> Results:
     """Run a scene into the file `output`, or a temporary file that is removed with the results."""
-    certified: Certificate | None = None
+    certified: Certified | None = None
     if limits is not None:
         from mbproj.studies.certify import Certified
 
@@ -130,7 +131,7 @@ def run_to_file(
 def _recorded(
     scene: Scene,
     path: str | Path,
-    certified: Certificate | None,
+    certified: Certified | None,
     progress: Progress | None,
     earlier: Earlier | None,
     outside: Acting | None,

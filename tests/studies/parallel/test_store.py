@@ -25,7 +25,6 @@ from mbproj.base.errors import MbprojWarning, warn_once
 from mbproj.base.mechanisms_folder import mechanism as mechanism_file
 from mbproj.scene.scene import read_scene
 from mbproj.studies import store as database
-from mbproj.studies import store as value_cache
 from mbproj.studies.measure.reference import Reference, reference
 from mbproj.studies.measure.solve import Mechanism, sample_times
 from mbproj.studies.parallel.hand_out import in_parallel
@@ -143,7 +142,7 @@ def test_a_study_resumes_and_begins_fresh_where_that_is_asked_for():
 
 
 def test_what_other_code_has_kept_is_not_taken(tmp_path, monkeypatch):
-    value_cache._code.cache_clear()
+    database._code.cache_clear()
     Study({"span": 1}).add("a", 1)
     package = tmp_path / "mbproj"
     package.mkdir()
@@ -151,9 +150,9 @@ def test_what_other_code_has_kept_is_not_taken(tmp_path, monkeypatch):
     with monkeypatch.context() as patched:
         patched.setattr(mbproj, "__file__", str(package / "__init__.py"))
         assert "a" in Study({"span": 1}).results  # the code is read once in a process
-        value_cache._code.cache_clear()
+        database._code.cache_clear()
         assert "a" not in Study({"span": 1}).results
-    value_cache._code.cache_clear()
+    database._code.cache_clear()
     assert "a" in Study({"span": 1}).results
 
 
