@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from uuid import uuid4
@@ -37,8 +38,8 @@ from mbproj.studies.sweep.store import CaseRow, Status
 
 #: After this many blocks in a row without a case that runs in arrays, arrays are not tried any more.
 TRIALS = 3
-#: The number of sweeps of a process whose trials are counted.
-SWEEPS = 4
+#: The blocks in a row of each sweep of this process without a case that ran in arrays.
+in_vain: Counter[int] = Counter()
 
 
 @dataclass(frozen=True)
@@ -86,23 +87,12 @@ def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
 
 def run_cases(work: CaseWork, tasks: Sequence[CaseTask]) -> tuple[CaseRow, ...]:
     """The rows of several cases. They run by arrays where this is supported, with the bits of single runs."""
-    tried = _tried(work.scene.text, work.paths, work.measures)
+    sweep = hash((work.scene.text, work.paths, work.measures))
     rows: dict[int, CaseRow] = {}
-    if work.keep != "all" and len(tasks) >= FEWEST and tried.count < TRIALS:
+    if work.keep != "all" and len(tasks) >= FEWEST and in_vain[sweep] < TRIALS:
         rows = _by_arrays(work, tasks)
-        tried.count = 0 if rows else tried.count + 1
+        in_vain[sweep] = 0 if rows else in_vain[sweep] + 1
     return tuple(rows.get(at) or run_case(work, task) for at, task in enumerate(tasks))
-
-
-class _Tried:
-    """The number of blocks in a row without a case that ran in arrays."""
-
-    count = 0
-
-
-@lru_cache(SWEEPS)
-def _tried(text: str, paths: tuple[str, ...], measures: tuple[Expectation, ...]) -> _Tried:
-    return _Tried()
 
 
 def _by_arrays(work: CaseWork, tasks: Sequence[CaseTask]) -> dict[int, CaseRow]:
