@@ -111,22 +111,20 @@ def of_scene(scene: Scene, settings: Settings) -> Settings:
 # --- solve(): run a mechanism with a setting and return plain arrays --------------------------------------------------
 
 
-#: The datasets of markers and bodies, with the count of numbers for each marker or body.
-_PLACES = {
-    "markers/position": 3,
-    "markers/velocity": 3,
-    "bodies/position": 3,
-    "bodies/orientation": 4,
-    "bodies/velocity": 3,
+#: The datasets of a solution, with the shape of a marker's or a body's part, or of a number.
+_WIDTHS: Mapping[str, tuple[int, ...]] = {
+    "markers/position": (3,),
+    "markers/velocity": (3,),
+    "bodies/position": (3,),
+    "bodies/orientation": (4,),
+    "bodies/velocity": (3,),
+    "diagnostics/kinetic_energy": (),
+    "diagnostics/potential_energy": (),
+    "diagnostics/energy_balance": (),
+    "diagnostics/position_violation": (),
+    "diagnostics/velocity_violation": (),
+    "diagnostics/acceleration_violation": (),
 }
-_SERIES = (
-    "kinetic_energy",
-    "potential_energy",
-    "energy_balance",
-    "position_violation",
-    "velocity_violation",
-    "acceleration_violation",
-)
 
 
 @dataclass(frozen=True)
@@ -207,7 +205,9 @@ def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solut
     """Runs `mechanism` from its start with `setting` and returns its motion at `times`. These are evenly spaced from 0
     on, at whole multiples of a fixed step. A run that fails raises nothing: the solution has the failure."""
     ready = mechanism if isinstance(mechanism, Mechanism) else Mechanism.of(mechanism)
-    recorder, report, failure = _SolutionRecorder(ready, len(times)), None, None
+    names, report, failure = ready.system.names, None, None
+    counts = {"markers": (len(names.markers),), "bodies": (len(names.bodies),), "diagnostics": ()}
+    recorder = DatasetRecorder(_WIDTHS)
     try:
         settings = ready.settings(setting, float(times[-1]), float(times[1]))
         report = simulate(ready.system, ready.state, settings, recorder, choice=ready.choice(settings))
@@ -216,31 +216,13 @@ def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solut
         failure = Failure("failed", error.time, str(error))
     except InputError as error:
         failure = Failure("refused", 0.0, "; ".join(problem.message for problem in error.problems))
-    return Solution(setting=setting, times=times, report=report, failure=failure, **recorder.arrays)
-
-
-class _SolutionRecorder:
-    """A recorder of the datasets of a solution."""
-
-    def __init__(self, mechanism: Mechanism, samples: int) -> None:
-        counts = {"markers": len(mechanism.system.names.markers), "bodies": len(mechanism.system.names.bodies)}
-        places = {
-            path: np.full((samples, counts[path.partition("/")[0]], width), np.nan) for path, width in _PLACES.items()
-        }
-        self._by_path = places | {f"diagnostics/{name}": np.full(samples, np.nan) for name in _SERIES}
-        self._filled = 0
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        rows = slice(self._filled, self._filled + len(block["time"]))
-        for path, values in self._by_path.items():
-            values[rows] = block[path]
-        self._filled = rows.stop
-
-    @property
-    def arrays(self) -> dict[str, Array]:
-        """The arrays by their names in `Solution`."""
-        return {_name(path): values for path, values in self._by_path.items()}
+    arrays = {}
+    for path, width in _WIDTHS.items():
+        arrays[_name(path)] = np.full((len(times), *counts[path.partition("/")[0]], *width), np.nan)
+        if not recorder.is_empty:
+            rows = recorder[path]
+            arrays[_name(path)][: len(rows)] = rows
+    return Solution(setting=setting, times=times, report=report, failure=failure, **arrays)
 
 
 def _name(path: str) -> str:
