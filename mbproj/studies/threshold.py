@@ -106,7 +106,7 @@ def threshold_study(
     scene_setting = _every_step(Setting.of(scene.settings), scene)
     size = round(np.log10(mechanism.system.length))
     usual = [float(f"1e{size + exponent}") for exponent in EXPONENTS]
-    chosen = sorted(usual if thresholds is None else map(float, thresholds))
+    chosen = sorted(usual if thresholds is None else {*map(float, thresholds)})
     same = {name: getattr(scene_setting, name) for name in ("integrator", "step", "tolerance", "formulation")}
     without = replace(scene_setting.projected_by("none"), **same)
     settings = [scene_setting, *(replace(scene_setting, threshold=value) for value in chosen), without]

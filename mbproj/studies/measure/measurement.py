@@ -213,8 +213,8 @@ class SettingsStudy(Study):
 
     def of_settings(self, function: Callable[[Yardstick, Setting], Any], settings: Sequence[Setting]) -> list[Any]:
         """The results function(yardstick, setting), in the order of the settings."""
-        items = {setting.command_line(): setting for setting in settings}
-        return self.each(function, self.yardstick, items, "runs")
+        self.each(function, self.yardstick, {setting.command_line(): setting for setting in settings}, "runs")
+        return [self.results[setting.command_line()] for setting in settings]
 
     def measured(self, settings: Sequence[Setting]) -> list[Measurement]:
         """The measurements of the settings, in their order."""
