@@ -47,8 +47,7 @@ OURS, FORMAT = 0x6D627072, 2
 OURS_AT = slice(68, 72)
 SCHEMA = (
     "CREATE TABLE kept (study TEXT NOT NULL, item TEXT NOT NULL, used REAL NOT NULL, value BLOB NOT NULL, "
-    "PRIMARY KEY (study, item)) WITHOUT ROWID",  # a damaged index would hide a row that is whole
-    "CREATE INDEX kept_by_use ON kept (used)",
+    "PRIMARY KEY (study, item)) WITHOUT ROWID"  # a damaged index would hide a row that is whole
 )
 CHECKSUM, LENGTH = 4, 8
 #: Endings of the files that SQLite writes beside its own.
@@ -130,11 +129,11 @@ def _check(database: sqlite3.Connection) -> None:
     tables = {sql for (sql,) in database.execute("SELECT sql FROM sqlite_master WHERE sql IS NOT NULL")}
     owner, version = (database.execute(f"PRAGMA {name}").fetchone()[0] for name in ("application_id", "user_version"))
     if not tables and not owner and not version:
-        for statement in (*SCHEMA, f"PRAGMA application_id = {OURS}", f"PRAGMA user_version = {FORMAT}"):
+        for statement in (SCHEMA, f"PRAGMA application_id = {OURS}", f"PRAGMA user_version = {FORMAT}"):
             database.execute(statement)
     elif (owner, version) != (OURS, FORMAT):
         raise Foreign("it is that of another program, or version")
-    elif tables != {*SCHEMA}:
+    elif tables != {SCHEMA}:
         raise sqlite3.DatabaseError("its tables are damaged")
 
 
@@ -306,13 +305,15 @@ def _in_transaction(path: Path, work: Callable[[sqlite3.Connection], Result]) ->
 
 
 def _make_room(database: sqlite3.Connection, size: int) -> None:
-    """Drops the values used longest ago until `size` bytes fit: SQLite fills free pages before the file grows."""
+    """Drops a tenth of the values, those used longest ago, until `size` bytes fit: SQLite fills free pages before the
+    file grows."""
     page = database.execute("PRAGMA page_size").fetchone()[0]
-    oldest = "DELETE FROM kept WHERE (study, item) = (SELECT study, item FROM kept ORDER BY used LIMIT 1)"
+    last = "SELECT used FROM kept ORDER BY used LIMIT 1 OFFSET (SELECT count(*) / 10 FROM kept)"
     while True:
         pages, free = (database.execute(f"PRAGMA {name}").fetchone()[0] for name in ("page_count", "freelist_count"))
         needed = size + size // 50 + 16 * page  # with SQLite's overhead
-        if (pages - free) * page + needed <= BOUND or not database.execute(oldest).rowcount:
+        fits = (pages - free) * page + needed <= BOUND
+        if fits or not database.execute(f"DELETE FROM kept WHERE used <= ({last})").rowcount:
             return
 
 

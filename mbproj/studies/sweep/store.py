@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from enum import Enum
+from math import isnan
 from pathlib import Path
 
 from mbproj.base.dataclass import dataclass
@@ -105,7 +106,8 @@ class Store:
 
     def add(self, key: str, row: CaseRow) -> None:
         """Stores a row, in place of an earlier one of the same case."""
-        bare = replace(row, values=(), message=as_text(row.message), by_arrays=False)
+        time = None if row.time is None or isnan(row.time) else row.time
+        bare = replace(row, values=(), message=as_text(row.message), time=time, by_arrays=False)
         with self._at_work():
             put(self._database, CASES, key, encoded([bare, dict(zip(self._measures, row.values, strict=False))]))
 
