@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from enum import Enum
 from math import isnan
@@ -119,17 +119,24 @@ class Store:
         """All rows with all present measures, by their keys; or the row of one case."""
         with self._at_work():
             for found, data in rows(self._database, CASES, key):
-                row, values = decoded(data, STORED)
-                if row.status != Status.DONE:
+                row = self._row(data)
+                if row is not None:
                     yield found, row
-                elif values.keys() >= {*self._measures}:
-                    yield found, replace(row, values=tuple(values[name] for name in self._measures))
+
+    def _row(self, data: bytes) -> CaseRow | None:
+        with suppress(ValueError):  # written by a version with other fields
+            row, values = decoded(data, STORED)
+            if row.status != Status.DONE:
+                return row
+            if values.keys() >= {*self._measures}:
+                return replace(row, values=tuple(values[name] for name in self._measures))
+        return None
 
     @contextmanager
     def _at_work(self) -> Iterator[None]:
         try:
             yield
-        except (sqlite3.Error, ValueError) as error:
+        except sqlite3.Error as error:
             next_step = "make room, and start the sweep again" if "full" in str(error) else "start the sweep again"
             what = f"cannot go on with '{self.path}': {error}; {next_step}: what is whole in it is not computed again"
             raise StoreLost(what) from error
@@ -137,8 +144,11 @@ class Store:
 
 def about(database: sqlite3.Connection) -> dict[str, str]:
     """The facts about a sweep, by name."""
-    found = dict(rows(database, ABOUT))
-    return decoded(found[""], dict[str, str]) if found else {}
+    facts: dict[str, str] = {}
+    for _, data in rows(database, ABOUT):
+        with suppress(ValueError):
+            facts = decoded(data, dict[str, str])
+    return facts
 
 
 def check_no_links(path: Path) -> None:

@@ -12,7 +12,7 @@ import pytest
 from mbproj.base.errors import InputError, MbprojWarning
 from mbproj.results.analysis.expectations import measured
 from mbproj.results.reader import open_results
-from mbproj.studies.store import opened_alone
+from mbproj.studies.store import encoded, opened_alone, put
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
 from mbproj.studies.sweep.store import CaseRow, Status, Store
@@ -272,6 +272,19 @@ def test_a_damaged_row_is_computed_again_and_said(tmp_path):
     assert (reached.computed, reached.reused) == (1, 4)
     assert [entry.row.values for entry in entries] == [entry.row.values for entry in whole]
     assert (tmp_path / "out" / "store.aside").exists()
+
+
+def test_a_row_of_another_type_is_computed_anew(tmp_path):
+    path = write(tmp_path, "  length: 0.8:1.2:5\n")
+    _, whole = swept(path, tmp_path / "out")
+    with closing(opened_alone(tmp_path / "out" / "store.sqlite")) as database:
+        keys = [key for (key,) in database.execute("SELECT item FROM kept WHERE study = 'cases'")]
+        for key, strange in zip(keys, ([1, 2], {"status": "done"}, [None, {}], "text"), strict=False):
+            put(database, "cases", key, encoded(strange))
+        put(database, "about", "", encoded([3]))
+    reached, entries = swept(path, tmp_path / "out")
+    assert (reached.computed, reached.reused) == (4, 1)
+    assert [entry.row.values for entry in entries] == [entry.row.values for entry in whole]
 
 
 def test_the_store_of_another_version_is_left_alone(tmp_path):
