@@ -220,8 +220,8 @@ def _replace(path: Path, why: str, old: sqlite3.Connection | None = None) -> Non
         if old is not None:
             old.close()
         draft.unlink(missing_ok=True)
-    what = f"{count} of its values are whole, and all others are computed again"
-    warn_once(f"'{path}' is not as mbproj has written it ({why}): {what}; it is now '{aside.name}'")
+    whole = f"{count} of its values are whole, and all others are computed again; " if count else ""
+    warn_once(f"'{path}' is not as mbproj has written it ({why}): {whole}it is now '{aside.name}'")
 
 
 def _whole_rows(old: sqlite3.Connection) -> Iterator[tuple[str, str, bytes]]:
