@@ -31,7 +31,7 @@ from mbproj.studies.parallel.hand_out import processors
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case, run_cases, run_sweep
 from mbproj.studies.sweep.spec import read_spec
-from mbproj.studies.sweep.store import CaseRow, Keys, Status
+from mbproj.studies.sweep.store import CaseRow, Status
 from mbproj.studies.sweep.summary import write_summary
 
 ROOT = Path(__file__).parents[1]
@@ -61,7 +61,7 @@ def spec_of(folder: Path, cases: int, first: float, last: float, simulation: str
 def cases_of(path: Path) -> Callable[[int], float]:
     """Runs the case of a number as a worker does; the tip's height at the end."""
     spec = read_spec(path)
-    work = CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+    work = CaseWork(spec.scene, spec.design.paths, spec.measures, None, "none", None)
 
     def run(number: int) -> float:
         return run_case(work, CaseTask(str(number), spec.design.case(number))).values[0]
@@ -111,13 +111,11 @@ def growth(cases: int) -> None:
     with tempfile.TemporaryDirectory() as temporary:
         spec = read_spec(spec_of(Path(temporary), cases // 100, 0.8, 1.2, "  bodies.bar3.mass: 1:2:100\n"))
         folder = Folder(Path(temporary) / "out", spec, fresh=False)
-        keys = Keys(spec.scene.text, spec.design.paths)
 
         def keep() -> None:
             for number in range(spec.design.count):
-                values = spec.design.case(number)
                 row = CaseRow(Status.DONE, (float(number),), formulation="planar", seconds=0.02)
-                folder.store.add(keys.of(values), dict(zip(spec.design.paths, values, strict=True)), row)
+                folder.store.add(spec.key_of(spec.design.case(number)), row)
 
         parts: dict[str, Callable[[], object]] = {
             "keep": keep,
@@ -190,7 +188,7 @@ def by_arrays(cases: int) -> None:
                 encoding="utf-8",
             )
             spec = read_spec(path)
-        work = CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+        work = CaseWork(spec.scene, spec.design.paths, spec.measures, None, "none", None)
         tasks = [CaseTask(str(number), spec.design.case(number)) for number in range(spec.design.count)]
         run_cases(work, tasks[:FEWEST])
         spent, arrays = np.zeros(2), 0

@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from mbproj.motion.simulate import Progress
     from mbproj.motion.stepwise import Function, Stepwise
     from mbproj.scene.scene import Scene
-    from mbproj.studies.record import Acting, Certificate, Earlier
+    from mbproj.studies.certify import Certified
+    from mbproj.studies.record import Acting, Earlier
 
 EXAMPLES = (
     ("Simulate with the settings of the scene, and write results.h5.", "mbproj run five_bar.yaml"),
@@ -194,7 +195,7 @@ def run_to_file(
     outside: Acting | None = None,
 ) -> Results:
     """Run a scene into the file `output`, or a temporary file that is removed with the results."""
-    certified: Certificate | None = None
+    certified: Certified | None = None
     if limits is not None:
         from mbproj.studies.certify import Certified
 
@@ -217,7 +218,7 @@ def run_to_file(
 def _recorded(
     scene: Scene,
     path: str | Path,
-    certified: Certificate | None,
+    certified: Certified | None,
     progress: Progress | None,
     earlier: Earlier | None,
     outside: Acting | None,

@@ -168,8 +168,13 @@ class SceneText:
             problem = Problem(wrong, root.place, "it begins with 'mbproj: 1'")
             raise InputError(in_text_order([*self._problems, problem]))
         self.root, self.text, self.path = root, text, path
+        self._name = name
         self._is_read = False
         self._cache: ReadingCache | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Other processes parse the text once more."""
+        return SceneText, (self.text, self._name, self.path)
 
     @property
     def whole(self) -> str:

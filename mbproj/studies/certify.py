@@ -29,14 +29,13 @@ from mbproj.equations.recorded import Block
 from mbproj.model.system import System
 from mbproj.motion.failures import branch_untold
 from mbproj.motion.report import Report, sharing_stops
-from mbproj.motion.simulate import EventRecorder, Keep, Progress, simulate
-from mbproj.motion.time_events import Event
+from mbproj.motion.simulate import Keep, Progress, simulate
 from mbproj.results.analysis.trust import Growth, growth, horizons, settled
 from mbproj.results.trust import Poses, Trust
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.reference import TIGHTEST, largest_distance, not_smooth, round_off_bound, uneven
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import OFF_AXIS, Mechanism, Solution, solve, unseen
+from mbproj.studies.measure.solve import OFF_AXIS, DatasetRecorder, Mechanism, Solution, solve, unseen
 from mbproj.studies.parallel.progress import Tell, silent
 
 if TYPE_CHECKING:
@@ -77,22 +76,21 @@ def certify(
     """Judges a run with `settings` by a better solution. The run's points (see `Mechanism`) were at `position` (T, k,
     3), m, at the sample times (T,), s. `limits` are in m. `sharing` names the stops on whose shares of a load the
     motion depends."""
-    tested = tuple(limits)
+    run = _Run(mechanism, times, position, tuple(limits))
     if len(times) < 2:
-        return _trust(mechanism, times, position, None, np.zeros(position.shape[:2]), tested, "nothing was run")
+        return run.trust(None, np.zeros(position.shape[:2]), "nothing was run")
     better, before = None, None
     rungs = list(ladder(settings))
     for number, tolerance in enumerate(rungs):
         tell("certifying", number, len(rungs))
-        before, better = better, solve(mechanism, _better_setting(tolerance), times)
+        before, better = better, solve(mechanism, Setting(integrator="dop853", tolerance=tolerance), times)
         if why := unseen(mechanism, better):
-            why = f"no figure: {why}; {OFF_AXIS}"
-            return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), tested, why)
+            return run.unknown(f"{why}; {OFF_AXIS}")
         if before is not None:
             uncertainty = largest_distance([before], better)
-            trust = _trust(mechanism, times, position, better, uncertainty, tested, "")
+            trust = run.trust(better, uncertainty)
             if settled(trust.horizon_low, trust.horizon_high, times).all():
-                return _with_contacts(mechanism, times, position, better, uncertainty, tested, "", sharing)
+                return run.with_contacts(better, uncertainty, "", sharing)
     assert better is not None  # there is at least one tolerance
     blame: tuple[str, ...] = ()
     uncertainty, rough = round_off_bound(mechanism, better, tell), uneven(mechanism, float(times[-1]))
@@ -100,34 +98,47 @@ def certify(
         left = (1.0 if rough else LEFT) * largest_distance([before], better)
         blame = rough if left[-1].max() > uncertainty[-1].max() else ()
         uncertainty = np.maximum(uncertainty, left)
-    return _with_contacts(mechanism, times, position, better, uncertainty, tested, _remark(better, blame), sharing)
+    return run.with_contacts(better, uncertainty, _remark(better, blame), sharing)
 
 
-def _with_contacts(
-    mechanism: Mechanism,
-    times: Array,
-    position: Array,
-    better: Solution,
-    uncertainty: Array,
-    limits: Sequence[float],
-    remark: str,
-    sharing: Sequence[str],
-) -> Trust:
-    """Return the certificate with the error that contacts leave in the better solution too."""
-    slack = slack_bound(mechanism, better)
-    if slack[-1].max(initial=0.0) > uncertainty[-1].max(initial=0.0):
-        remark = f"times are ranges where they depend on the slack with which contacts are decided, {slack.max():.1g} m"
-    uncertainty = uncertainty + slack
-    if sharing:
-        shares = share_bound(mechanism, better, sharing)
-        stops = ", ".join(f"stop '{name}'" for name in sharing)
-        if shares is None:
-            why = f"no figure: the motion depends on how these share their load, {stops}"
-            return _trust(mechanism, times, position, None, np.full(position.shape[:2], np.inf), limits, why)
-        uncertainty = uncertainty + shares
-        largest = f"by {shares.max():.1g} m where the floor is lower under one of them"
-        remark = f"the motion depends on how these share their load, {stops}: {largest}"
-    return _trust(mechanism, times, position, better, uncertainty, limits, remark)
+@dataclass(frozen=True, eq=False)
+class _Run:
+    """A run that is judged, see `certify`."""
+
+    mechanism: Mechanism
+    times: Array
+    position: Array
+    limits: tuple[float, ...]
+
+    def with_contacts(self, better: Solution, uncertainty: Array, remark: str, sharing: Sequence[str]) -> Trust:
+        """The certificate with the error that contacts leave in the better solution too."""
+        slack = slack_bound(self.mechanism, better)
+        if slack[-1].max(initial=0.0) > uncertainty[-1].max(initial=0.0):
+            largest = f"{slack.max():.1g} m"
+            remark = f"times are ranges where they depend on the slack with which contacts are decided, {largest}"
+        uncertainty = uncertainty + slack
+        if sharing:
+            shares = share_bound(self.mechanism, better, sharing)
+            stops = ", ".join(f"stop '{name}'" for name in sharing)
+            remark = f"the motion depends on how these share their load, {stops}"
+            if shares is None:
+                return self.unknown(remark)
+            uncertainty = uncertainty + shares
+            remark += f": by {shares.max():.1g} m where the floor is lower under one of them"
+        return self.trust(better, uncertainty, remark)
+
+    def unknown(self, why: str) -> Trust:
+        """The certificate of a run of whose error nothing is known."""
+        return self.trust(None, np.full(self.position.shape[:2], np.inf), f"no figure: {why}")
+
+    def trust(self, better: Solution | None, uncertainty: Array, remark: str = "") -> Trust:
+        """The certificate by a better solution, which is uncertain by (T, k), m."""
+        error = np.linalg.norm(self.position - (self.position if better is None else better.position), axis=-1)
+        extent = np.ptp(self.position, axis=0).max(axis=-1)
+        fits = [_growth(self.times, error[:, k], uncertainty[:, k], float(extent[k])) for k in range(len(extent))]
+        solution = "" if better is None else better.setting.label
+        trust = trust_of(self.mechanism.points, self.times, error, uncertainty, self.limits, fits, solution, remark)
+        return replace(trust, better=None if better is None else Poses(better.body_position, better.body_orientation))
 
 
 def ladder(settings: Settings) -> Iterator[float]:
@@ -138,27 +149,6 @@ def ladder(settings: Settings) -> Iterator[float]:
         yield float(f"{tolerance:.2g}")
         tolerance *= FACTOR
     yield TIGHTEST
-
-
-def _better_setting(tolerance: float) -> Setting:
-    return Setting(integrator="dop853", tolerance=tolerance)
-
-
-def _trust(
-    mechanism: Mechanism,
-    times: Array,
-    position: Array,
-    better: Solution | None,
-    uncertainty: Array,
-    limits: Sequence[float],
-    remark: str,
-) -> Trust:
-    error = np.linalg.norm(position - (position if better is None else better.position), axis=-1)
-    extent = np.ptp(position, axis=0).max(axis=-1)
-    fits = [_growth(times, error[:, k], uncertainty[:, k], float(extent[k])) for k in range(len(extent))]
-    solution = "" if better is None else better.setting.label
-    trust = trust_of(mechanism.points, times, error, uncertainty, limits, fits, solution, remark)
-    return replace(trust, better=None if better is None else Poses(better.body_position, better.body_orientation))
 
 
 def trust_of(
@@ -339,14 +329,16 @@ def _certified(
     tell: Tell = silent,
     keep: Keep | None = None,
 ) -> tuple[Report, Trust]:
-    paths = _PointRecorder(mechanism, recorder)
+    places = f"{mechanism.kind}/position"
+    paths = DatasetRecorder(("time", places), recorder)
     choice = mechanism.choice(settings)
 
     def judge() -> Trust:
-        if choice.kinematic and len(paths.arrays[0]) > 1:
-            trust = certify_kinematic(mechanism, *paths.arrays, limits, tell)
+        arrays = paths["time"], paths[places]
+        if choice.kinematic and len(arrays[0]) > 1:
+            trust = certify_kinematic(mechanism, *arrays, limits, tell)
         else:
-            trust = certify(mechanism, settings, *paths.arrays, limits, tell, sharing_stops(paths.met))
+            trust = certify(mechanism, settings, *arrays, limits, tell, sharing_stops(paths.met))
         if recorder is not None:
             recorder.trust(trust)
         return trust
@@ -357,34 +349,6 @@ def _certified(
         judge()
         raise
     return report, judge()
-
-
-class _PointRecorder:
-    """A recorder of the points' positions, which passes everything on to another recorder."""
-
-    def __init__(self, mechanism: Mechanism, recorder: CertificateRecorder | None) -> None:
-        self._dataset, self._recorder = f"{mechanism.kind}/position", recorder
-        self._times: list[Array] = []
-        self._positions: list[Array] = []
-        self.met: Sequence[Event] = ()
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        self._times.append(block["time"])
-        self._positions.append(block[self._dataset])
-        if self._recorder is not None:
-            self._recorder.write(block)
-
-    def events(self, events: Sequence[Event]) -> None:
-        """Record the events of the run."""
-        self.met = events
-        if isinstance(self._recorder, EventRecorder):
-            self._recorder.events(events)
-
-    @property
-    def arrays(self) -> tuple[Array, Array]:
-        """The times (T,) and the positions (T, k, 3)."""
-        return np.concatenate(self._times), np.concatenate(self._positions)
 
 
 #: The most samples at which σ is computed.

@@ -10,14 +10,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbproj.base.arrays import Array, Integers
+from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError
 from mbproj.base.registry import AUTOMATIC, PROJECTIONS, integrator_choices, is_embedded
 from mbproj.base.settings import Settings
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.energy import total_energy
-from mbproj.equations.recorded import Block
 from mbproj.motion.formulations.choice import Choice, choose
 from mbproj.motion.formulations.full import FullFormulation
 from mbproj.motion.marks import START, Mark
@@ -29,13 +28,20 @@ from mbproj.results.report_schema.studies import COMPARED, ENERGY_ROW
 from mbproj.results.views import Table, Tabled
 from mbproj.scene.sampling import whole_steps
 from mbproj.scene.scene import Scene
-from mbproj.studies.measure.measurement import REPETITIONS, Measurement, Timing, kept_timings, measured, timing_columns
+from mbproj.studies.measure.measurement import (
+    REPETITIONS,
+    Measurement,
+    SettingsStudy,
+    Timing,
+    Yardstick,
+    measured,
+    timing_columns,
+)
 from mbproj.studies.measure.reference import Reference, common_times, error, reference, span
 from mbproj.studies.measure.setting import Setting, only_full
-from mbproj.studies.measure.solve import SOLUTION_RECORDS, Mechanism, Solution, solve
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.measure.solve import DatasetRecorder, Mechanism, Series, Solution, solve
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import ValueCache
 
 # --- Energy drift -----------------------------------------------------------------------------------------------------
 # The energy drift of a run, split into the part of the integrator and the work of the projection.
@@ -54,9 +60,9 @@ class EnergySplit:
     """The part of the integrator and the work of the projections in the energy drift, each cumulated up to `times`
     (T,), (T,) in J. Their sum is the drift."""
 
-    times: Array
-    integrator: Array
-    projection: Array
+    times: Series
+    integrator: Series
+    projection: Series
 
 
 class _StepEnd(NamedTuple):
@@ -134,19 +140,6 @@ def _one_step(
     return _StepEnd(samples.state(0), work - before, (run.here(), work))
 
 
-class _StepSizes:
-    """A recorder of the number and the size of the step that each sample lies in."""
-
-    def __init__(self) -> None:
-        self.number: list[Integers] = []
-        self.size: list[Array] = []
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        self.number.append(block["diagnostics/steps"])
-        self.size.append(block["diagnostics/step_size"])
-
-
 def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
     """The start time and the times at which the steps of a run end, (N + 1,) in s."""
     if setting.step is not None:
@@ -154,9 +147,9 @@ def _step_ends(mechanism: Mechanism, setting: Setting, until: float) -> Array:
         return np.append(setting.step * np.arange(count), until)
     samples = SAMPLES
     while samples <= MOST_SAMPLES:
-        recorder = _StepSizes()
+        recorder = DatasetRecorder(("diagnostics/steps", "diagnostics/step_size"))
         simulate(mechanism.system, mechanism.state, mechanism.settings(setting, until, until / samples), recorder)
-        number, size = np.concatenate(recorder.number)[1:], np.concatenate(recorder.size)[1:]
+        number, size = recorder["diagnostics/steps"][1:], recorder["diagnostics/step_size"][1:]
         steps, first = np.unique(number, return_index=True)
         if len(steps) == steps[-1]:  # every step has a sample
             return np.append(np.concatenate([[0.0], np.cumsum(size[first][:-1])]), until)
@@ -272,16 +265,13 @@ def compare(
     settings = _with_each(settings, "gains", gains)
     mechanism = Mechanism.to_choose_for(scene)
     times = common_times(span(scene, until), {each.step for each in settings if each.step is not None})
-    tell("reference", 0, 1)
-    truth = reference(mechanism, times, {each.integrator for each in settings})
-    cache = ValueCache(["compare", mechanism.identity, times.tolist()], fresh, (EnergySplit, Timing, *SOLUTION_RECORDS))
-    items = {setting.command_line(): setting for setting in settings}
-    solved = resumable(_solved, (scene, times), items, cache, processes, "runs", tell)
-    runs = [solved[setting.command_line()] for setting in settings]
+    truth = reference(mechanism, times, {each.integrator for each in settings}, tell=tell)
+    kind = tuple[Solution, EnergySplit | None]
+    study = SettingsStudy("compare", mechanism, truth, processes, fresh, tell, kind)
+    runs = study.of_settings(_solved, settings)
     taken = {solution.report.formulation for solution, _ in runs if solution.report is not None}
     alive = [solution.setting for solution, _ in runs if solution.report is not None and len(taken) == 1]
-    taken_times = kept_timings(cache, mechanism, alive, float(times[-1]), repetitions, tell)
-    timings = dict(zip(alive, taken_times, strict=True))
+    timings = study.timed(alive, repetitions)
     entries = tuple(
         SettingResult(label, measured(one, truth), one, error(one, truth), split, timings.get(one.setting))
         for label, (one, split) in zip(labels_of(settings), runs, strict=True)
@@ -289,11 +279,11 @@ def compare(
     return Comparison(entries, truth, len(taken) <= 1, (*notes, *_notes(entries, truth, taken)))
 
 
-def _solved(shared: tuple[Scene, Array], setting: Setting) -> tuple[Solution, EnergySplit | None]:
+def _solved(yardstick: Yardstick, setting: Setting) -> tuple[Solution, EnergySplit | None]:
     """Solve with a setting and split the energy drift. There is no split for `auto`, whose steps use several methods,
     and with contacts. This runs in a worker process."""
-    mechanism, times = Mechanism.to_choose_for(shared[0]), shared[1]
-    solution = solve(mechanism, setting, times)
+    mechanism = yardstick.mechanism
+    solution = solve(mechanism, setting, yardstick.reference.times)
     try:
         # energy lost in impacts and friction belongs neither to the integrator nor to the projection
         changes = mechanism.system.has_contacts

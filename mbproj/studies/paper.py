@@ -13,13 +13,10 @@ from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import SimulationError
 from mbproj.base.mechanisms_folder import mechanism
-from mbproj.equations.assembly.assemble import assemble
-from mbproj.equations.assembly.compiled import compile_system
-from mbproj.equations.recorded import Block
-from mbproj.model.compile.mechanism import initial_guess
 from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene
 from mbproj.scene.settings import settings_to_run
+from mbproj.studies.measure.solve import DatasetRecorder, Mechanism
 
 #: The methods of Figs. 4-5 and 9-10, by their names in the paper's legends.
 METHODS: Mapping[str, str] = {
@@ -32,6 +29,8 @@ METHODS: Mapping[str, str] = {
 #: An error of the marker, in m, that counts as "not converged": a thousandth of a bar of the pendulum.
 LIMIT = 1e-3
 
+OF_MARKERS = ("markers/position", "markers/velocity")
+VIOLATIONS = ("diagnostics/position_violation", "diagnostics/velocity_violation")
 _PAPER = {"step": "0.01", "integrator": "rk4", "acceleration": "bordered", "formulation": "full"}
 _EXACT = {"tolerance": "1e-11", "integrator": "dop853", "output_step": "0.01", "projection": "gpopm"}
 
@@ -63,32 +62,6 @@ class Example:
     histories: Mapping[str, History]
     error: Array
     unconverged_from: float | None
-
-
-class _HistoryRecorder:
-    """A recorder of the first marker and of the violations."""
-
-    def __init__(self) -> None:
-        self.blocks: list[Block] = []
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        self.blocks.append(block)
-
-    def history(self, failure: str | None) -> History:
-        """Join the recorded blocks to a history. `failure` is the reason why the run stopped early."""
-
-        def all_of(path: str) -> Array:
-            return np.concatenate([block[path] for block in self.blocks])
-
-        return History(
-            time=all_of("time"),
-            position=all_of("markers/position")[:, 0],
-            velocity=all_of("markers/velocity")[:, 0],
-            position_violation=all_of("diagnostics/position_violation"),
-            velocity_violation=all_of("diagnostics/velocity_violation"),
-            failure=failure,
-        )
 
 
 def run_example(name: str, duration: float, tell: Callable[[str], None] = lambda message: None) -> Example:
@@ -125,9 +98,11 @@ def marker_error(history: History, exact: History) -> Array:
 
 def _run(name: str, duration: float, simulation: Mapping[str, str]) -> History:
     scene = read_scene(mechanism(name), {}, {"duration": repr(duration), **simulation})
-    system, recorder, failure = compile_system(scene), _HistoryRecorder(), None
+    ready, recorder, failure = Mechanism.of(scene), DatasetRecorder(("time", *OF_MARKERS, *VIOLATIONS)), None
     try:
-        simulate(system, assemble(system, initial_guess(scene, system)), settings_to_run(scene), recorder)
+        simulate(ready.system, ready.state, settings_to_run(scene), recorder)
     except SimulationError as error:
         failure = str(error)
-    return recorder.history(failure)
+    position, velocity = (recorder[path][:, 0] for path in OF_MARKERS)
+    of_position, of_velocity = (recorder[path] for path in VIOLATIONS)
+    return History(recorder["time"], position, velocity, of_position, of_velocity, failure)

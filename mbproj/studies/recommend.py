@@ -35,13 +35,13 @@ from mbproj.results.views import Table, Tabled
 from mbproj.scene.changes import Changes, with_simulation
 from mbproj.scene.scene import Scene, read_scene_text
 from mbproj.scene.text.document import read_text
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, Measurement, measured, time_settings
+from mbproj.studies.measure.measurement import Measurement, measured, time_settings
 from mbproj.studies.measure.reference import Reference, error, reference, sampled, why_not
 from mbproj.studies.measure.setting import Setting, as_text
 from mbproj.studies.measure.solve import Mechanism, solve
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 
 # --- The search in a family of settings for the cheapest one that keeps the error below a goal ------------------------
 # A family is an integrator with fixed steps or error control, whose fineness is one whole number.
@@ -127,13 +127,13 @@ def with_closed_joints(setting: Setting) -> Setting:
 @dataclass(eq=False)
 class Bench:
     """A mechanism and its reference. `goal` is the largest error (m) allowed at the points with the numbers `columns`.
-    `cache` stores all measurements. With `by_energy`, a run whose energy `mbproj run` would warn of misses the goal."""
+    `study` stores all measurements. With `by_energy`, a run whose energy `mbproj run` would warn of misses the goal."""
 
     mechanism: Mechanism
     reference: Reference
     goal: float
     columns: tuple[int, ...]
-    cache: ValueCache = field(default_factory=ValueCache)
+    study: Study = field(default_factory=Study)
     by_energy: bool = True
 
     def missed(self, tried: Measurement) -> float:
@@ -170,16 +170,14 @@ class Bench:
 
     def measure(self, setting: Setting) -> Measurement:
         """Measure a setting at these points, unless its measurement is stored."""
-        key = f"{setting.command_line()}{self._end}"
-        if key not in self.cache:
-            self.cache.add(key, self.fresh(setting, self.mechanism))
-        measurement: Measurement = self.cache[key]
+        name = f"{setting.command_line()}{self._end}"
+        measurement: Measurement = self.study.one(name, lambda: self.fresh(setting, self.mechanism))
         return measurement
 
     @property
     def measurements(self) -> list[Measurement]:
         """All measurements up to the end of the runs."""
-        return [each for key, each in self.cache.items() if key.endswith(self._end)]
+        return [each for name, each in self.study.results.items() if name.endswith(self._end)]
 
     def fresh(self, setting: Setting, mechanism: Mechanism) -> Measurement:
         """Measure a setting at these points with `mechanism`, of the same scene, whether or not a measurement is
@@ -381,14 +379,14 @@ def recommend(
     mechanism = Mechanism.to_choose_for(scene)
     columns = mechanism.columns(at)
     times = sampled(scene, until)
-    tell("reference", 0, 1)
-    truth = reference(mechanism, times)
-    cache = ValueCache(["recommend", mechanism.identity, times.tolist(), error, columns], fresh, MEASUREMENT_RECORDS)
-    bench = Bench(mechanism, truth, error, columns, cache)
+    truth = reference(mechanism, times, tell=tell)
+    what = {**mechanism.identity, "study": "recommend", "times": times.tolist(), "error": error, "columns": columns}
+    kind = Measurement | tuple[list[Measurement], list[Measurement]]
+    bench = Bench(mechanism, truth, error, columns, Study(what, kind, processes, fresh, tell))
     base = with_closed_joints(Setting.of(scene.settings))
     scene_setting = Setting.of(scene.settings) if scene.settings.step or scene.settings.tolerance else None
     first, bench = _cheapest_of_first_family(bench, base, tell)
-    contenders, tried = _contenders(bench, base, first, processes, tell)
+    contenders, tried = _contenders(bench, base, first)
     usual = [] if scene_setting is None else [bench.measure(scene_setting)]
     if timed:
         contenders, usual = _timed(bench, contenders, usual, tell)
@@ -442,19 +440,17 @@ def _start_fineness(bench: Bench, family: Family) -> int:
     return family.at_error(1, tolerance / family.tolerance(1))
 
 
-def _contenders(
-    bench: Bench, base: Setting, first: Measurement, processes: Where, tell: Tell
-) -> tuple[list[Measurement], list[Measurement]]:
+def _contenders(bench: Bench, base: Setting, first: Measurement) -> tuple[list[Measurement], list[Measurement]]:
     """The cheapest setting of each family, where its cost is near the least of all, fewest evaluations first; then all
     that was measured of the families after the first. Each of them is searched on its own, up to the first one's cost.
     """
     budget, end = CONTENDERS * first.evaluations, f"--duration {bench.until!r} up to {first.evaluations}"
     others = list(families(base, _interval(bench), stiff=_limited_by_stability(bench, first)))[1:]
     items = {f"{each.setting(1).command_line()} {end}, {bench.by_energy}": each for each in others}
-    shared = replace(bench, cache=ValueCache()), budget
+    shared = replace(bench, study=Study()), budget
     is_long = sum(each.seconds for each in bench.measurements) > LONG
-    where = 1 if processes is None and not is_long else processes
-    searched = resumable(_searched, shared, items, bench.cache, where, "integrators", tell).values()
+    where = 1 if bench.study.where is None and not is_long else bench.study.where
+    searched = bench.study.each(_searched, shared, items, "integrators", where=where)
     contenders, tried = ([each for pair in searched for each in pair[part]] for part in (0, 1))
     contenders = [first, *contenders]
     contenders += _with_energy_row(bench, base, min(contenders, key=lambda one: one.evaluations))
@@ -464,7 +460,7 @@ def _contenders(
 
 def _searched(shared: tuple[Bench, float], family: Family) -> tuple[list[Measurement], list[Measurement]]:
     """The cheapest setting of a family within a budget of evaluations, if there is one, and all that was measured."""
-    bench, budget, intervals = replace(shared[0], cache=ValueCache()), shared[1], len(shared[0].reference.times) - 1
+    bench, budget, intervals = replace(shared[0], study=Study()), shared[1], len(shared[0].reference.times) - 1
     start = _start_fineness(bench, family) if family.by_error else int(budget / family.fixed_cost(1, intervals))
     best = cheapest(bench, family, start, budget)
     return [] if best is None else [best], bench.measurements

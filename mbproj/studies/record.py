@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from time import perf_counter
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.system import System
 from mbproj.motion.interruption import interruption
 from mbproj.motion.report import Report, summary
-from mbproj.motion.simulate import Keep, Progress, simulate
+from mbproj.motion.simulate import Progress, simulate
 from mbproj.results.notes import KEY, Note, as_attribute
 from mbproj.results.writer import ResultsWriter
 from mbproj.scene.blocks.oversights import notes_on as notes_on_scene
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from mbproj.results.crash_safety import Checkpoint
     from mbproj.results.record import Results
     from mbproj.results.trust import Trust
+    from mbproj.studies.certify import Certified
 
 #: A Python function that acts on a run, and its period in s.
 Acting = tuple["Function", "float | None"]
@@ -52,26 +53,6 @@ class Earlier(NamedTuple):
 
     checkpoint: Checkpoint
     results: Results | None
-
-
-class Certificate(Protocol):
-    """How far a run can be trusted, see `mbproj.studies.certify.Certified`."""
-
-    @property
-    def limits(self) -> Sequence[float]:
-        """The errors (m) whose times are found."""
-
-    def simulate(
-        self,
-        scene: Scene,
-        system: System,
-        state: State,
-        settings: Settings,
-        recorder: ResultsWriter,
-        progress: Progress | None,
-        keep: Keep,
-    ) -> tuple[Report, Trust]:
-        """Run the scene into the recorder, and judge the run."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +91,7 @@ def record_run(
     scene: Scene,
     output: Path | str,
     *,
-    certified: Certificate | None = None,
+    certified: Certified | None = None,
     earlier: Earlier | None = None,
     outside: Acting | None = None,
     progress: Progress | None = None,
@@ -199,7 +180,7 @@ def _simulate(
     state: State,
     settings: Settings,
     recorder: ResultsWriter,
-    certified: Certificate | None,
+    certified: Certified | None,
     earlier: Earlier | None,
     outside: Acting | None,
     progress: Progress | None,

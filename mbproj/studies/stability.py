@@ -23,7 +23,6 @@ from mbproj.base.registry import PROJECTIONS, WHERE_STIFF, integrators, with_fix
 from mbproj.base.settings import SETTINGS, Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.constraints import constraint_at
-from mbproj.equations.recorded import Block
 from mbproj.linear.equilibrium.find import equilibrium
 from mbproj.linear.instants import round_of
 from mbproj.linear.modes import modes
@@ -42,10 +41,10 @@ from mbproj.studies.case_arrays import OneCaseOnly, case_of
 from mbproj.studies.case_blocks import CaseBlock, as_one, by_arrays
 from mbproj.studies.measure.reference import span as until_of
 from mbproj.studies.measure.setting import Setting
-from mbproj.studies.measure.solve import Mechanism, of_scene, sample_times, solve
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.measure.solve import DatasetRecorder, Mechanism, of_scene, sample_times, solve
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 from mbproj.studies.variants import (
     rescaled,
     with_damping,
@@ -129,11 +128,9 @@ def cause_of(error: MbprojError) -> str:
 
 
 def judged(subject: Subject, value: float) -> StabilityPoint:
-    """Run the subject and judge it. An error becomes the cause of a failed point."""
-    try:
-        mechanism = Mechanism.of(subject.scene)
-    except MbprojError as error:
-        return StabilityPoint(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
+    """Run the subject and judge it. An error of the run becomes the cause of a failed point. Raises InputError where
+    there is nothing to run."""
+    mechanism = Mechanism.of(subject.scene)
     watch, report, stopped = _Watch(mechanism.system), None, None
     try:
         with np.errstate(all="ignore"):  # a run that overflows reports its failure itself
@@ -191,28 +188,21 @@ def settings_of(subject: Subject) -> Settings:
     return replace(of_scene(subject.scene, subject.setting.settings(subject.until, step)), output_step=steps * step)
 
 
-class _Watch:
+ENERGIES = tuple(f"diagnostics/{name}" for name in ("energy_balance", "kinetic_energy", "potential_energy", "work"))
+
+
+class _Watch(DatasetRecorder):
     """A recorder of how far each joint is open, and of the energies."""
 
     def __init__(self, system: System) -> None:
+        super().__init__(("time", "joints/violation_length", "joints/violation_angle", *ENERGIES))
         self._length, self._joints = system.length, system.names.joints
         self._weight = system.mass.sum() * np.linalg.norm(system.gravity) * system.length
-        self._times: list[Array] = []
-        self._open: list[Array] = []
-        self._energies: list[Array] = []
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        length, angle = block["joints/violation_length"], block["joints/violation_angle"]
-        self._times.append(block["time"])
-        self._open.append(np.maximum(length / self._length, angle))
-        names = ("energy_balance", "kinetic_energy", "potential_energy", "work")
-        self._energies.append(np.column_stack([block[f"diagnostics/{name}"] for name in names]))
 
     def of_case(self, at: int) -> _Watch:
         """The recorded data of one case of a block."""
         watch = copy(self)
-        vars(watch).update({name: case_of(value, at) for name, value in vars(self).items()})
+        vars(watch).update({name: case_of(value, at) for name, value in vars(self).items()})  # also the dict of parts
         return watch
 
     def point(self, value: float, limits: Limits, stopped: MbprojError | None) -> StabilityPoint:
@@ -220,9 +210,10 @@ class _Watch:
         where = stopped.where if isinstance(stopped, SimulationError) else None
         end = stopped.time if isinstance(stopped, SimulationError) else 0.0
         cause = "" if stopped is None else f"stops at {end:.3g} s: {cause_of(stopped)}"
-        if not self._times:
+        if self.is_empty:
             return StabilityPoint(value, FAILS, np.nan, np.nan, end, where, cause, ended=False)
-        times, opened, off = np.concatenate(self._times), np.concatenate(self._open), self._balance_error()
+        times, off = self["time"], self._balance_error()
+        opened = np.maximum(self["joints/violation_length"] / self._length, self["joints/violation_angle"])
         widest = opened.max(axis=1, initial=0.0)
         good = np.isfinite(widest) & np.isfinite(off)
         bad = np.flatnonzero(~(good & (widest <= limits.closed) & (off <= limits.energy)))
@@ -244,7 +235,7 @@ class _Watch:
     def _balance_error(self) -> Array:
         """The error of the energy balance of each sample, (T,), relative to the largest kinetic energy, |ΔV| and work
         so far. Early samples, before much has moved, are relative to the median of these sizes."""
-        balance, kinetic, potential, work = np.concatenate(self._energies).T
+        balance, kinetic, potential, work = map(self.__getitem__, ENERGIES)
         size = np.maximum.accumulate(kinetic) + np.maximum.accumulate(np.abs(work))
         size = size + np.maximum.accumulate(potential) - np.minimum.accumulate(potential)
         finite = size[np.isfinite(size)]
@@ -298,12 +289,8 @@ def growth(subject: Subject, value: float) -> StabilityPoint:
 
     The difference to a run without the offset is watched, because the integrator's error adds to C in both. `closure`
     is this difference after the last step, in lengths or rad."""
-    try:
-        mechanism = Mechanism.of(subject.scene)
-        closed, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
-    except MbprojError as error:
-        where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
-        return StabilityPoint(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
+    mechanism = Mechanism.of(subject.scene)
+    closed, opened = (_violations(subject, each) for each in (mechanism, _shifted(subject, mechanism)))
     first, last = (float(part) for part in np.abs(opened - closed).max(axis=1))
     if last <= first:
         return StabilityPoint(value, HOLDS, last, np.nan)
@@ -329,20 +316,15 @@ def _shifted(subject: Subject, mechanism: Mechanism) -> Mechanism:
 def _violations(subject: Subject, mechanism: Mechanism) -> Array:
     """The violation C of joints and motions at the start and after the last step, (2, m), in the mechanism's length or
     rad."""
-    span, blocks, system = STEPS * subject.step, list[Block](), mechanism.system
-
-    class Kept:
-        def write(self, block: Block) -> None:
-            blocks.append(block)
-
+    span, system = STEPS * subject.step, mechanism.system
+    recorder = DatasetRecorder(("time", "bodies/position", "bodies/orientation"))
     with np.errstate(all="ignore"):
-        simulate(system, mechanism.state, mechanism.settings(subject.setting, span, span), Kept())
-    times = np.concatenate([block["time"] for block in blocks])
-    q = np.concatenate([_coordinates(system, block) for block in blocks])
-    return np.asarray((constraint_at(system, q, times) / system.row_scale)[:, system.bodies :])
+        simulate(system, mechanism.state, mechanism.settings(subject.setting, span, span), recorder)
+    violation = constraint_at(system, _coordinates(system, recorder), recorder["time"]) / system.row_scale
+    return np.asarray(violation[:, system.bodies :])
 
 
-def _coordinates(system: System, block: Block) -> Array:
+def _coordinates(system: System, block: DatasetRecorder) -> Array:
     """The coordinates q (T, 7n) of the carriers, each computed from the first body that is fixed to it."""
     first = [int(np.argmax(system.body_carrier == carrier)) for carrier in range(system.bodies)]
     back = system.body_turn[first] * np.array([1.0, -1.0, -1.0, -1.0])
@@ -623,14 +605,14 @@ def stability(
         "span": vars(whole),
         "points": points,
     }
-    cache = ValueCache(what, fresh, (StabilityPoint,))
+    study = Study(what, tuple[StabilityPoint, ...], processes, fresh, tell)
     grid = values(whole, points)
     subjects = {name: _with_method(subject, name) for name in names}
     if quantity.of_forces and not integrators()[subject.setting.integrator].implicit:
         subjects |= _implicit(subjects)
     if quantity.of_motion:
         subjects = {NAME: replace(subject, is_linear=True), **subjects}
-    walked = resumable(_points_of, (vary, grid), subjects, cache, processes, "methods", tell)
+    walked = study.each(_points_of, (vary, grid), subjects, "methods")
     analytic = real_axis_limit(tableau_of(subject.setting.integrator)) if quantity.option == "gains" else np.inf
     step = subject.setting.step or 1.0
     return StabilityMap(
@@ -638,7 +620,7 @@ def stability(
         vary=vary,
         unit=quantity.unit or _unit_of(scene, vary),
         span=whole,
-        tracks=tuple(MethodTrack(*each) for each in walked.items()),
+        tracks=tuple(map(MethodTrack, subjects, walked)),
         setting=subject.setting,
         until=subject.until,
         limits=subject.limits,
@@ -720,10 +702,10 @@ def _points_of(shared: tuple[str, list[float]], subject: Subject) -> tuple[Stabi
 
     def at(value: float) -> StabilityPoint:
         try:
-            changed = quantity.changed(subject, value)
-        except InputError as error:
-            return StabilityPoint(value, FAILS, np.nan, np.nan, 0.0, None, cause_of(error), ended=False)
-        return judge(changed, value)
+            return judge(quantity.changed(subject, value), value)
+        except MbprojError as error:
+            where, time = (error.where, error.time) if isinstance(error, SimulationError) else (None, 0.0)
+            return StabilityPoint(value, FAILS, np.nan, np.nan, time, where, cause_of(error), ended=False)
 
     known = judged_in_blocks(partial(quantity.changed, subject), grid) if judge is judged else {}
     points = [known.get(number) or at(value) for number, value in enumerate(grid)]

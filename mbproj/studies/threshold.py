@@ -17,21 +17,12 @@ from mbproj.base.errors import InputError, Problem
 from mbproj.base.registry import PROJECTIONS
 from mbproj.results.views import Table, Tabled
 from mbproj.scene.scene import Scene
-from mbproj.studies.measure.measurement import (
-    MEASUREMENT_RECORDS,
-    REPETITIONS,
-    Measurement,
-    Timing,
-    attempt,
-    kept_timings,
-    timing_columns,
-)
+from mbproj.studies.measure.measurement import REPETITIONS, Measurement, SettingsStudy, Timing, timing_columns
 from mbproj.studies.measure.reference import Reference, certain_reference, span
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Mechanism
 from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import ValueCache
 
 #: Exponents of the thresholds, powers of ten, for a mechanism of 1 m.
 EXPONENTS = range(-13, 0)
@@ -115,35 +106,23 @@ def threshold_study(
     scene_setting = _every_step(Setting.of(scene.settings), scene)
     size = round(np.log10(mechanism.system.length))
     usual = [float(f"1e{size + exponent}") for exponent in EXPONENTS]
-    chosen = sorted(usual if thresholds is None else map(float, thresholds))
+    chosen = sorted(usual if thresholds is None else {*map(float, thresholds)})
     same = {name: getattr(scene_setting, name) for name in ("integrator", "step", "tolerance", "formulation")}
     without = replace(scene_setting.projected_by("none"), **same)
     settings = [scene_setting, *(replace(scene_setting, threshold=value) for value in chosen), without]
     truth, notes = certain_reference(mechanism, span(scene, until), scene_setting, (scene_setting.integrator,), tell)
-    what = {
-        "study": "threshold",
-        **mechanism.identity,
-        "thresholds": chosen,
-        "own": scene_setting.command_line(),
-        "until": float(truth.times[-1]),
-        "repetitions": repetitions,
-    }
-    cache = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
-    trials = attempt(mechanism, settings, truth, cache, processes, tell)
+    study = SettingsStudy("threshold", mechanism, truth, processes, fresh, tell)
+    trials = study.measured(settings)
     if trials[0].failure is not None:
         raise InputError(Problem(f"the scene's own setting fails: {trials[0].failure}", hint="choose a smaller step"))
     if not trials[0].counters["projections"]:
         raise InputError(Problem("there is nothing to project: no joint, and no motion, constrains this mechanism"))
-    alive = [index for index, trial in enumerate(trials) if trial.failure is None]
-    taken = kept_timings(
-        cache, mechanism, [settings[index] for index in alive], float(truth.times[-1]), repetitions, tell
-    )
-    timings = dict(zip(alive, taken, strict=True))
+    timings = study.timed([trial.setting for trial in trials if trial.failure is None], repetitions)
     recommended, exceeded = _recommended(trials[:-1], tuple(at), float(truth.uncertainty[-1, columns].max()))
     return ThresholdStudy(
         title=scene.title,
         trials=tuple(trials),
-        timings=tuple(timings.get(index) for index in range(len(trials))),
+        timings=tuple(map(timings.get, settings)),
         reference=truth,
         recommended=recommended,
         exceeded=exceeded,

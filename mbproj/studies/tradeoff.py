@@ -11,7 +11,7 @@ setting brings nothing more.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from math import ceil, inf, nan
@@ -31,21 +31,19 @@ from mbproj.results.report_schema.studies import COUNTED, OF_POINT, TRIALS, VARI
 from mbproj.results.views import Table, Tabled
 from mbproj.scene.scene import Scene
 from mbproj.studies.measure.measurement import (
-    MEASUREMENT_RECORDS,
     REPETITIONS,
     Measurement,
+    SettingsStudy,
     Timing,
     Yardstick,
-    attempt,
-    kept_timings,
     timing_columns,
 )
 from mbproj.studies.measure.reference import Reference, certain_reference, divisors, span
 from mbproj.studies.measure.setting import Setting, only_full
 from mbproj.studies.measure.solve import Mechanism
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell, silent
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 
 # --- Pareto fronts, neighbours and families ---------------------------------------------------------------------------
 # Pareto fronts of a grid of settings, the settings near them that are timed, and the families of settings that are
@@ -357,37 +355,26 @@ def tradeoff(
     base = replace(scene_setting, step=None, tolerance=None)
     truth, notes = certain_reference(mechanism, span(scene, until), scene_setting, names, tell)
     goal = max(ABOVE_FLOOR * float(truth.uncertainty[-1].max()), FINEST * mechanism.system.length)
-    track = SweepSetup(Yardstick(scene, truth), goal, longest)
-    what = {
-        "study": "tradeoff",
-        **mechanism.identity,
-        "base": asdict(base),
-        "until": float(truth.times[-1]),
-        "projections": list(projections),
-        "integrators": list(names),
-        "longest": longest,
-        "repetitions": repetitions,
-    }
-    cache = ValueCache(what, fresh, (Timing, *MEASUREMENT_RECORDS))
+    kind = list[Measurement]
+    study = SettingsStudy("tradeoff", mechanism, truth, processes, fresh, tell, kind, longest=longest)
     mine = scene_setting if scene_setting.step or scene_setting.tolerance else None
-    trials = _accuracy(track, base, mine, projections, names, cache, processes, tell)
+    track = SweepSetup(study.yardstick, goal, longest)
+    trials = _accuracy(study, track, base, mine, projections, names)
     numbers = {trial.setting: index for index, trial in enumerate(trials)}
     if mine is not None and mine not in numbers:
         numbers[mine] = len(trials)
-        trials += attempt(mechanism, [mine], truth, cache, 1)
+        trials += study.measured([mine])
     errors = np.array([trial.at(points) for trial in trials])
     compared = projections_at_one_size(trials, errors, mine)
     closed = CLOSED * max(1.0, mechanism.system.length)
     wanted = to_time(trials, errors, closed, [*compared, *([numbers[mine]] if mine is not None else [])])
-    timings = kept_timings(
-        cache, mechanism, [trials[index].setting for index in wanted], float(truth.times[-1]), repetitions, tell
-    )
+    timings = study.timed([trials[index].setting for index in wanted], repetitions)
     return Tradeoff(
         title=scene.title,
         size=mechanism.system.length,
         points=points,
         trials=tuple(trials),
-        timings=dict(zip(wanted, timings, strict=True)),
+        timings=dict(zip(wanted, timings.values(), strict=True)),
         own=None if mine is None else numbers[mine],
         compared=tuple(compared),
         reference=truth,
@@ -396,14 +383,12 @@ def tradeoff(
 
 
 def _accuracy(
+    study: Study,
     track: SweepSetup,
     base: Setting,
     scene_setting: Setting | None,
     projections: Sequence[str],
     names: Sequence[str],
-    cache: ValueCache,
-    processes: Where,
-    tell: Tell,
 ) -> list[Measurement]:
     """The trials of the grid: first all integrators, then projections and schedules of the promising ladders and the
     scene's own."""
@@ -411,7 +396,7 @@ def _accuracy(
         replace(base.projected_by(name), every=1, threshold=None, formulation=base.formulation) for name in projections
     ]
     ladders = integrator_ladders(methods[0], names)
-    first = sweeps(track, ladders, cache, processes, "integrators", tell)
+    first = sweeps(study, track, ladders, "integrators")
     others: list[Ladder] = []
     constrained = track.yardstick.mechanism.system.joints.size > 0
     owned = [each for each in ladders if scene_setting is not None and each.holds(scene_setting)]
@@ -419,7 +404,7 @@ def _accuracy(
         others += projection_ladders(ladder, methods[1:])
         if registry.PROJECTIONS[methods[0].projection].corrects:
             others += schedule_ladders(ladder, track.yardstick.mechanism.system.length)
-    second = sweeps(track, others, cache, processes, "projections and schedules", tell)
+    second = sweeps(study, track, others, "projections and schedules")
     unique = {trial.setting: trial for swept in (*first, *second) for trial in swept}
     return list(unique.values())
 
@@ -537,11 +522,7 @@ def sweep(track: SweepSetup, ladder: Ladder) -> list[Measurement]:
     return trials
 
 
-def sweeps(
-    track: SweepSetup, ladders: Sequence[Ladder], cache: ValueCache, processes: Where, phase: str, tell: Tell
-) -> list[list[Measurement]]:
-    """Run the sweeps of all ladders in parallel; return them in the order of `ladders`. Sweeps in the store `cache` are
-    not run again."""
-    keys = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
-    records = resumable(sweep, track, dict(zip(keys, ladders, strict=True)), cache, processes, phase, tell)
-    return [records[key] for key in keys]
+def sweeps(study: Study, track: SweepSetup, ladders: Sequence[Ladder], phase: str) -> list[list[Measurement]]:
+    """Run the sweeps of all ladders in parallel; return them in the order of `ladders`."""
+    names = [f"sweep {ladder.base.command_line()}{' by tolerance' * ladder.by_tolerance}" for ladder in ladders]
+    return study.each(sweep, track, dict(zip(names, ladders, strict=True)), phase)

@@ -119,7 +119,7 @@ def test_a_setting_is_in_the_key_of_a_store(name, monkeypatch):
     def asked(what: Any, *_: object) -> None:
         raise Asked(json.dumps(what))
 
-    monkeypatch.setattr("mbproj.studies.stability.ValueCache", asked)
+    monkeypatch.setattr("mbproj.studies.stability.Study", asked)
 
     before, changed = values_for(name)
 

@@ -94,7 +94,7 @@ def test_what_stands_in_the_store_s_place_costs_a_line_and_no_study(tmp_path, un
     (tmp_path / "cache" / "studies" / "store.sqlite3").write_text('{"key": 1}\ngarbage\n')
     first = mbproj(*options, folder=tmp_path)
     assert (first.returncode, first.stderr.count("\n")) == (0, 1)
-    assert "is not what mbproj has kept there (file is not a database): it is now 'store.aside'" in first.stderr
+    assert "is not as mbproj has written it (file is not a database): it is now 'store.aside'" in first.stderr
     shutil.rmtree(tmp_path / "cache")
     (tmp_path / "cache").write_text("a file")
     again = mbproj(*options, folder=tmp_path)

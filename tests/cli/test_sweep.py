@@ -122,7 +122,7 @@ def test_what_a_killed_sweep_had_done_is_not_done_again(tmp_path):
     running.send_signal(signal.SIGKILL)
     assert running.wait() == -signal.SIGKILL
     with closing(sqlite3.connect(tmp_path / "spec-sweep" / "store.sqlite")) as database:
-        (kept,) = database.execute("SELECT count(*) FROM cases").fetchone()
+        (kept,) = database.execute("SELECT count(*) FROM kept WHERE study = 'cases'").fetchone()
     assert 0 < kept < 60
     done = json.loads(mbproj("sweep", "spec.yaml", "--json", folder=tmp_path).stdout)
     assert (done["reused"], done["computed"], done["failed"]) == (kept, 60 - kept, 0)
@@ -226,7 +226,7 @@ def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
     assert fault.endswith("it is not as it was written, and not to be told from another program's: remove it")
     (folder / "summary.csv").write_bytes(table)
     with closing(sqlite3.connect(folder / "store.sqlite")) as database, database:  # as an older mbproj left it
-        database.execute("DELETE FROM about WHERE name = 'summary.csv'")
+        database.execute("DELETE FROM kept WHERE study = 'about'")
     found = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)
     assert (found["sound"], found["unguarded"]) == (True, ["summary.csv"])
     done = mbproj("info", "--check", ".", folder=tmp_path)

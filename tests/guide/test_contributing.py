@@ -151,6 +151,7 @@ STANDS = {
     "Where is the paper's loop?": "def march(",
     "Where is a joint defined?": '"revolute": JointType(',
     "Where does a scene become results?": "def record_run(",
+    "Where do studies run their cases, and keep what comes of them?": "def each(",
     "Where is a formulation?": "def choose(",
     "Where is a command?": "def command(",
     "Where does a threshold come from?": "class Thresholds",

@@ -26,12 +26,9 @@ UNRECORDED = {
     "linear/states.py",
     "studies/certify.py",
     "studies/compare.py",
-    "studies/design/slopes.py",
-    "studies/design/neighbours.py",
     "studies/measure/solve.py",
     "studies/paper.py",
     "studies/stability.py",
-    "studies/sweep/run.py",
     "studies/verify/short_runs.py",
 }
 

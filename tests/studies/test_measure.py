@@ -18,9 +18,9 @@ from mbproj.motion.simulate import simulate
 from mbproj.scene.scene import read_scene, read_scene_text
 from mbproj.studies.compare import compare
 from mbproj.studies.measure import reference as references
-from mbproj.studies.measure.measurement import MEASUREMENT_RECORDS, attempt, time_settings
+from mbproj.studies.measure.measurement import SettingsStudy, time_settings
 from mbproj.studies.measure.reference import (
-    _checked,
+    _computed,
     _Fine,
     common_times,
     divisors,
@@ -33,7 +33,6 @@ from mbproj.studies.measure.setting import Setting, shortest
 from mbproj.studies.measure.solve import Mechanism, sample_times, solve
 from mbproj.studies.recommend import families, recommend
 from mbproj.studies.stability import stability
-from mbproj.studies.store import ValueCache
 from mbproj.studies.tradeoff import MOST, Ladder, step_numbers
 from mbproj.studies.variants import with_damping
 from mbproj.studies.verify.checks import verify
@@ -74,10 +73,11 @@ def test_the_uncertainty_of_the_reference_bounds_its_true_error(pendulum, compar
     assert found.certain_until(1e-11) == 5.0
 
 
-def test_solutions_that_agree_are_uncertain_by_what_the_last_halving_moved(pendulum):
+def test_solutions_that_agree_are_uncertain_by_what_the_last_halving_moved(pendulum, monkeypatch):
     times, moved = sample_times(1.0, 10), 1e-6 * np.arange(11.0)[:, None]
     solution = solve(pendulum, Setting(integrator="rk4", step=0.01), times)
-    found = _checked(lambda *_, **__: _Fine(solution, moved), pendulum, times, "dopri5", "dop853", 1.0)
+    monkeypatch.setattr(references, "_fine", lambda *_: _Fine(solution, moved))
+    found = _computed(pendulum, times, "dopri5", "dop853", 1.0)
     np.testing.assert_array_equal(found.uncertainty, moved)
 
 
@@ -120,16 +120,9 @@ def test_processes_and_what_is_kept_change_nothing(pendulum):
     found = reference(pendulum, sample_times(1.0, 10))
     settings = [Setting(step=0.1 / k) for k in (10, 20)] + [Setting("none", "dop853", tolerance=1e-6)]
     seen: list[tuple[str, int, int]] = []
-    alone = attempt(pendulum, settings, found, processes=1)
-    first = attempt(pendulum, settings[:2], found, ValueCache("test", records=MEASUREMENT_RECORDS), processes=2)
-    whole = attempt(
-        pendulum,
-        settings,
-        found,
-        ValueCache("test", records=MEASUREMENT_RECORDS),
-        processes=2,
-        tell=lambda *told: seen.append(told),
-    )
+    alone = SettingsStudy("alone", pendulum, found).measured(settings)
+    first = SettingsStudy("test", pendulum, found, 2).measured(settings[:2])
+    whole = SettingsStudy("test", pendulum, found, 2, tell=lambda *told: seen.append(told)).measured(settings)
     assert seen == [("runs", 2, 3), ("runs", 3, 3)]
     assert whole[:2] == first  # not run again: the seconds are the same, too
     assert [trial.error for trial in whole] == [trial.error for trial in alone]

@@ -334,9 +334,10 @@ def test_what_has_no_joint_or_marker_to_ask_for_is_said(slider_crank):
 
 def test_thresholds_come_as_an_array_too(slider_crank):
     found = threshold_study(
-        slider_crank.scene, thresholds=np.array([1e-3, 1e-9]), until=0.1, repetitions=1, processes=1
+        slider_crank.scene, thresholds=np.array([1e-3, 1e-9, 1e-3]), until=0.1, repetitions=1, processes=1
     )
-    assert [trial.setting.threshold for trial in found.trials] == [None, 1e-9, 1e-3, None]
+    assert [trial.setting.threshold for trial in found.trials] == [None, 1e-9, 1e-3, None]  # each once
+    assert len(found.timings) == 4
 
 
 def test_each_penalty_and_pair_of_gains_is_an_entry(pendulum):

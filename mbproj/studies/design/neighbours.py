@@ -25,14 +25,13 @@ from mbproj.model.system import System
 from mbproj.motion.formulations.compiled import Compiled
 from mbproj.motion.formulations.reduced import InPlane, Reduced
 from mbproj.motion.kernel_run import FollowedSteps, Trace, TracedSteps
-from mbproj.motion.simulate import simulate
 from mbproj.motion.tangents import Directions, numbers_of, slopes_along, structure_of
 from mbproj.motion.time_events import Event, breaks_of
 from mbproj.results.analysis.expectations import datasets
 from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.measure.solve import MeasuredSamples, Mechanism
+from mbproj.studies.measure.solve import MeasuredSamples, Mechanism, measured_run
 
 #: Datasets that depend on the state alone, not on contacts, works or tolerances.
 SEEN = (
@@ -111,8 +110,8 @@ class Followed:
     def __init__(self, mechanism: Mechanism, settings: Settings, measures: Sequence[Expectation]) -> None:
         self.mechanism, self.settings, self.measures = mechanism, settings, tuple(measures)
         self.steps: FollowedSteps = TracedSteps()
-        self.event_times = np.zeros(0)
         self._blocks: list[Samples] = []
+        self._met: Sequence[Event] = ()
         self.rows: Integers | None = None  # the samples that measures depend on; None for all
         self._models: dict[tuple[str, float], Model] = {}
         self._seen_ones = tuple(each for each in measures if not self.unseen(each))
@@ -128,18 +127,13 @@ class Followed:
         """Make the run, with the steps of another run if given, and return the samples of the measures. Raises
         SimulationError."""
         self.steps = TracedSteps() if steps is None else steps.of_another()
-        samples = MeasuredSamples(self.mechanism, self.measures, self)
-        system, state = self.mechanism.system, self.mechanism.state
-        simulate(system, state, self.settings, samples, accounts=False, steps=self.steps)
+        samples, _ = measured_run(self.mechanism, self.settings, self.measures, self.steps, self)
+        self._met = samples.met
         return samples
 
     def write(self, block: Block) -> None:
         """Keep a block of samples."""
         self._blocks.append(block.samples)  # type: ignore[attr-defined]
-
-    def events(self, events: Sequence[Event]) -> None:
-        """Keep the times of the events."""
-        self.event_times = np.array([event.time for event in events])
 
     @property
     def trace(self) -> Trace | None:
@@ -273,7 +267,7 @@ class Followed:
         with may_overflow():
             near_samples = near.samples(samples, counted, y, self._paths)
             measured.write(Observer(mechanism.system, mechanism.state).at(near_samples))
-        measured.event_times = self.event_times
+        measured.events(self._met)
         return measured
 
 

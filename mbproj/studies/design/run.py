@@ -10,7 +10,7 @@ from dataclasses import field, replace
 from functools import partial
 from importlib.util import find_spec
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from scipy.optimize import least_squares, minimize
@@ -24,9 +24,9 @@ from mbproj.studies.design.slopes import Counted, derivative
 from mbproj.studies.design.spec import DesignSpec
 from mbproj.studies.design.target import Target
 from mbproj.studies.design.trial import Trial, Wish, tried, tried_by_arrays
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 
 # --- The starts of searches -------------------------------------------------------------------------------------------
 # The scene's own numbers and the best of many points. A design that does not run is moved to one that runs, by least
@@ -154,26 +154,24 @@ class Watched:
         return trial
 
 
-def searched(wish: Wish, task: SearchTask) -> dict[str, Any]:
-    """Return the result of one search as plain data for JSON: `end` (d,) or None, its `value`, the violation of
-    constraints `broken`, the number of `runs`, and the `trace`. `cause`: the reason where nothing was found. A work
-    item."""
+def searched(wish: Wish, task: SearchTask) -> Search:
+    """Return the result of one search. A work item."""
     watched = Watched(wish)
     start = np.array(task.u)
     first = watched(start)
     inside = brought_in(watched.trials, start)
     if inside is not None:
         ENGINES[task.engine](wish, watched, np.clip(inside, INSIDE, 1.0 - INSIDE), task.seed)
-    broken, value, end = watched.best if watched.best is not None else (np.nan, np.nan, None)
-    return {
-        "start": [*task.u],
-        "end": None if end is None else end.tolist(),
-        "value": float(value),
-        "broken": float(broken),
-        "runs": watched.trials.count,
-        "trace": [[count, float(reached)] for count, reached in watched.trace],
-        "cause": "" if end is not None else first.cause,
-    }
+    broken, value, end = watched.best or (np.nan, np.nan, None)
+    return Search(
+        start=wish.values(start),
+        end=np.full(len(start), np.nan) if end is None else wish.values(end),
+        value=float(value),
+        broken=float(broken),
+        runs=watched.trials.count,
+        trace=np.array(watched.trace, dtype=float).reshape(-1, 2),
+        cause="" if end is not None else first.cause,
+    )
 
 
 def _by_least_squares(wish: Wish, watched: Watched, u: Array, seed: int) -> None:
@@ -318,12 +316,12 @@ class Search:
     value reached by then. With several goals a search stands for a design of the front, with `goals` (g,) to be
     minimised."""
 
-    start: Array
-    end: Array
+    start: Annotated[Array, "d"]
+    end: Annotated[Array, "d"]
     value: float
     broken: float
     runs: int
-    trace: Array
+    trace: Annotated[Array, "r 2"]
     cause: str
     goals: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -420,23 +418,21 @@ def find_design(
     stored."""
     chosen, why = engine_of(spec, engine)
     wish = Wish.of(spec)
-    cache = ValueCache(["design", _identity(spec), chosen], fresh)
+    kind = list[list[float]] | Front | Search
+    study = Study(["design", _identity(spec), chosen], kind, where, fresh, tell, d=len(spec.paths))
     points, scene_first = points_of(spec)
     blocks = {f"look {k}": points[k : k + TOGETHER].tolist() for k in range(0, len(points), TOGETHER)}
-    ranks = resumable(looked_at, wish, blocks, cache, where, "blocks of starting points", tell)
-    order = sorted(range(len(points)), key=lambda k: [rank for block in ranks.values() for rank in block][k])
+    ranks = [rank for block in study.each(looked_at, wish, blocks, "blocks of starting points") for rank in block]
+    order = sorted(range(len(points)), key=ranks.__getitem__)
     if scene_first:
         order.sort(key=bool)  # the scene's own numbers are always among the starts
     _check_effects(spec, wish, [points[k] for k in order])
     tasks = {f"start {k}": SearchTask(tuple(points[k].tolist()), chosen, spec.seed) for k in order[: spec.starts]}
-    reused = sum(key in cache for key in tasks)
+    reused = sum(name in study.results for name in tasks)
     search, best = (front_of, None) if chosen == FRONT else (searched, partial(_so_far, spec))
-    records = resumable(search, wish, tasks, cache, where, "searches", tell, best)
-    runs = len(points) + sum(each["runs"] for each in records.values())
-    if chosen == FRONT:
-        searches = _on_the_front(spec, wish, [*records.values()])
-    else:
-        searches = sorted((_search(wish, each) for each in records.values()), key=Search.rank)
+    found = study.each(search, wish, tasks, "searches", best)
+    runs = len(points) + sum(each.runs for each in found)
+    searches = _on_the_front(spec, wish, found) if chosen == FRONT else sorted(found, key=Search.rank)
     if not np.isfinite(searches[0].value):
         causes = [each.cause for each in searches]
         message = f"no design runs; most often: {max(causes, key=causes.count)}"
@@ -466,9 +462,9 @@ def _check_effects(spec: DesignSpec, wish: Wish, points: Sequence[Array]) -> Non
             raise InputError(problems)
 
 
-def _so_far(spec: DesignSpec, record: dict[str, Any]) -> tuple[tuple[float, float], str]:
+def _so_far(spec: DesignSpec, found: Search) -> tuple[tuple[float, float], str]:
     """The rank of a search, and words on it for the progress report."""
-    value, broken = record["value"], record["broken"]
+    value, broken = found.value, found.broken
     if not np.isfinite(value):
         return (np.inf, np.inf), "none has found a design that runs"
     if broken > 0.0:
@@ -482,17 +478,10 @@ def _so_far(spec: DesignSpec, record: dict[str, Any]) -> tuple[tuple[float, floa
     return (broken, value), words if alone is None or alone.deviation != 1.0 else f"{words} {alone.unit}".rstrip()
 
 
-def _search(wish: Wish, record: dict[str, Any]) -> Search:
-    end = np.full(len(wish.paths), np.nan) if record["end"] is None else wish.values(np.array(record["end"]))
-    trace = np.array(record["trace"], dtype=float).reshape(-1, 2)
-    start = wish.values(np.array(record["start"]))
-    return Search(start, end, record["value"], record["broken"], record["runs"], trace, record["cause"])
-
-
-def _on_the_front(spec: DesignSpec, wish: Wish, records: Sequence[dict[str, Any]]) -> list[Search]:
+def _on_the_front(spec: DesignSpec, wish: Wish, fronts: Sequence[Front]) -> list[Search]:
     """The undominated designs of all fronts: the most balanced one, then the others by the first goal. Raises
     InputError where there is none."""
-    ends, goals = merged(records, (len(spec.paths), len(spec.goals)))
+    ends, goals = merged(fronts)
     if not len(ends):
         hint = "widen the bounds, or ask for less"
         raise InputError(Problem("no design runs and keeps the constraints", spec.place("vary"), hint))
@@ -560,10 +549,19 @@ POPULATION = 40
 WORST = 1e300
 
 
-def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
-    """Return the front of one search as plain data for JSON. It has the shares `ends` (n, d) and the `goals` (n, g) of
-    designs that run and keep the constraints, and the number of `runs`. The method is NSGA-II (Deb et al. 2002), with
-    `lacking` as its constraint. A work item."""
+@dataclass(frozen=True, eq=False)
+class Front:
+    """The front of one search: the shares `ends` and the `goals` of designs that run and keep the constraints, and the
+    number of `runs`."""
+
+    ends: Annotated[Array, "n d"]
+    goals: Annotated[Array, "n g"]
+    runs: int
+
+
+def front_of(wish: Wish, task: SearchTask) -> Front:
+    """Return the front of one search. The method is NSGA-II (Deb et al. 2002), with `lacking` as its constraint. A work
+    item."""
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -580,11 +578,11 @@ def front_of(wish: Wish, task: SearchTask) -> dict[str, Any]:
             trial.set_constraint("lacking", lack)
             study.tell(trial, result.goals.tolist() if result.runs else [WORST] * len(wish.goals))
             if lack == 0.0:
-                ends.append(u.tolist())
-                goals.append(result.goals.tolist())
-    best = undominated(np.array(goals).reshape(-1, len(wish.goals)))
-    on_front = np.flatnonzero(best).tolist()
-    return {"ends": [ends[k] for k in on_front], "goals": [goals[k] for k in on_front], "runs": count}
+                ends.append(u)
+                goals.append(result.goals)
+    reached = np.array(goals).reshape(-1, len(wish.goals))
+    best = undominated(reached)
+    return Front(np.array(ends).reshape(-1, len(wish.paths))[best], reached[best], count)
 
 
 def undominated(goals: Array) -> Flags:
@@ -595,11 +593,9 @@ def undominated(goals: Array) -> Flags:
     return np.asarray(~np.any(as_good & better, axis=0))
 
 
-def merged(fronts: Sequence[dict[str, Any]], sizes: tuple[int, int]) -> tuple[Array, Array]:
-    """Return several fronts as one, shares (n, d) and goals (n, g), in the order of the first goal; `sizes` are d and
-    g."""
-    ends = np.array([end for front in fronts for end in front["ends"]], dtype=float).reshape(-1, sizes[0])
-    goals = np.array([goal for front in fronts for goal in front["goals"]], dtype=float).reshape(-1, sizes[1])
+def merged(fronts: Sequence[Front]) -> tuple[Array, Array]:
+    """Return several fronts as one, shares (n, d) and goals (n, g), in the order of the first goal."""
+    ends, goals = (np.concatenate([getattr(front, of) for front in fronts]) for of in ("ends", "goals"))
     best = undominated(goals)
     order = np.lexsort(goals[best].T[::-1])
     return ends[best][order], goals[best][order]

@@ -104,12 +104,7 @@ def _scene_run(work: DifferenceWork) -> tuple[Array, Followed]:
     followed = Followed(Mechanism.of(work.scene), work.settings, work.measures)
     samples = followed.run()
     followed.rows = _rows(work, samples)
-    return _values(work, samples), followed
-
-
-def _values(work: DifferenceWork, samples: MeasuredSamples) -> Array:
-    values = [measured(each, samples, work.settings.duration) for each in work.measures]
-    return np.array([np.nan if each is None else each.values[0] for each in values], dtype=float)
+    return np.array(samples.values(work.settings.duration)), followed
 
 
 def _rows(work: DifferenceWork, samples: MeasuredSamples) -> Integers | None:
@@ -138,7 +133,7 @@ def _by_duals(
         return VariedNumber(path, lambda away: work.scene.with_({path: at + away}), STEP * float(scale[j]))
 
     def measure(_: Scene, samples: MeasuredSamples) -> Array:
-        return _values(work, samples)
+        return np.array(samples.values(work.settings.duration, work.measures))
 
     def by(numbers: list[int], formulas: Sequence[Formula]) -> list[Slope]:
         return followed.slopes([number(j) for j in numbers], measure, formulas)
@@ -189,7 +184,8 @@ def _add_discretisation(
             again = followed.again(settings)
             samples = again.run()
             again.rows = _rows(other, samples)
-            others = _by_duals(other, again, _values(other, samples), x, scale, rough_ones=True)
+            values = np.array(samples.values(settings.duration, other.measures))
+            others = _by_duals(other, again, values, x, scale, rough_ones=True)
         except (InputError, SimulationError):
             continue
         for j, (each, _) in enumerate(others):

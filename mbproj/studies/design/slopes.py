@@ -14,15 +14,13 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, SimulationError
 from mbproj.base.settings import Settings
 from mbproj.motion.kernel_run import FollowedSteps
-from mbproj.motion.simulate import simulate
-from mbproj.results.analysis.expectations import measured
 from mbproj.scene.ranges import column_of
 from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.design.neighbours import FORMULAS, SIDES, VariedNumber
 from mbproj.studies.design.trial import Trial, Wish, trial_of, tried, tried_by_arrays
-from mbproj.studies.measure.solve import MeasuredSamples, Mechanism
+from mbproj.studies.measure.solve import Mechanism, measured_run
 from mbproj.studies.parallel.hand_out import Where, in_parallel
 
 #: The relative round-off of a run with fixed steps, or of a kinematic run, as a function of its numbers.
@@ -304,7 +302,7 @@ class _Runs:
 
     def __init__(self, work: DifferenceWork, x: Array, h: Array, centre: Array, where: Where) -> None:
         self._work, self._x, self._h, self._centre, self._where = work, x, h, centre, where
-        self._ended: dict[tuple[int, float], tuple[list[float] | str, bool]] = {}
+        self._ended: dict[tuple[int, float], tuple[tuple[float, ...] | str, bool]] = {}
 
     @property
     def count(self) -> int:
@@ -366,7 +364,7 @@ def off_by(better: Array, rough: Array) -> Array:
     return np.asarray(apart**2 / np.maximum(np.abs(better), apart + 1e-300))
 
 
-def _values(work: DifferenceWork, j: int, values: list[float] | str) -> Array:
+def _values(work: DifferenceWork, j: int, values: tuple[float, ...] | str) -> Array:
     """The measures (k,) of a run. Raises InputError where it failed."""
     if isinstance(values, str):
         what = "the scene's own run" if j < 0 else f"a run with another '{column_of(work.paths[j])}'"
@@ -376,20 +374,16 @@ def _values(work: DifferenceWork, j: int, values: list[float] | str) -> Array:
 
 def _run(
     work: DifferenceWork, item: tuple[int, float], steps: FollowedSteps | None = None
-) -> tuple[list[float] | str, bool]:
+) -> tuple[tuple[float, ...] | str, bool]:
     """The measures of a run with another value of one number, or the reason of its failure; and whether it could not
     follow the steps."""
     j, value = item
     steps = steps or (work.steps.of_another() if work.steps.are_recorded else None)
     try:
         scene = work.scene if j < 0 else work.scene.with_({work.paths[j]: value})
-        mechanism = Mechanism.of(scene)
-        samples = MeasuredSamples(mechanism, work.measures)
-        simulate(mechanism.system, mechanism.state, work.settings, samples, accounts=False, steps=steps)
+        samples, _ = measured_run(Mechanism.of(scene), work.settings, work.measures, steps)
     except InputError as error:
         return error.problems[0].message, False
     except SimulationError as error:
         return str(error), False
-    values = [measured(each, samples, work.settings.duration) for each in work.measures]
-    has_left = steps is not None and steps.left
-    return [float("nan") if each is None else float(each.values[0]) for each in values], has_left
+    return samples.values(work.settings.duration), steps is not None and steps.left

@@ -21,7 +21,7 @@ from mbproj.scene.fields.reading import Reading
 from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.inverse.given_motion import TIME_NAMES, CsvTable, factor_of, read_columns
+from mbproj.studies.inverse.given_motion import TIME_NAMES, CsvTable, read_columns
 
 TIME, PATH = "time", "path"
 #: The search for the point of a curve nearest to a given one: the number of places for each interval of samples, the
@@ -171,7 +171,7 @@ class Match:
         chosen = measures_of(measures, self._base)
         unit = chosen[0].unit
         try:
-            values = np.stack([_values(columns, number, unit, place) for number in numbers.values()], axis=1)
+            values = np.stack([columns.column(number, unit, place) for number in numbers.values()], axis=1)
             abscissa = self._abscissa(columns, place)
         except InputError as error:
             self._reading.problems += error.problems
@@ -292,9 +292,9 @@ class Match:
             raise InputError(Problem(f"{both} could both be '{self._over}'", place, hint))
         (number,) = able
         if self._over != TIME:
-            return _values(columns, number, COORDINATES[self._over.partition(".")[2]], place)
+            return columns.column(number, COORDINATES[self._over.partition(".")[2]], place)
         settings = settings_to_run(self._base, by_options=False)
-        times, duration = _values(columns, number, "s", place), settings.duration or np.inf
+        times, duration = columns.column(number, "s", place), settings.duration or np.inf
         for row in np.flatnonzero((times < 0.0) | (times > duration * (1.0 + 1e-12)))[:1]:
             message = f"{times[row]:.6g} s is outside the run, which is from 0 to {duration:.6g} s"
             hint = "make the scene's duration longer, or leave the row out"
@@ -310,8 +310,3 @@ class Match:
             what = f"is in {unit}" if unit else "has no unit"
             self._reading.report(f"'deviation' {what}, like the matched quantity", self._at("deviation"))
         return float(deviation.number)
-
-
-def _values(columns: CsvTable, number: int, unit: str, place: Place) -> Array:
-    name, written = columns.headings[number]
-    return np.asarray(columns.rows[:, number] * factor_of(name, written, unit, place))

@@ -5,9 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import field, replace
-from functools import lru_cache, partial
+from functools import partial
 from math import nan
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,19 +33,16 @@ from mbproj.studies.design.spec import DesignLimit, DesignSpec, Goal
 from mbproj.studies.design.target import Target
 from mbproj.studies.measure.solve import Mechanism
 
-#: The number of parsed scenes in the cache of a process.
-SCENES = 4
 #: The smallest tolerance of finer runs.
 TIGHTEST = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
 class Wish:
-    """The common data of all trials: the scene's text and its name in messages, the paths and bounds (d,) of the varied
-    numbers, targets, goals and constraints. `finer`: the divisor of steps; its fourth power divides tolerances."""
+    """The common data of all trials: the scene, the paths and bounds (d,) of the varied numbers, targets, goals and
+    constraints. `finer`: the divisor of steps; its fourth power divides tolerances."""
 
-    text: str
-    name: str
+    text: SceneText
     paths: tuple[str, ...]
     low: Array
     high: Array
@@ -59,7 +55,7 @@ class Wish:
     def of(cls, spec: DesignSpec) -> Wish:
         """Return the wish of a design's file."""
         shared = spec.paths, spec.low, spec.high, spec.targets, spec.goals, spec.limits
-        return cls(spec.scene.text, str(spec.scene.path), *shared)
+        return cls(spec.scene, *shared)
 
     @property
     def measures(self) -> tuple[Expectation, ...]:
@@ -86,7 +82,7 @@ class Wish:
 
     def scene_with(self, values: Sequence[Any]) -> Scene:
         """The scene with these numbers."""
-        return _taken_apart(self.text, self.name).scene(dict(zip(self.paths, values, strict=True)))
+        return self.text.scene(dict(zip(self.paths, values, strict=True)))
 
     def settings(self, scene: Scene) -> Settings:
         """The settings with which a scene is run."""
@@ -205,11 +201,6 @@ def _failed(wish: Wish, cause: str, left_open: Array | None = None, reached: flo
     sizes = sum(target.values.size for target in wish.targets), len(wish.goals), len(wish.limits)
     residuals, goals, limits = (np.full(size, nan) for size in sizes)
     return Trial(residuals, goals, limits, np.array([nan]) if left_open is None else left_open, reached, cause)
-
-
-@lru_cache(SCENES)
-def _taken_apart(text: str, name: str) -> SceneText:
-    return SceneText(text, name, Path(name))
 
 
 def _finer(settings: Settings, finer: int) -> Settings:

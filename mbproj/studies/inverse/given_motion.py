@@ -39,6 +39,10 @@ class CsvTable:
     rows: Array
     lines: tuple[int, ...]
 
+    def column(self, number: int, unit: str, place: Place) -> Array:
+        """The numbers of a column in an SI unit, (T,). Raises InputError as `factor_of` does."""
+        return np.asarray(self.rows[:, number] * factor_of(*self.headings[number], unit, place))
+
 
 def read_columns(path: Path, asked: str) -> CsvTable:
     """Read the table in a file. `asked` is the option that named the file. Raises InputError with file and line where

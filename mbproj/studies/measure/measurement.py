@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 from math import inf, nan
 from statistics import median
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +18,9 @@ from mbproj.scene.scene import Scene
 from mbproj.studies.measure.reference import Reference, error, stride_for
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import Mechanism, Solution, sample_times, solve
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import TIMING, Tell, silent
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 
 
 @dataclass(frozen=True)
@@ -67,10 +68,6 @@ class Measurement:
     def timed(self, seconds: float) -> Measurement:
         """Return this measurement with other `seconds`."""
         return replace(self, seconds=seconds)
-
-
-#: The classes of a measurement and its parts, which the store has to know.
-MEASUREMENT_RECORDS = (Measurement, Setting)
 
 
 def measured(solution: Solution, reference: Reference) -> Measurement:
@@ -162,20 +159,7 @@ def time_settings(
     return [Timing(tuple(each)) for each in samples]
 
 
-def kept_timings(
-    cache: ValueCache, mechanism: Mechanism, settings: Sequence[Setting], until: float, repetitions: int, tell: Tell
-) -> list[Timing]:
-    """The timings of runs to `until` (s) that record only their end. They come from the store, or are taken together,
-    because settings are timed in turn."""
-    key = " ".join([f"{repetitions} timings", *(setting.command_line() for setting in settings)])
-    if key not in cache:
-        cache.add(key, time_settings(mechanism, settings, sample_times(until, 1), repetitions, tell))
-    timings: list[Timing] = cache[key]
-    return timings
-
-
-# --- The accuracy of many settings against one reference, in parallel -------------------------------------------------
-# Measurements that are stored are not taken again.
+# --- A study of settings: their errors against one reference, in parallel, and their timings --------------------------
 
 
 @dataclass
@@ -206,16 +190,40 @@ class Yardstick:
         return replace(measurement, counters=report.counters, seconds=report.integration_cpu_seconds)
 
 
-def attempt(
-    mechanism: Mechanism,
-    settings: Sequence[Setting],
-    reference: Reference,
-    cache: ValueCache | None = None,
-    processes: Where = None,
-    tell: Tell = silent,
-) -> list[Measurement]:
-    """Measure each setting against the reference; return the measurements in the order of `settings`. Those in the
-    store `cache` are not run again."""
-    keys = [f"measurement {setting.command_line()}" for setting in settings]
-    items, yardstick = dict(zip(keys, settings, strict=True)), Yardstick(mechanism.scene, reference)
-    return [*resumable(Yardstick.measure, yardstick, items, cache or ValueCache(), processes, "runs", tell).values()]
+class SettingsStudy(Study):
+    """A study of settings on a mechanism, whose errors are measured against one reference. Its results are
+    measurements, timings, and values of another `kind`. `facts` are those that its results depend on besides."""
+
+    def __init__(
+        self,
+        name: str,
+        mechanism: Mechanism,
+        reference: Reference,
+        where: Where = 1,
+        fresh: bool = False,
+        tell: Tell = silent,
+        kind: Any = Measurement,
+        **facts: Any,
+    ) -> None:
+        truth = [reference.method, reference.check, reference.times.tolist()]
+        what = {"study": name, **mechanism.identity, "reference": truth, **facts}
+        super().__init__(what, kind | Measurement | list[Timing], where, fresh, tell, T=len(reference.times))
+        self.mechanism, self.reference = mechanism, reference
+        self.yardstick = Yardstick(mechanism.scene, reference)
+
+    def of_settings(self, function: Callable[[Yardstick, Setting], Any], settings: Sequence[Setting]) -> list[Any]:
+        """The results function(yardstick, setting), in the order of the settings."""
+        self.each(function, self.yardstick, {setting.command_line(): setting for setting in settings}, "runs")
+        return [self.results[setting.command_line()] for setting in settings]
+
+    def measured(self, settings: Sequence[Setting]) -> list[Measurement]:
+        """The measurements of the settings, in their order."""
+        return self.of_settings(Yardstick.measure, settings)
+
+    def timed(self, settings: Sequence[Setting], repetitions: int) -> dict[Setting, Timing]:
+        """The timings of runs that record only their end. They are taken together, because settings are timed in
+        turn."""
+        ends = sample_times(float(self.reference.times[-1]), 1)
+        name = " ".join([f"{repetitions} timings", *(setting.command_line() for setting in settings)])
+        timings = self.one(name, lambda: time_settings(self.mechanism, settings, ends, repetitions, self.tell))
+        return dict(zip(settings, timings, strict=True))

@@ -14,12 +14,12 @@ fall until the time is up.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 from math import ceil, floor, lcm
 from time import process_time
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -37,7 +37,7 @@ from mbproj.scene.scene import Scene
 from mbproj.studies.measure.setting import Setting
 from mbproj.studies.measure.solve import OFF_AXIS, Mechanism, Solution, sample_times, solve, unseen
 from mbproj.studies.parallel.progress import PERTURBED_STARTS, Tell, silent
-from mbproj.studies.store import cached
+from mbproj.studies.study import Study
 
 #: The integrators of the two solutions. The first is the reference; the second is, where only the first is among those
 #: compared.
@@ -73,10 +73,10 @@ class Reference:
     ended early, or time was up. It is empty where round-off is the reason."""
 
     points: tuple[str, ...]
-    times: Array
-    position: Array
-    velocity: Array
-    uncertainty: Array
+    times: Annotated[Array, "T"]
+    position: Annotated[Array, "T k 3"]
+    velocity: Annotated[Array, "T k 3"]
+    uncertainty: Annotated[Array, "T k"]
     method: str
     check: str
     limit: str = ""
@@ -107,17 +107,24 @@ class Reference:
 
 
 def reference(
-    mechanism: Mechanism, times: Array, compared: Collection[str] = (), seconds: float = SECONDS
+    mechanism: Mechanism,
+    times: Array,
+    compared: Collection[str] = (),
+    seconds: float = SECONDS,
+    tell: Tell = silent,
 ) -> Reference:
     """The reference of `mechanism` at `times` (evenly spaced, as `solve` takes them), to compare the integrators
     `compared`.
 
     It is kept on disk (`mbproj.studies.store`). Raises InputError where the mechanism cannot be run at all.
     """
+    tell("reference", 0, 1)
     pair = IMPLICIT if _is_stiff(mechanism, times) else INTEGRATORS
     first, second = pair if pair[0] not in compared or pair[1] in compared else pair[::-1]
     what = ("reference", mechanism.identity, times.tolist(), first, seconds, FALLING, PART, TOLERANCES)
-    return cached(what, lambda: _computed(mechanism, times, first, second, seconds), (Reference,))
+    study = Study(what, Reference, T=len(times))
+    found: Reference = study.one("", lambda: _computed(mechanism, times, first, second, seconds))
+    return found
 
 
 def _is_stiff(mechanism: Mechanism, times: Array) -> bool:
@@ -132,25 +139,17 @@ def _is_stiff(mechanism: Mechanism, times: Array) -> bool:
 
 
 def _computed(mechanism: Mechanism, times: Array, first: str, second: str, seconds: float) -> Reference:
-    """Compute the reference with fixed steps. Where laws have edges in the state, or the mechanism is stiff, compute it
-    with error control."""
-    if first in IMPLICIT:
-        return _checked(partial(_tight, tolerances=STIFF_TOLERANCES), mechanism, times, first, second, seconds)
-    solved = _fine if switches_of(mechanism.system) is None else _tight
-    return _checked(solved, mechanism, times, first, second, seconds)
-
-
-def _checked(
-    solved: Callable[..., _Fine], mechanism: Mechanism, times: Array, first: str, second: str, seconds: float
-) -> Reference:
-    """Compute the reference from two solutions, both by the function `solved`."""
-    fine = solved(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds)
+    """Compute the reference from two solutions with fixed steps. Where laws have edges in the state, or the mechanism
+    is stiff, they have error control."""
+    edges = switches_of(mechanism.system) is not None
+    tolerances = STIFF_TOLERANCES if first in IMPLICIT else TOLERANCES if edges else ()
+    fine = _fine(mechanism, Setting(integrator=first, projection_tolerance=ROUND_OFF), times, seconds, tolerances)
     if why := unseen(mechanism, fine.solution):
         raise InputError(Problem(why, hint=OFF_AXIS))
     taken = fine.solution.report.formulation if fine.solution.report else ""
     other = "reduced" if taken == "planar" else "auto"
     setting = Setting(integrator=second, projection_tolerance=ROUND_OFF, formulation=other)
-    check = solved(mechanism, setting, times, seconds, instead="auto")
+    check = _fine(mechanism, setting, times, seconds, tolerances)
     apart = SAFETY * np.linalg.norm(fine.solution.position - check.solution.position, axis=2) + check.moved
     return Reference(
         points=mechanism.points,
@@ -174,53 +173,40 @@ class _Fine:
     out_of_time: bool = False
 
 
-def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, instead: str = "") -> _Fine:
-    """Halve the fixed steps until that does not help. Where the formulation is refused, use `instead`."""
-    interval, started = float(times[1] - times[0]), process_time()
-    per_interval = max(1, -(-FEWEST_STEPS // (len(times) - 1)))
-    size = mechanism.system.length
-    first = solve(mechanism, replace(setting, step=interval / per_interval), times)
-    best = _Fine(first, np.full((len(times), 1), np.inf))
-    while True:
-        begun, per_interval = process_time(), 2 * per_interval
-        finer = solve(mechanism, replace(setting, step=interval / per_interval), times)
+def _fine(mechanism: Mechanism, setting: Setting, times: Array, seconds: float, tolerances: Sequence[float]) -> _Fine:
+    """Solve with error control at falling `tolerances`, down to where round-off dominates. Without any, halve fixed
+    steps until that does not help. Where the formulation is refused, take `auto`."""
+    sizes, halving, started = _halved(times), not tolerances, process_time()
+    if tolerances:
+        sizes = ({"tolerance": tolerance} for tolerance in tolerances)
+    best: _Fine | None = None
+    for size in sizes:
+        begun, finer = process_time(), solve(mechanism, replace(setting, **size), times)
         if finer.failure and finer.failure.status == "refused":
-            if instead and instead != setting.formulation:
-                return _fine(mechanism, replace(setting, formulation=instead), times, seconds)
+            if setting.formulation != "auto":
+                return _fine(mechanism, replace(setting, formulation="auto"), times, seconds, tolerances)
             raise InputError(finer.failure.cause)
+        if best is None:
+            best = _Fine(finer, np.full((len(times), 1), np.inf))
+            continue
         moved = running_largest(np.linalg.norm(finer.position - best.solution.position, axis=2))
-        if not _falls(best.moved, moved):
+        if halving and not _falls(best.moved, moved):
             return _Fine(best.solution, moved)
-        best = _Fine(finer, moved)
-        taken = process_time()
-        if moved[-1].max() <= GOAL * size:
+        best, taken = _Fine(finer, moved), process_time()
+        if halving and moved[-1].max() <= GOAL * mechanism.system.length:
             return best
         if taken - started + 2.0 * (taken - begun) > seconds:
-            return replace(best, out_of_time=True)
-
-
-def _tight(
-    mechanism: Mechanism,
-    setting: Setting,
-    times: Array,
-    seconds: float,
-    instead: str = "",
-    tolerances: Sequence[float] = TOLERANCES,
-) -> _Fine:
-    """Solve with error control at falling tolerances, down to where round-off dominates. Where the formulation is
-    refused, use `instead`."""
-    started, first = process_time(), solve(mechanism, replace(setting, tolerance=tolerances[0]), times)
-    best = _Fine(first, np.full((len(times), 1), np.inf))
-    if best.solution.failure and best.solution.failure.status == "refused":
-        return _tight(mechanism, replace(setting, formulation=instead), times, seconds, tolerances=tolerances)
-    for tolerance in tolerances[1:]:
-        begun = process_time()
-        tighter = solve(mechanism, replace(setting, tolerance=tolerance), times)
-        moved = running_largest(np.linalg.norm(tighter.position - best.solution.position, axis=2))
-        best, taken = _Fine(tighter, moved), process_time()
-        if taken - started + 2.0 * (taken - begun) > seconds:
-            return replace(best, out_of_time=tolerance != tolerances[-1])
+            return replace(best, out_of_time=halving or finer.setting.tolerance != tolerances[-1])
+    assert best is not None  # there is at least one size
     return best
+
+
+def _halved(times: Array) -> Iterator[dict[str, Any]]:
+    """Yield fixed steps that meet the times, each half of the one before."""
+    parts = max(1, -(-FEWEST_STEPS // (len(times) - 1)))
+    while True:
+        yield {"step": float(times[1] - times[0]) / parts}
+        parts *= 2
 
 
 def _limit(solutions: Sequence[_Fine], seconds: float) -> str:
@@ -400,8 +386,7 @@ def certain_reference(
     """The reference up to `until` (s), or to the last time at which it is certain to `CERTAIN`, and notes on it. It
     serves to compare the integrators `names` and `scene_setting`. Raises InputError where no time is certain."""
     steps = [scene_setting.step] if scene_setting.step is not None and scene_setting.step <= until else []
-    tell("reference", 0, 1)
-    known = reference(mechanism, common_times(until, steps), names)
+    known = reference(mechanism, common_times(until, steps), names, tell=tell)
     limit, notes = CERTAIN * mechanism.system.length, list[str]()
     while (certain := known.certain_until(limit)) < known.times[-1]:
         why = why_not(mechanism, known, limit, certain, tell)

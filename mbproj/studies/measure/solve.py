@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +12,7 @@ import numpy.typing as npt
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import InputError, Problem, SimulationError, choose_from
-from mbproj.base.settings import MECHANISM, SETTINGS, ProjectionSettings, Settings
+from mbproj.base.settings import MECHANISM, SETTINGS, Settings
 from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.assembly.compiled import compile_system
@@ -20,10 +20,11 @@ from mbproj.equations.recorded import Block
 from mbproj.linear.equilibrium.start import start_state
 from mbproj.model.system import System
 from mbproj.motion.formulations.choice import Choice, choose
-from mbproj.motion.report import EnergyAccount, Report, RowsKept, Worst
+from mbproj.motion.kernel_run import FollowedSteps
+from mbproj.motion.report import Report
 from mbproj.motion.simulate import EventRecorder, Recorder, simulate
 from mbproj.motion.time_events import Event
-from mbproj.results.analysis.expectations import datasets
+from mbproj.results.analysis.expectations import datasets, measured
 from mbproj.scene.records import Expectation
 from mbproj.scene.scene import Scene
 from mbproj.scene.settings import placed_in
@@ -110,22 +111,20 @@ def of_scene(scene: Scene, settings: Settings) -> Settings:
 # --- solve(): run a mechanism with a setting and return plain arrays --------------------------------------------------
 
 
-#: The datasets of markers and bodies, with the count of numbers for each marker or body.
-_PLACES = {
-    "markers/position": 3,
-    "markers/velocity": 3,
-    "bodies/position": 3,
-    "bodies/orientation": 4,
-    "bodies/velocity": 3,
+#: The datasets of a solution, with the shape of a marker's or a body's part, or of a number.
+_WIDTHS: Mapping[str, tuple[int, ...]] = {
+    "markers/position": (3,),
+    "markers/velocity": (3,),
+    "bodies/position": (3,),
+    "bodies/orientation": (4,),
+    "bodies/velocity": (3,),
+    "diagnostics/kinetic_energy": (),
+    "diagnostics/potential_energy": (),
+    "diagnostics/energy_balance": (),
+    "diagnostics/position_violation": (),
+    "diagnostics/velocity_violation": (),
+    "diagnostics/acceleration_violation": (),
 }
-_SERIES = (
-    "kinetic_energy",
-    "potential_energy",
-    "energy_balance",
-    "position_violation",
-    "velocity_violation",
-    "acceleration_violation",
-)
 
 
 @dataclass(frozen=True)
@@ -140,6 +139,9 @@ class Failure:
         return self.cause
 
 
+Series: TypeAlias = Annotated[Array, "T"]
+
+
 @dataclass(frozen=True, eq=False)
 class Solution:
     """The motion that a setting gives at `times` (T,), s. Rows after a failure are NaN.
@@ -149,18 +151,18 @@ class Solution:
     where the run failed."""
 
     setting: Setting
-    times: Array
-    marker_position: Array
-    marker_velocity: Array
-    body_position: Array
-    body_orientation: Array
-    body_velocity: Array
-    kinetic_energy: Array
-    potential_energy: Array
-    energy_balance: Array
-    position_violation: Array
-    velocity_violation: Array
-    acceleration_violation: Array
+    times: Series
+    marker_position: Annotated[Array, "T m 3"]
+    marker_velocity: Annotated[Array, "T m 3"]
+    body_position: Annotated[Array, "T n 3"]
+    body_orientation: Annotated[Array, "T n 4"]
+    body_velocity: Annotated[Array, "T n 3"]
+    kinetic_energy: Series
+    potential_energy: Series
+    energy_balance: Series
+    position_violation: Series
+    velocity_violation: Series
+    acceleration_violation: Series
     report: Report | None
     failure: Failure | None
 
@@ -176,10 +178,6 @@ class Solution:
     def velocity(self) -> Array:
         """The velocities of the points at which errors are measured, (T, k, 3)."""
         return self.marker_velocity if self.marker_velocity.shape[1] else self.body_velocity
-
-
-#: The classes of a solution and its parts, which the store has to know.
-SOLUTION_RECORDS = (Solution, Failure, Setting, Report, EnergyAccount, RowsKept, Worst, Settings, ProjectionSettings)
 
 
 #: The hint for points that do not move.
@@ -207,7 +205,9 @@ def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solut
     """Runs `mechanism` from its start with `setting` and returns its motion at `times`. These are evenly spaced from 0
     on, at whole multiples of a fixed step. A run that fails raises nothing: the solution has the failure."""
     ready = mechanism if isinstance(mechanism, Mechanism) else Mechanism.of(mechanism)
-    recorder, report, failure = _SolutionRecorder(ready, len(times)), None, None
+    names, report, failure = ready.system.names, None, None
+    counts = {"markers": (len(names.markers),), "bodies": (len(names.bodies),), "diagnostics": ()}
+    recorder = DatasetRecorder(_WIDTHS)
     try:
         settings = ready.settings(setting, float(times[-1]), float(times[1]))
         report = simulate(ready.system, ready.state, settings, recorder, choice=ready.choice(settings))
@@ -216,31 +216,13 @@ def solve(mechanism: Mechanism | Scene, setting: Setting, times: Array) -> Solut
         failure = Failure("failed", error.time, str(error))
     except InputError as error:
         failure = Failure("refused", 0.0, "; ".join(problem.message for problem in error.problems))
-    return Solution(setting=setting, times=times, report=report, failure=failure, **recorder.arrays)
-
-
-class _SolutionRecorder:
-    """A recorder of the datasets of a solution."""
-
-    def __init__(self, mechanism: Mechanism, samples: int) -> None:
-        counts = {"markers": len(mechanism.system.names.markers), "bodies": len(mechanism.system.names.bodies)}
-        places = {
-            path: np.full((samples, counts[path.partition("/")[0]], width), np.nan) for path, width in _PLACES.items()
-        }
-        self._by_path = places | {f"diagnostics/{name}": np.full(samples, np.nan) for name in _SERIES}
-        self._filled = 0
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        rows = slice(self._filled, self._filled + len(block["time"]))
-        for path, values in self._by_path.items():
-            values[rows] = block[path]
-        self._filled = rows.stop
-
-    @property
-    def arrays(self) -> dict[str, Array]:
-        """The arrays by their names in `Solution`."""
-        return {_name(path): values for path, values in self._by_path.items()}
+    arrays = {}
+    for path, width in _WIDTHS.items():
+        arrays[_name(path)] = np.full((len(times), *counts[path.partition("/")[0]], *width), np.nan)
+        if not recorder.is_empty:
+            rows = recorder[path]
+            arrays[_name(path)][: len(rows)] = rows
+    return Solution(setting=setting, times=times, report=report, failure=failure, **arrays)
 
 
 def _name(path: str) -> str:
@@ -251,20 +233,14 @@ def _name(path: str) -> str:
 # --- A recorder of the datasets that the measures of a study read -----------------------------------------------------
 
 
-class MeasuredSamples:
-    """A recorder of the datasets that `measures` read. It passes each block on to `recorder`, which records
-    everything."""
+class DatasetRecorder:
+    """A recorder of the datasets at these paths, and of the events that the run `met`. It passes everything on to
+    `recorder`."""
 
-    def __init__(self, mechanism: Mechanism, measures: Sequence[Expectation], recorder: Recorder | None = None) -> None:
-        self._names: Mapping[str, tuple[str, ...]] = mechanism.system.names.as_mapping()
-        wanted = (path for each in measures for path in datasets(each, self.names("coordinates")))
-        self._parts: dict[str, list[npt.NDArray[Any]]] = {path: [] for path in ("time", *wanted)}
+    def __init__(self, paths: Iterable[str], recorder: Recorder | None = None) -> None:
+        self._parts: dict[str, list[npt.NDArray[Any]]] = {path: [] for path in paths}
         self._recorder = recorder
-        self.event_times = np.zeros(0)
-
-    def names(self, kind: str) -> tuple[str, ...]:
-        """The names of the columns of a kind, for example of "markers"."""
-        return self._names[kind]
+        self.met: Sequence[Event] = ()
 
     def write(self, block: Block) -> None:
         """Record a block of T samples."""
@@ -274,10 +250,52 @@ class MeasuredSamples:
             self._recorder.write(block)
 
     def events(self, events: Sequence[Event]) -> None:
-        """Record the times of the run's events in `event_times` (n,), s."""
-        self.event_times = np.array([event.time for event in events])
+        """Record the events of the run."""
+        self.met = events
         if isinstance(self._recorder, EventRecorder):
             self._recorder.events(events)
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing was recorded."""
+        return not any(self._parts.values())
+
     def __getitem__(self, path: str) -> npt.NDArray[Any]:
         return np.concatenate(self._parts[path])
+
+
+class MeasuredSamples(DatasetRecorder):
+    """A recorder of the datasets that `measures` read."""
+
+    def __init__(self, mechanism: Mechanism, measures: Sequence[Expectation], recorder: Recorder | None = None) -> None:
+        self._names: Mapping[str, tuple[str, ...]] = mechanism.system.names.as_mapping()
+        self._measures = tuple(measures)
+        wanted = (path for each in measures for path in datasets(each, self.names("coordinates")))
+        super().__init__(("time", *wanted), recorder)
+
+    def names(self, kind: str) -> tuple[str, ...]:
+        """The names of the columns of a kind, for example of "markers"."""
+        return self._names[kind]
+
+    @property
+    def event_times(self) -> Array:
+        """The times (n,), s, of the run's events."""
+        return np.array([event.time for event in self.met])
+
+    def values(self, duration: float | None, of: Sequence[Expectation] | None = None) -> tuple[float, ...]:
+        """The first number of each measure, or of those given, in a run of `duration` (s); NaN where there is none."""
+        values = (measured(each, self, duration) for each in (self._measures if of is None else of))
+        return tuple(np.nan if each is None else float(each.values[0]) for each in values)
+
+
+def measured_run(
+    mechanism: Mechanism,
+    settings: Settings,
+    measures: Sequence[Expectation],
+    steps: FollowedSteps | None = None,
+    recorder: Recorder | None = None,
+) -> tuple[MeasuredSamples, Report]:
+    """Run a mechanism, and return the samples of the measures. Raises SimulationError."""
+    samples = MeasuredSamples(mechanism, measures, recorder)
+    report = simulate(mechanism.system, mechanism.state, settings, samples, accounts=False, steps=steps)
+    return samples, report

@@ -1,8 +1,8 @@
 """Work in parallel: the one place that distributes it, in this process, on this machine, or on a Dask cluster.
 
 All take a function of a module, data that all items share, and items, and give results as they come: `in_parallel` any
-items, `in_bundles` many short ones, `resumable` items whose results are stored, so that none is computed twice. Items
-and results are sent to other processes, and have to be such that pickle can send them.
+items, `in_bundles` many short ones. Items and results are sent to other processes, and have to be such that pickle can
+send them.
 """
 
 from __future__ import annotations
@@ -10,22 +10,20 @@ from __future__ import annotations
 import itertools
 import os
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence, Sized
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
 from threading import Lock
 from time import monotonic, process_time
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import warn_once
 from mbproj.motion.interruption import interruption
 from mbproj.studies.parallel.cluster import Cluster, on_cluster
-from mbproj.studies.parallel.progress import Tell, with_words
 from mbproj.studies.parallel.workers import Worker, WorkerLost
-from mbproj.studies.store import ValueCache
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -155,22 +153,14 @@ GROWTH, LARGEST = 4, 1000
 
 
 @dataclass(frozen=True)
-class Done(Generic[Result]):
-    """The results of a bundle, and the processor time that it took, s."""
+class Ended:
+    """How a bundle ended: its results, or None where it did not come back, and `why`. `seconds` is the processor time
+    that it took, or the time after which it was lost."""
 
-    results: tuple[Result, ...]
+    bundle: tuple[Any, ...]
+    results: tuple[Any, ...] | None
     seconds: float
-
-
-@dataclass(frozen=True)
-class Lost:
-    """The fate of a bundle that did not come back: the reason, and after how long, s."""
-
-    why: str
-    seconds: float
-
-
-Outcome: TypeAlias = "Done[Any] | Lost"
+    why: str = ""
 
 
 def in_bundles(
@@ -191,14 +181,17 @@ def in_bundles(
     def limit(bundle: tuple[Item, ...]) -> float | None:
         return None if timeout is None else timeout * len(bundle)
 
-    for _, (bundle, outcome) in in_parallel(
-        _run, (function, at_once, shared), bundles, where, _lost, limit, _is_single
-    ):
-        bundles.returned(bundle, outcome)
-        if isinstance(outcome, Done):
-            yield list(zip(bundle, outcome.results, strict=True))
-        elif len(bundle) == 1:
-            yield [(bundle[0], lost(bundle[0], outcome.why, outcome.seconds))]
+    def gone(bundle: tuple[Item, ...], why: str, seconds: float) -> Ended:
+        return Ended(bundle, None, seconds, why)
+
+    shares = function, at_once, shared
+    for _, ended in in_parallel(_run, shares, bundles, where, gone, limit, lambda bundle: len(bundle) == 1):
+        bundles.returned(ended)
+        if ended.results is not None:
+            yield list(zip(ended.bundle, ended.results, strict=True))
+        elif len(ended.bundle) == 1:
+            (item,) = ended.bundle
+            yield [(item, lost(item, ended.why, ended.seconds))]
 
 
 class _Bundles(Iterator[tuple[Item, ...]]):
@@ -216,63 +209,22 @@ class _Bundles(Iterator[tuple[Item, ...]]):
             raise StopIteration
         return bundle
 
-    def returned(self, bundle: tuple[Item, ...], outcome: Outcome) -> None:
+    def returned(self, ended: Ended) -> None:
         """Take note of how a bundle ended. The items of a lost bundle are tried again one by one."""
-        if isinstance(outcome, Lost):
-            self._again.extend(bundle if len(bundle) > 1 else ())
+        count = len(ended.bundle)
+        if ended.results is None:
+            self._again.extend(ended.bundle if count > 1 else ())
             return
-        fitting = int(self._seconds * len(bundle) / max(outcome.seconds, 1e-9))
-        self._size = max(1, min(fitting, GROWTH * len(bundle), LARGEST))
+        fitting = int(self._seconds * count / max(ended.seconds, 1e-9))
+        self._size = max(1, min(fitting, GROWTH * count, LARGEST))
 
 
-def _run(shared: tuple[Any, Any, Any], bundle: tuple[Any, ...]) -> tuple[tuple[Any, ...], Outcome]:
-    """The bundle with its results: the work of one process."""
+def _run(shared: tuple[Any, Any, Any], bundle: tuple[Any, ...]) -> Ended:
+    """The results of a bundle: the work of one process."""
     function, at_once, common = shared
     begun = process_time()  # other programs do not make bundles smaller
     if at_once is not None and len(bundle) > 1:
         results = tuple(at_once(common, bundle))
     else:
         results = tuple(function(common, item) for item in bundle)
-    return bundle, Done(results, process_time() - begun)
-
-
-def _lost(bundle: tuple[Any, ...], why: str, seconds: float) -> tuple[tuple[Any, ...], Outcome]:
-    return bundle, Lost(why, seconds)
-
-
-def _is_single(bundle: tuple[Any, ...]) -> bool:
-    return len(bundle) == 1
-
-
-# --- resumable(): items whose results are stored as they come, so that none is computed twice -------------------------
-
-
-def resumable(
-    function: Callable[[Any, Any], Any],
-    shared: Any,
-    items: Mapping[str, Any],
-    kept: ValueCache,
-    processes: Where,
-    phase: str,
-    tell: Tell,
-    best: Callable[[Any], tuple[Any, str]] | None = None,
-) -> dict[str, Any]:
-    """The results function(shared, item) of all items by their keys, each of which JSON can hold. Results in the store
-    `kept` are not computed again.
-
-    `tell` is called with the phase and the number of items done. `best` returns the rank of a result and words on it;
-    the words of the least rank are added to the phase."""
-    missing = [key for key in items if key not in kept]
-    ranked = [] if best is None else [best(kept[key]) for key in items if key in kept]
-
-    def say(through: int) -> None:
-        tell(with_words(phase, min(ranked)[1]) if ranked else phase, through, len(items))
-
-    say(len(items) - len(missing))
-    for through, (number, record) in enumerate(
-        in_parallel(function, shared, [items[key] for key in missing], processes), len(items) - len(missing) + 1
-    ):
-        kept.add(missing[number], record)
-        ranked += [] if best is None else [best(record)]
-        say(through)
-    return {key: kept[key] for key in items}
+    return Ended(bundle, results, process_time() - begun)

@@ -1,23 +1,13 @@
-"""The folder of a sweep: its spec and store, the results files that are kept, the summary.
-
-The store holds the results of a sweep: one SQLite file with a row for each case, written by the sweep's main process. A
-row is on the disk when `add` returns, so that a killed sweep loses only the cases in work. The file is locked as long
-as it is open: two sweeps never share a folder.
-"""
+"""The folder of a sweep: its spec and store, the results files that are kept, the summary."""
 
 from __future__ import annotations
 
 import re
-import sqlite3
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from time import strftime
-from typing import Any
 from zlib import crc32
 
-from mbproj.base.errors import ExitCode, InputError, MbprojError, Problem
+from mbproj.base.errors import InputError, Problem
 from mbproj.base.version import __version__
 from mbproj.kernel import build_info
 from mbproj.results.file.checksums import as_text
@@ -25,23 +15,12 @@ from mbproj.results.file.opening import is_locked
 from mbproj.results.output_files import make_folder
 from mbproj.results.sweep_table import NAME
 from mbproj.studies.sweep.spec import SweepSpec
-from mbproj.studies.sweep.store import (
-    FORMAT,
-    CaseRow,
-    Status,
-    as_stored,
-    from_stored,
-    identity,
-    open_whole,
-    sealed,
-    whole_values,
-)
+from mbproj.studies.sweep.store import OTHER, Store, identity
 
 STORE, CASES, TABLE = "store.sqlite", "cases", "summary.csv"
 #: Names of the results files of cases, complete and unfinished.
 CASE_FILE = re.compile(r"\.?[0-9a-f]{32}(-[0-9a-f]{8})?\.h5(\.part)?")
 PRIVATE = re.compile(r"\.[0-9a-f]{32}-[0-9a-f]{8}\.h5(\.part)?")
-OTHER = "choose another folder with -o"
 
 
 class Folder:
@@ -118,87 +97,3 @@ def _facts(spec: SweepSpec) -> dict[str, str]:
 
 def _time_stamp() -> str:
     return strftime("%Y-%m-%dT%H:%M:%S%z")
-
-
-class StoreLost(MbprojError):
-    """The error for a store that cannot be read or written any more: the disk is full or gone, or another program has
-    changed it."""
-
-    exit_code = ExitCode.FAILED
-
-
-class Store:
-    """Rows by the keys of their cases, and facts about the sweep by name. `measures` are the identities of the
-    measures, in the order of a row's values. Methods raise StoreLost."""
-
-    def __init__(self, path: Path, measures: Sequence[str]) -> None:
-        """Opens the file, or makes it. Raises InputError where it is of another program, or another sweep has it
-        open."""
-        self.path, self._measures = path, tuple(measures)
-        self._database = open_whole(path)
-
-    def close(self) -> None:
-        """Closes the file, which ends the lock."""
-        self._database.close()
-
-    def __enter__(self) -> Store:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.close()
-
-    def about(self) -> dict[str, str]:
-        """The stored facts, by name."""
-        with self._at_work():
-            return dict(self._database.execute("SELECT name, value FROM about").fetchall())
-
-    def describe(self, facts: Mapping[str, str]) -> None:
-        """Stores facts."""
-        with self._at_work():
-            self._database.executemany("INSERT OR REPLACE INTO about VALUES (?, ?, ?)", map(sealed, facts.items()))
-
-    def forget(self) -> None:
-        """Drops all rows."""
-        with self._at_work():
-            self._database.execute("DELETE FROM cases")
-
-    def add(self, key: str, parameters: Mapping[str, Any], row: CaseRow) -> None:
-        """Stores a row, in place of an earlier one of the same case."""
-        values = sealed(as_stored(key, parameters, self._measures, row))
-        with self._at_work():
-            self._database.execute(f"INSERT OR REPLACE INTO cases VALUES ({', '.join('?' * len(values))})", values)
-
-    def row(self, key: str) -> CaseRow | None:
-        """The row of a case; None where there is none, or it lacks a present measure."""
-        with self._at_work():
-            stored = self._database.execute("SELECT * FROM cases WHERE key = ?", [key]).fetchone()
-            return None if stored is None else self._row(stored)
-
-    def rows(self) -> Iterator[tuple[str, CaseRow]]:
-        """All rows with all present measures, by their keys."""
-        with self._at_work():
-            for record in self._database.execute("SELECT * FROM cases"):
-                row = self._row(record)
-                if row is not None:
-                    yield record[0], row
-
-    def _row(self, record: Sequence[Any]) -> CaseRow | None:
-        whole = whole_values("cases", FORMAT, record)
-        if whole is None:
-            raise sqlite3.DatabaseError("a row is not what was written")
-        values, row = from_stored(whole)
-        if row.status != Status.DONE:
-            return row
-        if not values.keys() >= {*self._measures}:
-            return None
-        known = (values[name] for name in self._measures)
-        return replace(row, values=tuple(float("nan") if value is None else value for value in known))
-
-    @contextmanager
-    def _at_work(self) -> Iterator[None]:
-        try:
-            yield
-        except sqlite3.Error as error:
-            next_step = "make room, and start the sweep again" if "full" in str(error) else "start the sweep again"
-            what = f"cannot go on with '{self.path}': {error}; {next_step}: what is whole in it is not computed again"
-            raise StoreLost(what) from error

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from uuid import uuid4
@@ -16,9 +17,6 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import ExitCode, InputError, MbprojError, SimulationError, message_and_code
 from mbproj.base.settings import Settings
 from mbproj.motion.interruption import TimeIsUp, time_limit
-from mbproj.motion.report import Report
-from mbproj.motion.simulate import simulate
-from mbproj.results.analysis.expectations import measured
 from mbproj.results.crash_safety import part_path
 from mbproj.results.faults import OutputError
 from mbproj.scene.records import Expectation
@@ -26,13 +24,13 @@ from mbproj.scene.sampling import whole_steps
 from mbproj.scene.scene import Scene, SceneText
 from mbproj.scene.settings import settings_to_run
 from mbproj.studies.case_blocks import FEWEST, CaseBlock, by_arrays, common_values, values_of
-from mbproj.studies.measure.solve import MeasuredSamples, Mechanism
+from mbproj.studies.measure.solve import Mechanism, measured_run
 from mbproj.studies.parallel.hand_out import Where, in_bundles
 from mbproj.studies.parallel.workers import OVERDUE
 from mbproj.studies.record import record_run
 from mbproj.studies.sweep.folder import Folder
 from mbproj.studies.sweep.spec import SweepSpec
-from mbproj.studies.sweep.store import CaseRow, Keys, Status
+from mbproj.studies.sweep.store import CaseRow, Status
 
 # --- One case of a sweep ----------------------------------------------------------------------------------------------
 # The scene with its values, run and measured. Any error is in its row.
@@ -40,18 +38,16 @@ from mbproj.studies.sweep.store import CaseRow, Keys, Status
 
 #: After this many blocks in a row without a case that runs in arrays, arrays are not tried any more.
 TRIALS = 3
-#: The number of parsed scenes in the cache of a process.
-SCENES = 4
+#: The blocks in a row of each sweep of this process without a case that ran in arrays.
+in_vain: Counter[int] = Counter()
 
 
 @dataclass(frozen=True)
 class CaseWork:
-    """The common data of all cases: the scene's text and its `name` in messages; the paths of the varied values; the
-    measures; the longest time (s) of a case. `keep` tells which cases keep their results files in `folder`: "none",
-    "failed" or "all"."""
+    """The common data of all cases: the scene; the paths of the varied values; the measures; the longest time (s) of a
+    case. `keep` tells which cases keep their results files in `folder`: "none", "failed" or "all"."""
 
-    text: str
-    name: str
+    scene: SceneText
     paths: tuple[str, ...]
     measures: tuple[Expectation, ...]
     timeout: float | None
@@ -91,23 +87,12 @@ def run_case(work: CaseWork, task: CaseTask) -> CaseRow:
 
 def run_cases(work: CaseWork, tasks: Sequence[CaseTask]) -> tuple[CaseRow, ...]:
     """The rows of several cases. They run by arrays where this is supported, with the bits of single runs."""
-    tried = _tried(work.text, work.paths, work.measures)
+    sweep = hash((work.scene.text, work.paths, work.measures))
     rows: dict[int, CaseRow] = {}
-    if work.keep != "all" and len(tasks) >= FEWEST and tried.count < TRIALS:
+    if work.keep != "all" and len(tasks) >= FEWEST and in_vain[sweep] < TRIALS:
         rows = _by_arrays(work, tasks)
-        tried.count = 0 if rows else tried.count + 1
+        in_vain[sweep] = 0 if rows else in_vain[sweep] + 1
     return tuple(rows.get(at) or run_case(work, task) for at, task in enumerate(tasks))
-
-
-class _Tried:
-    """The number of blocks in a row without a case that ran in arrays."""
-
-    count = 0
-
-
-@lru_cache(SCENES)
-def _tried(text: str, paths: tuple[str, ...], measures: tuple[Expectation, ...]) -> _Tried:
-    return _Tried()
 
 
 def _by_arrays(work: CaseWork, tasks: Sequence[CaseTask]) -> dict[int, CaseRow]:
@@ -138,25 +123,18 @@ def _run(work: CaseWork, task: CaseTask) -> CaseRow:
     if work.keep == "all":
         return _recorded(work, task, scene)
     mechanism, settings = Mechanism.of(scene), sparse(settings_to_run(scene), work.measures)
-    samples = MeasuredSamples(mechanism, work.measures)
     try:
-        report = simulate(mechanism.system, mechanism.state, settings, samples, accounts=False)
+        samples, report = measured_run(mechanism, settings, work.measures)
     except SimulationError:
         if work.keep != "failed":
             raise
         return _recorded(work, task, scene)
-    values = (measured(each, samples, settings.duration) for each in work.measures)
-    return _done((None if one is None else one.values for one in values), report)
+    return CaseRow(Status.DONE, samples.values(settings.duration), formulation=report.formulation)
 
 
 def scene_of(work: CaseWork, task: CaseTask) -> Scene:
     """The scene with the values of a case. Raises InputError."""
-    return _taken_apart(work.text, work.name).scene(dict(zip(work.paths, task.values, strict=True)))
-
-
-@lru_cache(SCENES)
-def _taken_apart(text: str, name: str) -> SceneText:
-    return SceneText(text, name, Path(name))
+    return work.scene.scene(dict(zip(work.paths, task.values, strict=True)))
 
 
 def sparse(settings: Settings, measures: Sequence[Expectation], *, counts: bool = True) -> Settings:
@@ -166,12 +144,6 @@ def sparse(settings: Settings, measures: Sequence[Expectation], *, counts: bool 
     if late and settings.step is not None:
         return replace(settings, output_step=whole_steps(settings) * settings.step)
     return settings if counts or not late else replace(settings, output_step=settings.duration)
-
-
-def _done(values: Iterable[Iterable[float] | None], report: Report) -> CaseRow:
-    """The row of a case that ran to its end, with the first number of each measure."""
-    numbers = tuple(np.nan if each is None else float(next(iter(each))) for each in values)
-    return CaseRow(Status.DONE, numbers, formulation=report.formulation)
 
 
 def _failed(error: MbprojError) -> CaseRow:
@@ -193,7 +165,8 @@ def _recorded(work: CaseWork, task: CaseTask, scene: Scene) -> CaseRow:
     whole, private = work.folder / f"{task.key}.h5", work.folder / f".{task.key}-{uuid4().hex[:8]}.h5"
     try:
         run = record_run(replace(scene, expectations=work.measures), private, attributes={"output": str(whole)})
-        row = _done((outcome.measured for outcome in run.outcomes), run.report)
+        values = tuple(np.nan if each.measured is None else float(each.measured[0]) for each in run.outcomes)
+        row = CaseRow(Status.DONE, values, formulation=run.report.formulation)
     except SimulationError as error:
         if error.output is None:  # nothing was simulated
             raise
@@ -252,17 +225,16 @@ def run_sweep(
     cases. A case may take `timeout` s. With `retry_failed` failed cases run again. Raises KeyboardInterrupt after
     SIGINT or SIGTERM, and StoreLost where a row cannot be stored; earlier results stay stored."""
     work = CaseWork(
-        spec.scene.text,
-        str(spec.scene.path),
+        spec.scene,
         spec.design.paths,
         spec.measures,
         timeout,
         spec.keep,
         None if spec.keep == "none" else folder.cases.absolute(),
     )
-    keys, store = Keys(spec.scene.whole, spec.design.paths), folder.store
+    store = folder.store
     known = {key: row.status for key, row in store.rows() if _is_whole(key, row, spec, folder, retry_failed)}
-    tasks = _Missing(spec, keys, known)
+    tasks = _Missing(spec, known)
     progress = Progress(spec.design.count, 0, tasks.reused, tasks.failed)
     tell(progress)
     hard = None if timeout is None else PATIENCE * timeout + GRACE
@@ -271,7 +243,7 @@ def run_sweep(
         with closing(ended):
             for rows in ended:
                 for task, row in rows:
-                    store.add(task.key, dict(zip(spec.design.paths, task.values, strict=True)), row)
+                    store.add(task.key, row)
                 failed = sum(row.status != Status.DONE for _, row in rows)
                 computed = progress.computed + len(rows)
                 progress = Progress(
@@ -299,8 +271,8 @@ class _Missing(Iterator[CaseTask]):
     """An iterator over the cases that are not known yet, each once. `reused` counts the other cases passed so far,
     `failed` the failed ones of these."""
 
-    def __init__(self, spec: SweepSpec, keys: Keys, known: dict[str, Status]) -> None:
-        self._spec, self._keys, self._met = spec, keys, {*known}
+    def __init__(self, spec: SweepSpec, known: dict[str, Status]) -> None:
+        self._spec, self._met = spec, {*known}
         self.reused = self.failed = 0
         numbers: Iterable[int] = range(spec.design.count)
         if known:  # counted first, because the time left depends on the number of missing cases
@@ -320,7 +292,7 @@ class _Missing(Iterator[CaseTask]):
         raise StopIteration
 
     def _key(self, number: int) -> str:
-        return self._keys.of(self._spec.design.case(number))
+        return self._spec.key_of(self._spec.design.case(number))
 
 
 def _is_whole(key: str, row: CaseRow, spec: SweepSpec, folder: Folder, retry_failed: bool) -> bool:

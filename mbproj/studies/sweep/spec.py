@@ -26,6 +26,7 @@ from mbproj.scene.records import Expectation, KeyPath
 from mbproj.scene.scene import SceneText
 from mbproj.scene.settings import settings_to_run
 from mbproj.scene.text.nodes import Node, from_value
+from mbproj.studies.store import Keys
 
 # --- The cases of a sweep ---------------------------------------------------------------------------------------------
 # Every combination of the values, one after another, or samples of the unit cube.
@@ -259,6 +260,14 @@ class SweepSpec:
     def place(self, *path: str | int) -> Place | None:
         """The place of a key in the file."""
         return self.places.get(path)
+
+    @cached_property
+    def _keys(self) -> Keys:
+        return Keys(self.scene.whole)
+
+    def key_of(self, case: Case) -> str:
+        """The key of a case in the store; it does not depend on the order of the paths."""
+        return self._keys.of(sorted(zip(self.design.paths, case, strict=True)))
 
 
 def read_spec(path: Path) -> SweepSpec:

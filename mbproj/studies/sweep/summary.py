@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,10 +33,11 @@ from mbproj.results.sweep_table import (
 )
 from mbproj.results.table_files import write_csv
 from mbproj.scene.ranges import column_of, with_unit
-from mbproj.studies.sweep import store as database
-from mbproj.studies.sweep.folder import CASES, OTHER, STORE, TABLE, Folder, checksum_of
+from mbproj.studies.store import faults_of, is_damage, only_read
+from mbproj.studies.sweep.folder import CASES, STORE, TABLE, Folder, checksum_of
 from mbproj.studies.sweep.spec import COLUMNS, Case, Grid, Sampled, SweepSpec
-from mbproj.studies.sweep.store import CaseRow, Keys, Status
+from mbproj.studies.sweep.store import CASES as STORED_CASES
+from mbproj.studies.sweep.store import OTHER, CaseRow, Status, about, check_no_links, refused
 
 if TYPE_CHECKING:
     import h5py
@@ -67,10 +67,9 @@ class CaseEntry:
 
 def entries(spec: SweepSpec, folder: Folder) -> Iterator[CaseEntry]:
     """All cases in the order of the design."""
-    keys = Keys(spec.scene.whole, spec.design.paths)
     for number in range(spec.design.count):
         values = spec.design.case(number)
-        key = keys.of(values)
+        key = spec.key_of(values)
         row = folder.store.row(key)
         file = folder.file_of(key)
         has_file = row is not None and row.kept and file.exists()
@@ -246,14 +245,12 @@ def check_sweep(folder: Path) -> SweepSoundness:
         raise InputError(Problem(f"'{folder}' is not the folder of a sweep: it has no '{STORE}'", hint=hint))
     faults, unguarded, rows, checksum = [], [], 0, None
     try:
-        looked, checksum = _look_at(store)
-        rows = looked.cases
-        faults += [f"{STORE}: {fault}" for fault in looked.faults]
-        faults += [f"{STORE}: {looked.damaged} of {rows} rows are damaged"] if looked.damaged else []
-        unguarded += [STORE] if looked.version == database.WITHOUT_CHECKSUMS else []
+        check_no_links(store)
+        wrong, rows, checksum = only_read(store, _looked_at)
+        faults += [f"{STORE}: {fault}" for fault in wrong]
     except sqlite3.Error as error:
-        if not database.is_damage(store, error):
-            raise database.refused(store, error) from error
+        if not is_damage(store, error):
+            raise refused(store, error) from error
         faults.append(f"{STORE}: {error}")
     if table.is_file():
         unguarded += [TABLE] if checksum is None else []
@@ -273,21 +270,10 @@ def check_sweep(folder: Path) -> SweepSoundness:
     return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
 
 
-def _look_at(store: Path) -> tuple[database.Looked, str | None]:
-    """The check of the store, and the table's checksum, if any. A log of SQLite beside the store means that a sweep is
-    running, or was killed: then the store is opened with a lock."""
-    database.check_no_links(store)
-    if store.with_name(store.name + "-wal").exists():
-        with closing(database.locked(store)) as opened:
-            return database.look(opened), _checksum(opened)
-    with closing(sqlite3.connect(f"{store.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as opened:
-        database.prepare(opened)
-        return database.look(opened), _checksum(opened)
-
-
-def _checksum(opened: sqlite3.Connection) -> str | None:
-    row = opened.execute("SELECT value FROM about WHERE name = ?", [TABLE]).fetchone()
-    return None if row is None else str(row[0])
+def _looked_at(store: sqlite3.Connection) -> tuple[list[str], int, str | None]:
+    """The faults of the store, the number of its cases, and the table's checksum, if any."""
+    (count,) = store.execute("SELECT count(*) FROM kept WHERE study = ?", [STORED_CASES]).fetchone()
+    return faults_of(store), count, about(store).get(TABLE)
 
 
 def _of_results(case: Path) -> Iterator[str]:

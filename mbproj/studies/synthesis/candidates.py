@@ -74,9 +74,14 @@ def names_for(kind: str) -> tuple[str, ...]:
     return (*names, SPATIAL) if kind == FUNCTION else tuple(names)
 
 
+def mechanism_of(wanted: Wanted, name: str) -> Linkage | SpatialFourBar:
+    """The mechanism of the topology `name` for this task."""
+    return SpatialFourBar() if name == SPATIAL else TOPOLOGIES[name][wanted.kind]
+
+
 def candidates(wanted: Wanted, name: str) -> list[dict[str, float]]:
     """The best designs of a topology, the best first: their numbers, and `rms`. A work item."""
-    mechanism = SpatialFourBar() if name == SPATIAL else TOPOLOGIES[name][wanted.kind]
+    mechanism = mechanism_of(wanted, name)
     designs: list[Candidate] = []
     signs = [1.0, -1.0]
     directions = signs if wanted.kind == PATH and wanted.times is not None else [1.0]

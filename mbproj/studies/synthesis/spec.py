@@ -15,7 +15,7 @@ from mbproj.scene.fields.fields import NameChoice, OneOf, Record, Text
 from mbproj.scene.fields.quantities import Integer
 from mbproj.scene.fields.reading import Reading, in_text_order
 from mbproj.scene.ranges import read_mapping
-from mbproj.studies.inverse.given_motion import CsvTable, factor_of, read_columns
+from mbproj.studies.inverse.given_motion import CsvTable, read_columns
 from mbproj.studies.synthesis.linkage import FUNCTION, PATH, POSITIONS
 
 #: The columns of each kind, with their units. A path has times where its timing is given.
@@ -123,8 +123,7 @@ def _values(table: CsvTable, wanted: tuple[tuple[str, str], ...], file: Path) ->
             known = ", ".join(f"'{each}'" for each, _ in table.headings)
             hint = choose_from(name, names) or f"headings are {known}"
             raise InputError(Problem(f"there is no column '{name}'", place, hint))
-        at = names.index(name)
-        columns.append(table.rows[:, at] * factor_of(name, table.headings[at][1], unit, place))
+        columns.append(table.column(names.index(name), unit, place))
     return np.stack(columns, axis=1)
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.results.output_files import DESIGNED, make_folder, write_text
@@ -16,17 +15,17 @@ from mbproj.results.views import Table
 from mbproj.scene.ranges import column_of
 from mbproj.studies.design.run import FoundDesign, find_design
 from mbproj.studies.design.spec import read_spec
-from mbproj.studies.parallel.hand_out import Where, resumable
+from mbproj.studies.parallel.hand_out import Where
 from mbproj.studies.parallel.progress import Tell
-from mbproj.studies.store import ValueCache
+from mbproj.studies.study import Study
 from mbproj.studies.synthesis.candidates import (
     ARM,
     EXACT,
-    SPATIAL,
     body_of,
     bounds_of,
     candidates,
     crank_of,
+    mechanism_of,
     names_for,
     output_of,
     swung_between,
@@ -35,7 +34,6 @@ from mbproj.studies.synthesis.linkage import (
     FUNCTION,
     PATH,
     POSITIONS,
-    TOPOLOGIES,
     Linkage,
     Numbers,
     Slide,
@@ -96,18 +94,15 @@ def synthesise(
             message = f"no topology for {wanted.kind} is called '{name}'"
             raise InputError(Problem(message, Place("--topologies"), choose_from(name, able)))
     chosen = tuple(dict.fromkeys(names)) or able
-    cache = ValueCache(["synthesis", wanted.text, wanted.values.tolist(), _as_list(wanted.times)], fresh)
-    looked = resumable(candidates, wanted, {name: name for name in chosen}, cache, where, "topologies", tell)
-    results = [_brought_to_an_end(wanted, name, looked[name], folder, where, fresh, force) for name in chosen]
+    what = ["synthesis", wanted.text, wanted.values.tolist(), None if wanted.times is None else wanted.times.tolist()]
+    study = Study(what, list[dict[str, float]], where, fresh, tell)
+    looked = zip(chosen, study.each(candidates, wanted, {name: name for name in chosen}, "topologies"), strict=True)
+    results = [_brought_to_an_end(wanted, name, each, folder, where, fresh, force) for name, each in looked]
     if not any(each.design for each in results):
         raise InputError(
             Problem(f"no topology does it; {results[0].topology}: {results[0].cause}", Place(str(wanted.path)))
         )
     return Synthesis(wanted, tuple(in_order(results, wanted.size)))
-
-
-def _as_list(times: Array | None) -> list[float] | None:
-    return None if times is None else times.tolist()
 
 
 def in_order(results: Sequence[Synthesised], size: float) -> Iterator[Synthesised]:
@@ -119,11 +114,6 @@ def in_order(results: Sequence[Synthesised], size: float) -> Iterator[Synthesise
     first = min(good, key=lambda each: each.bodies)
     yield first
     yield from (each for each in by_error if each is not first)
-
-
-def mechanism_of(wanted: Wanted, name: str) -> Linkage | SpatialFourBar:
-    """The mechanism of the topology `name` for this task."""
-    return SpatialFourBar() if name == SPATIAL else TOPOLOGIES[name][wanted.kind]
 
 
 def _brought_to_an_end(

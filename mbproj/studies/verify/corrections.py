@@ -29,9 +29,8 @@ METRICS: Mapping[str, str] = MappingProxyType({"gopm": "I", "gpopm": "M"})
 
 def popm_is_gpopm(case: Case) -> Found:
     """Compare POPM's correction with GPOPM's in (δr, δθ), where M is diag(m I, J) (Eq. 75)."""
-    obstacle = case.too_large or case.indefinite
-    if obstacle:
-        return obstacle
+    if case.indefinite:
+        return case.indefinite
     M, G, violation = _tangent(case)
     if not len(G.value):
         return "no joints: nothing to correct"
@@ -45,8 +44,6 @@ def popm_is_gpopm(case: Case) -> Found:
 
 def no_alpha(case: Case) -> Found:
     """Compare MMOPM's correction for several α with GPOPM's (Eq. 78), each to the round-off that its α brings."""
-    if case.too_large:
-        return case.too_large
     M, C_q, violation = _with_violation(case)
     known = _method("gpopm").correction(M.value, C_q.value, violation.value)
     rounding = correction(penalised(M, C_q, 1.0), C_q, violation).error
@@ -61,8 +58,6 @@ def no_alpha(case: Case) -> Found:
 
 def idempotent(case: Case) -> Found:
     """Check that v -> v + correction(C_q v) is a projector: a second correction changes nothing but round-off."""
-    if case.too_large:
-        return case.too_large
     equations, v = case.equations, case.displacement
     M, C_q = Rounded.exact(equations.M.value), Rounded.exact(equations.C_q.value)
     differences = []
@@ -82,8 +77,6 @@ def idempotent(case: Case) -> Found:
 def orthogonal(case: Case) -> Found:
     """Check that A Δ is orthogonal to the motions that C_q allows (Eqs. 38 and 43), with A = I for GOPM and M for
     GPOPM."""
-    if case.too_large:
-        return case.too_large
     M, C_q, violation = _with_violation(case)
     rows, columns = C_q.value.shape
     if rows == columns:
@@ -105,8 +98,6 @@ def orthogonal(case: Case) -> Found:
 
 def kernel_correction(case: Case) -> Found:
     """Compare one exact correction of an open pose by GPOPM: the kernel's block Cholesky with Eq. 73."""
-    if case.too_large:
-        return case.too_large
     if isinstance(case.reduced, str):
         return case.reduced
     if case.redundant:

@@ -19,8 +19,6 @@ from mbproj.studies.verify.equations import EPS, Rounded, concatenated, solve
 
 def eliminated_is_bordered(case: Case) -> Found:
     """Compare q'' and λ of the eliminated equations (Eqs. 80-81) with those of the bordered equations (Eq. 14)."""
-    if case.too_large:
-        return case.too_large
     known = case.equations
     terms = known.M.value, known.C_q.value, known.Q.value, known.gamma.value
     one, other = (np.concatenate(solver(*terms)) for solver in (solve_bordered, solve_eliminated))
@@ -37,8 +35,8 @@ def eliminated_is_bordered(case: Case) -> Found:
 
 def reduced_is_bordered(case: Case) -> Found:
     """Compare r'', ω' and, where it is unique, λ of the kernel's reduced formulation with the solution of Eq. 14."""
-    if case.too_large or isinstance(case.reduced, str):
-        return case.too_large or str(case.reduced)
+    if isinstance(case.reduced, str):
+        return case.reduced
     system, n = case.system, case.system.bodies
     y = case.reduced.state(case.state.q, case.state.v)
     solved = case.reduced.equations().accelerations(y, case.state.t, case.reference.tolist())
@@ -62,8 +60,8 @@ def reduced_is_bordered(case: Case) -> Found:
 def planar_is_bordered(case: Case) -> Found:
     """Compare x'', y'' and θ'' of the kernel's planar formulation with the solution of Eq. 14."""
     compiled = case.planar
-    if case.too_large or isinstance(compiled, str):
-        return case.too_large or str(compiled)
+    if isinstance(compiled, str):
+        return compiled
     system, plane = case.system, compiled.plane
     assert plane is not None
     y, at = compiled.state(case.state.q, case.state.v), case.reference[plane.coordinates.source.source]
@@ -144,8 +142,6 @@ OPERATIONS = 8.0
 
 def power(case: Case) -> Found:
     """Check that the kinetic energy changes at the power of gravity, forces and motions: joints do no work."""
-    if case.too_large:
-        return case.too_large
     system, (force, torque), a = case.system, _loads(case), tangent(case).acceleration
     pose = pose_of(case.state.q)
     twist = twist_of(pose, case.state.v)
@@ -182,8 +178,6 @@ def _leak(case: Case) -> float:
 def momentum(case: Case) -> Found:
     """Check that the linear momentum, and the angular momentum about the origin, change only by gravity, forces and
     reactions of the ground."""
-    if case.too_large:
-        return case.too_large
     system, (force, torque), solution = case.system, _loads(case), tangent(case)
     n, pose = system.bodies, pose_of(case.state.q)
     A, position = pose.rotation[:-1], pose.position[:-1]

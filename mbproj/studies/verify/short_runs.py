@@ -15,7 +15,6 @@ from mbproj.equations.assembly.assemble import State
 from mbproj.equations.derivatives import tangent_force
 from mbproj.equations.kinematics import pose_of
 from mbproj.equations.motions import drive_at
-from mbproj.equations.recorded import Block
 from mbproj.equations.tangent_space import moved, velocities
 from mbproj.linear.equilibrium.find import Equilibrium, equilibrium
 from mbproj.linear.equilibrium.solve import NoEquilibrium
@@ -26,7 +25,7 @@ from mbproj.model.system import System
 from mbproj.motion.law_switches import switches_of
 from mbproj.motion.simulate import simulate
 from mbproj.scene.settings import settings_to_run
-from mbproj.studies.measure.solve import Solution
+from mbproj.studies.measure.solve import DatasetRecorder, Solution
 from mbproj.studies.verify.case import ABOVE, Case, Finding, Found, Order, ShortRun, ShortRuns
 from mbproj.studies.verify.equations import EPS
 
@@ -157,10 +156,11 @@ def teeth_kept(case: Case) -> Found:
     The largest count over the scene's first steps is the finding."""
     if not (case.system.couplings.size or _driven_angles(case.system).size):
         return "there are no gears, screws or driven angles"
-    recorder = TurnRecorder()
+    recorder = DatasetRecorder(("joints/coordinate", "motions/value"))
     simulate(case.system, case.mechanism.state, _short(case), recorder)
-    away = slipped(case.system, recorder.coordinate, recorder.prescribed)
-    return Finding(away, WHOLE, f"teeth or turns, in {len(recorder.coordinate) - 1} samples")
+    coordinate = recorder["joints/coordinate"]
+    away = slipped(case.system, coordinate, recorder["motions/value"])
+    return Finding(away, WHOLE, f"teeth or turns, in {len(coordinate) - 1} samples")
 
 
 def slipped(system: System, coordinate: Array, prescribed: Array) -> float:
@@ -187,27 +187,6 @@ def _short(case: Case) -> Settings:
     return replace(settings, duration=duration, output_step=duration / TURN_STEPS)
 
 
-class TurnRecorder:
-    """A recorder of the joints' coordinates and of the prescribed values of motions."""
-
-    def __init__(self) -> None:
-        self._blocks: list[Block] = []
-
-    def write(self, block: Block) -> None:
-        """Record a block of T samples."""
-        self._blocks.append(block)
-
-    @property
-    def coordinate(self) -> Array:
-        """The joints' coordinates, (T, nc)."""
-        return np.concatenate([block["joints/coordinate"] for block in self._blocks])
-
-    @property
-    def prescribed(self) -> Array:
-        """The prescribed values of motions, (T, k)."""
-        return np.concatenate([block["motions/value"] for block in self._blocks])
-
-
 # --- Check of the linear model ----------------------------------------------------------------------------------------
 # Near its equilibrium a run follows the mode in which it starts.
 
@@ -224,8 +203,6 @@ STABLE, MOST_STEPS = 1.0, 20_000
 def small_motions(case: Case) -> Found:
     """Check the joint coordinates after a part of the slowest oscillation against the mode. The error is relative to
     the amplitude."""
-    if case.too_large:
-        return case.too_large
     if not case.system.coordinates.size:
         return "there are no joint coordinates to compare"
     try:
@@ -288,8 +265,8 @@ def _depends_on_time(case: Case, rest: Equilibrium, time: float) -> bool:
 
 def _final_coordinates(case: Case, start: State, time: float, steps: int) -> Array:
     """The joints' coordinates at the end of a run of length `time` (s)."""
-    recorder = TurnRecorder()
+    recorder = DatasetRecorder(("joints/coordinate",))
     formulation = case.scene.settings.formulation
     settings = Settings(duration=time, step=time / steps, output_step=time, formulation=formulation, start=EQUILIBRIUM)
     simulate(case.system, start, settings, recorder)
-    return recorder.coordinate[-1]
+    return np.asarray(recorder["joints/coordinate"][-1])

@@ -172,7 +172,7 @@ def test_what_is_killed_loses_nothing_and_nothing_is_done_twice(running, tmp_pat
     assert done["reused"] >= 20
     assert done["failed"] == 0
     spec = read_spec(path)
-    work = CaseWork(spec.scene.text, "alone", spec.design.paths, spec.measures, None, "none", None)
+    work = CaseWork(spec.scene, spec.design.paths, spec.measures, None, "none", None)
     with (tmp_path / "spec-sweep" / "summary.csv").open(encoding="utf-8") as file:
         column = [float(row["drop (m)"]) for row in csv.DictReader(file)]
     for number in range(0, 90, 9):

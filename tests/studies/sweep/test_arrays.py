@@ -73,7 +73,7 @@ SWEEPS = {
 
 def by_arrays_and_alone(path):
     spec = read_spec(path)
-    work = CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, None, "none", None)
+    work = CaseWork(spec.scene, spec.design.paths, spec.measures, None, "none", None)
     tasks = [CaseTask(str(number), spec.design.case(number)) for number in range(spec.design.count)]
     return run_cases(work, tasks), [run_case(work, task) for task in tasks]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sqlite3
 import warnings
 from contextlib import closing
@@ -13,10 +12,10 @@ import pytest
 from mbproj.base.errors import InputError, MbprojWarning
 from mbproj.results.analysis.expectations import measured
 from mbproj.results.reader import open_results
-from mbproj.studies.sweep.folder import Store
+from mbproj.studies.store import encoded, opened_alone, put
 from mbproj.studies.sweep.run import CaseTask, CaseWork, run_case
 from mbproj.studies.sweep.spec import read_spec
-from mbproj.studies.sweep.store import CaseRow, Status, open_whole
+from mbproj.studies.sweep.store import CaseRow, Status, Store
 from tests.cli.commands import succeeds
 from tests.crossed import once, some
 from tests.studies.sweep.specs import MEASURE, swept, write
@@ -39,7 +38,7 @@ MEASURES = """\
 
 def work_of(spec, **changes):
     given = {"timeout": None, "keep": "none", "folder": None, **changes}
-    return CaseWork(spec.scene.text, str(spec.scene.path), spec.design.paths, spec.measures, **given)
+    return CaseWork(spec.scene, spec.design.paths, spec.measures, **given)
 
 
 @pytest.mark.parametrize(
@@ -183,22 +182,13 @@ ROWS = {
     else CaseRow(Status.FAILED, message="sqrt of a number below 0 \udcff", time=0.1 * number, joint="pin")
     for number in range(60)
 }
-#: As the first format has it.
-FORMAT_1 = """\
-CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
-CREATE TABLE cases (key TEXT PRIMARY KEY, parameters TEXT NOT NULL, status TEXT NOT NULL, measures TEXT NOT NULL, \
-message TEXT NOT NULL, time REAL, joint TEXT NOT NULL, formulation TEXT NOT NULL, seconds REAL NOT NULL, \
-kept INTEGER NOT NULL) WITHOUT ROWID;
-PRAGMA application_id = 1835168631;
-PRAGMA user_version = 1;
-"""
 
 
 def stored(path):
     with Store(path, ["a", "b", "c"]) as store:
         store.describe({"scene": "five_bar.yaml"})
         for key, row in ROWS.items():
-            store.add(key, {"length": 1.0}, row)
+            store.add(key, row)
         return dict(store.rows())
 
 
@@ -246,7 +236,7 @@ def test_no_flipped_bit_changes_a_row(tmp_path, part):
     assert lost > 10
 
 
-@pytest.mark.parametrize("place", [b"CREATE TABLE cases", b"formulation TEXT"])
+@pytest.mark.parametrize("place", [b"CREATE TABLE kept", b"item TEXT"])
 def test_a_message_of_sqlite_that_is_no_text_is_damage(tmp_path, place):
     """SQLite quotes the words of a table that it cannot read, whatever their bytes."""
     stored(tmp_path / "store.sqlite")
@@ -265,44 +255,46 @@ def test_of_a_store_that_was_cut_short_the_rest_is_kept(tmp_path, size):
     (tmp_path / "store.sqlite").write_bytes(data[:size])
     found, said = read(tmp_path / "store.sqlite")
     assert len(found) < 60
-    assert "is damaged: " in said[0]
-    assert (tmp_path / "store.damaged").read_bytes()[:100] == data[:100]
+    assert "is not as mbproj has written it (" in said[0]
+    assert (tmp_path / "store.aside").read_bytes()[:100] == data[:100]
 
 
 def test_a_damaged_row_is_computed_again_and_said(tmp_path):
     path, store = write(tmp_path, "  length: 0.8:1.2:5\n"), tmp_path / "out" / "store.sqlite"
     _, whole = swept(path, tmp_path / "out")
     with closing(sqlite3.connect(store)) as database, database:
-        (measures,) = database.execute("SELECT measures FROM cases LIMIT 1").fetchone()
-        changed = measures.replace("-0.", "-9.")
-        assert changed != measures
-        database.execute("UPDATE cases SET measures = ? WHERE measures = ?", [changed, measures])
-    with pytest.warns(MbprojWarning, match=r"is damaged: 4 of its cases are whole, and all others are computed again"):
+        (value,) = database.execute("SELECT value FROM kept WHERE study = 'cases' LIMIT 1").fetchone()
+        changed = value.replace(b": -0.", b": -9.")
+        assert changed != value
+        database.execute("UPDATE kept SET value = ? WHERE value = ?", [changed, value])
+    with pytest.warns(MbprojWarning, match=r"\(1 of 6 rows are damaged\): 5 of its values are whole, and all"):
         reached, entries = swept(path, tmp_path / "out")
     assert (reached.computed, reached.reused) == (1, 4)
     assert [entry.row.values for entry in entries] == [entry.row.values for entry in whole]
-    assert (tmp_path / "out" / "store.damaged").exists()
+    assert (tmp_path / "out" / "store.aside").exists()
 
 
-def test_a_store_without_checksums_is_read_and_gets_them(tmp_path):
+def test_a_row_of_another_type_is_computed_anew(tmp_path):
+    path = write(tmp_path, "  length: 0.8:1.2:5\n")
+    _, whole = swept(path, tmp_path / "out")
+    with closing(opened_alone(tmp_path / "out" / "store.sqlite")) as database:
+        keys = [key for (key,) in database.execute("SELECT item FROM kept WHERE study = 'cases'")]
+        for key, strange in zip(keys, ([1, 2], {"status": "done"}, [None, {}], "text"), strict=False):
+            put(database, "cases", key, encoded(strange))
+        put(database, "about", "", encoded([3]))
+    reached, entries = swept(path, tmp_path / "out")
+    assert (reached.computed, reached.reused) == (4, 1)
+    assert [entry.row.values for entry in entries] == [entry.row.values for entry in whole]
+
+
+def test_the_store_of_another_version_is_left_alone(tmp_path):
     stored(tmp_path / "store.sqlite")
-    (tmp_path / "old").mkdir()
-    old = tmp_path / "old" / "store.sqlite"
-    with closing(sqlite3.connect(old)) as database, database:
-        database.executescript(FORMAT_1)
-        database.execute("ATTACH ? AS new", [str(tmp_path / "store.sqlite")])
-        names = [column[1] for column in database.execute("PRAGMA table_info(cases)")]
-        database.execute(f"INSERT INTO cases SELECT {', '.join(names)} FROM new.cases")
-    shutil.copytree(tmp_path / "old", tmp_path / "damaged")
-    found, said = read(old)
-    assert len(found) == 60
-    assert "is of format 1, without checksums: its 60 cases are taken as they are" in said[0]
-    assert not (tmp_path / "old" / "store.damaged").exists()
-    assert read(old)[1] == []
-    with closing(sqlite3.connect(tmp_path / "damaged" / "store.sqlite")) as database, database:
-        database.execute("UPDATE cases SET measures = '[' WHERE key LIKE '%3'")
-    found, said = read(tmp_path / "damaged" / "store.sqlite")
-    assert (len(found), "is damaged: 56 of its cases are whole" in said[0]) == (56, True)
+    with closing(sqlite3.connect(tmp_path / "store.sqlite")) as database, database:
+        database.execute("PRAGMA user_version = 1")
+    before = (tmp_path / "store.sqlite").read_bytes()
+    with pytest.raises(InputError, match=r"it is that of another program, or version; choose another folder with -o"):
+        read(tmp_path / "store.sqlite")
+    assert (tmp_path / "store.sqlite").read_bytes() == before
 
 
 @pytest.mark.parametrize("name", ["store.sqlite", "store.sqlite-wal", "store.sqlite-journal"])
@@ -317,5 +309,5 @@ def test_nothing_is_written_through_a_link(tmp_path, name):
 
 def test_a_store_reaches_the_disk_when_it_is_closed(tmp_path):
     """A crash of the machine loses the last rows at most: SQLite, of which 0 would be OFF, waits for the disk."""
-    with closing(open_whole(tmp_path / "store.sqlite")) as database:
+    with closing(opened_alone(tmp_path / "store.sqlite")) as database:
         assert database.execute("PRAGMA synchronous").fetchone()[0] >= 1
