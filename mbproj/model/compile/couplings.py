@@ -51,9 +51,9 @@ def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Couplin
     of_angle = kinds[0] == "angle"
     curve = None if coupled.function is None else _curve(where, coupled, of_angle)
     if curve is not None and of_angle:
-        ends = curve(np.array([-np.pi, np.pi]))[0].real
-        growth = abs(float(ends[1] - ends[0])) / (2.0 * np.pi)
-        changes += [growth] if growth > THRESHOLDS.same_written * np.abs(ends).max() else []
+        value, slope, _ = (part.real for part in curve(np.linspace(-np.pi, np.pi, 17)))
+        growth = abs(float(value[-1] - value[0])) / (2.0 * np.pi)
+        changes += [growth] if growth > THRESHOLDS.same_written * np.abs([value, slope]).max() else []
     period = coupled.period
     if period is None:
         measure = common_measure(changes)
