@@ -216,7 +216,9 @@ def with_coupled(joint: Joint, joints: Mapping[str, Joint]) -> Joint:
     candidates = [_coordinates_meant(joint, at, name, joints) for at, name in enumerate(coupled.of)]
     of = {able[0]: weight for able, weight in zip(candidates, coupled.of.values(), strict=True)}
     first, last = (joints[coupled.joints[at]].bodies[1] for at in (0, -1))
-    return replace(joint, bodies=(first, last), couples=replace(coupled, of=of, units={}))
+    is_length = any(joints[owner].units[coordinate] == "m" for owner, coordinate in (name.split(".") for name in of))
+    unit = "m" if is_length else "rad"
+    return replace(joint, bodies=(first, last), couples=replace(coupled, of=of, unit=unit, units={}))
 
 
 def couple_coordinates(joints: Mapping[str, Joint]) -> Iterator[Complaint]:
@@ -301,7 +303,7 @@ def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) 
         if known.setdefault(whole, name) != name:
             yield Complaint((*path, name), f"'{known[whole]}' and '{name}' are one coordinate", "add their weights")
         owner, _, coordinate = whole.partition(".")
-        units[name] = COORDINATE_UNITS[JOINTS[joints[owner].type].coordinates[coordinate][0]]
+        units[name] = joints[owner].units[coordinate]
     mesh = len(units) == 2 and {*units.values()} == {"rad"} and coupled.function is None and all(coupled.of.values())
     if "teeth" in joint.parameters and not mesh:
         hint = "give each mesh its own coupler of two angles, or leave it out"
