@@ -26,8 +26,8 @@ from mbproj.joints.primitives.plane_curves import (
 )
 from mbproj.joints.primitives.rope import Rope
 from mbproj.joints.primitives.space_curves import BesideFirst, BesideSecond, SpaceArc
-from mbproj.joints.primitives.table import PRIMITIVES
-from mbproj.joints.table import mesh, thread
+from mbproj.joints.primitives.table import PRIMITIVES, name_of
+from mbproj.joints.table import PRIMITIVE_TYPES, mesh, thread
 from mbproj.model.primitive_set import Binding, bind, bindings
 from tests.kernel.scenes import needs_kernel
 from tests.support import ON_CURVES, Recorder, assembled, made
@@ -76,6 +76,10 @@ def vectors(primitive):
 
 def test_value_has_the_declared_rows(primitive, vectors):
     assert primitive.value(vectors[0]).shape == (3, primitive.rows)
+
+
+def test_the_table_says_the_unit_of_a_primitive(primitive):
+    assert PRIMITIVE_TYPES[name_of(type(primitive))].unit in (primitive.unit, "")  # a coupling's follows from its parts
 
 
 def test_gradient_is_the_derivative_of_the_value(primitive, vectors):

@@ -36,6 +36,12 @@ class Primitive(ABC):
     #: rope, or coordinates.
     follows: ClassVar[Literal["", "curve", "two curves", "space curve", "rope", "coordinates"]] = ""
     integrable: ClassVar[bool] = True
+    #: Whether it is a distance from a curve: its foot, the nearest point, stays on one piece of the curve in a step.
+    is_held: ClassVar[bool] = False
+    #: Whether it acts in a plane where all its vectors are in it. Where it has no planar form: what it does, in words
+    #: that follow its joint's name.
+    acts_in_plane: ClassVar[bool] = False
+    off_plane: ClassVar[str] = "has no planar form"
     parameters: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property
@@ -138,6 +144,7 @@ class Distance(Primitive):
     slots = ("point", "point")
     rows = 1
     unit = "m"
+    off_plane = "keeps a distance between points at different depths"
 
     def value(self, x: Numbers) -> Numbers:
         line = x[..., 1, :] - x[..., 0, :]
@@ -191,6 +198,8 @@ class Angle(Primitive):
     slots = ("vector", "vector", "vector")
     rows = 1
     unit = "rad"
+    acts_in_plane = True
+    off_plane = "holds an angle that is not in the plane"
 
     def value(self, x: Numbers) -> Numbers:
         cosine, sine = _cosine_and_sine(x)

@@ -95,6 +95,8 @@ class OnCurve(Primitive):
     slots = ("vector", "vector", "point", "point")
     rows = 1
     follows = "curve"
+    acts_in_plane = True
+    off_plane: ClassVar[str] = "follows a curve that is not in the plane"
     unit: ClassVar[Literal["m", "rad"]] = "m"
     #: The kind of thing that touches the curve; contacts are cached by kind.
     meets: ClassVar[str] = "point"
@@ -171,6 +173,7 @@ class Profile(OnCurve):
     side: float = 1.0
     reach: float = 0.0
 
+    is_held = True
     parameters = MappingProxyType({"side": "", "reach": "m"})
 
     def value(self, x: Numbers) -> Numbers:
@@ -189,6 +192,8 @@ class Profile(OnCurve):
 @dataclass(frozen=True)
 class Arc(OnCurve):
     """The arc length σ of the foot along the curve from its beginning, in metres."""
+
+    off_plane = "counts along a curve that is not in the plane"
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)
@@ -219,6 +224,7 @@ class Lap(OnCurve):
     scale: float = 1.0
 
     unit = "rad"
+    off_plane = "counts along a curve that is not in the plane"
     parameters = MappingProxyType({"offset": "m", "scale": ""})
 
     def value(self, x: Numbers) -> Numbers:
@@ -289,6 +295,8 @@ class Face(OnFace):
     """C = m·ℓ - (a c0 + b c1) in metres: the distance of the face from the curve. The normal m points away from the
     curve."""
 
+    is_held = True
+
     def value(self, x: Numbers) -> Numbers:
         c, d = self.contact(x).c, self._place(x)
         return (dot(x[..., 2, :], self._line(x)) - c[0] * d[..., 0] - c[1] * d[..., 1])[..., None]
@@ -311,6 +319,8 @@ class Face(OnFace):
 class AlongFace(OnFace):
     """p = t·(c - d) in metres, d = (u·ℓ, w·ℓ): the point of contact on the face, along the curve's direction from p2.
     Subclasses may be functions of p and of σ, the arc length of the contact along the curve."""
+
+    off_plane = "counts along a face that is not in the plane"
 
     def _gradient(self, x: Numbers, *, slips: bool) -> Numbers:
         """The gradient of p, or of σ - p."""
@@ -434,6 +444,8 @@ class TwoCurves(Primitive):
     rows = 1
     follows = "two curves"
     unit: ClassVar[Literal["m"]] = "m"
+    acts_in_plane = True
+    off_plane = "has curves that are not in the plane"
     parameters = MappingProxyType({"side": "", "other_side": ""})
 
     @property
@@ -515,6 +527,7 @@ class Gap(TwoCurves):
 
     reach: float = 0.0
 
+    is_held = True
     parameters = MappingProxyType({**TwoCurves.parameters, "reach": "m"})
 
     def value(self, x: Numbers) -> Numbers:

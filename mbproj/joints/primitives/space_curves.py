@@ -69,6 +69,7 @@ class InSpace(Primitive):
     slots = ("vector", "vector", "vector", "point", "point")
     rows = 1
     follows = "space curve"
+    off_plane = "follows a curve in space"
     unit: ClassVar[Literal["m"]] = "m"
 
     def on_piece(self: Own, piece: int) -> Own:
@@ -163,6 +164,7 @@ class BesideFirst(BesideCurve):
     """The component along the first normal. Feet of this row are held on pieces."""
 
     is_second = False
+    is_held = True
 
 
 @final

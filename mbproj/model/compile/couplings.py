@@ -18,7 +18,8 @@ from mbproj.functions.program import COORDINATE, Op
 from mbproj.functions.space_curve import Track
 from mbproj.functions.standard import Curve
 from mbproj.joints.primitives.coupling import COORDINATES, Coupling
-from mbproj.joints.primitives.plane_curves import Arc, Gap, Lap, OnCurve, OnFace, Profile, TwoCurves
+from mbproj.joints.primitives.plane_curves import Gap, Lap, OnCurve, TwoCurves
+from mbproj.joints.table import JOINTS
 from mbproj.model.compile.frames import local_frames, poses_of
 from mbproj.model.couplings import Toothed, Touching
 from mbproj.model.primitive_set import Binding
@@ -114,17 +115,13 @@ def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
     """Return the primitive of this kind of a joint that follows a curve. A slot guides a point along the line of the
     curve. A cam guides a roller: its radius is the joint's or, where the joint gives none, the one of the curve."""
     track: Track = joint.parameters["curve"]
-    if kind is Arc:
-        return Arc(track.line)
     if kind is Lap:
         return _lap(joint)
-    if issubclass(kind, OnFace):
+    if "reach" not in kind.parameters or "roller" not in JOINTS[joint.type].parameters:
         return kind(track.line)
-    if joint.type == "slot":
-        return Profile(track.line)
     side, radius = joint.parameters.get("side"), joint.parameters.get("roller", track.roller)
     left = 1.0 if track.is_left(side) else -1.0
-    return Profile(track.line, side=left, reach=left * track.distance(side, radius))
+    return kind(track.line, side=left, reach=left * track.distance(side, radius))  # type: ignore[call-arg]
 
 
 def two_curves(kind: type[TwoCurves], joint: Joint) -> TwoCurves:

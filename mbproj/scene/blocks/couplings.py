@@ -11,7 +11,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
-from mbproj.joints.table import COORDINATE_UNITS, JOINTS, Parameter
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS, PRIMITIVE_TYPES, Parameter
 from mbproj.scene.blocks.coordinates import WORDS, coordinates_in
 from mbproj.scene.fields.fields import (
     Alternatives,
@@ -189,20 +189,6 @@ def _coupler(
     return Joint(name, type, ("", ""), NOWHERE, parameters=teeth, couples=coupled)
 
 
-#: Coordinates that no coupling may use, described for messages, by the primitive that measures them.
-NOT_COUPLED: Mapping[str, str] = {
-    "arc": "a length along a curve",
-    "profile": "a distance from a curve",
-    "face": "a distance from a curve",
-    "face_place": "a place on a face",
-    "two_curves": "a distance from a curve",
-    "place_on_first": "a length along a curve",
-    "place_on_second": "a length along a curve",
-    "space_arc": "a length along a curve",
-    "rope": "the length of a rope",
-}
-
-
 def coupled_units(type_name: str) -> tuple[str, ...]:
     """The units of the coordinates that a joint of this type couples; () for a coupler, which couples any."""
     return tuple(COORDINATE_UNITS[each] for each in JOINTS[type_name].couples)
@@ -242,7 +228,9 @@ def _coordinates_meant(joint: Joint, at: int, name: str, joints: Mapping[str, Jo
     unit = _unit(joint, at)
     owner, _, coordinate = name.partition(".")
     able, rows = coordinates_in(joints[owner], unit), JOINTS[joints[owner].type].coordinates
-    return [f"{owner}.{each}" for each in able if coordinate in ("", each) and rows[each][0] not in NOT_COUPLED]
+    return [
+        f"{owner}.{each}" for each in able if coordinate in ("", each) and not PRIMITIVE_TYPES[rows[each][0]].uncoupled
+    ]
 
 
 def _name_faults(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
@@ -257,7 +245,8 @@ def _name_faults(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) 
     kind, able = joints[owner].type, _coordinates_meant(joint, at, name, joints)
     if len(able) == 1:
         return
-    if (what := NOT_COUPLED.get(JOINTS[kind].coordinates.get(coordinate, ("",))[0])) is not None:
+    row = JOINTS[kind].coordinates.get(coordinate)
+    if row is not None and (what := PRIMITIVE_TYPES[row[0]].uncoupled):
         yield Complaint(path, f"{what}, as '{name}', cannot be coupled", "couple other coordinates")
         return
     if coordinate:
@@ -290,7 +279,8 @@ def _couples_different_units(type_name: str) -> bool:
 
 def _has_one_in(unit: str, coordinates: Mapping[str, Sequence[str]]) -> bool:
     """Whether exactly one of these coordinates can be coupled and is in the unit."""
-    return [COORDINATE_UNITS[row[0]] for row in coordinates.values() if row[0] not in NOT_COUPLED].count(unit) == 1
+    kinds = [PRIMITIVE_TYPES[row[0]] for row in coordinates.values()]
+    return [kind.unit for kind in kinds if not kind.uncoupled].count(unit) == 1
 
 
 def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
