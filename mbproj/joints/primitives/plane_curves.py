@@ -139,9 +139,8 @@ class OnCurve(Primitive):
         φ = t[0] * (d[..., 1] - c1) - t[1] * (d[..., 0] - c0)
         return FootGeometry(s, piece, (c0, c1), t, φ, turn / speed**3, κ_s / speed)
 
-    @staticmethod
-    def _gradient_along(x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:
-        """Return ∂(factor e·d)/∂x with e and the factor fixed, (..., k, 1, 4, 3)."""
+    def _gradient_along(self, x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:
+        """Return ∂(factor e·d)/∂x with e and the factor fixed, (..., k, 1, s, 3)."""
         line = x[..., 3, :] - x[..., 2, :]
         first, second = (factor * each for each in e)
         across = first[..., None] * x[..., 0, :] + second[..., None] * x[..., 1, :]
@@ -164,7 +163,6 @@ class OnCurve(Primitive):
         return σ_dot, tangential / stretch
 
 
-@final
 @dataclass(frozen=True)
 class Profile(OnCurve):
     """C = ±φ - R in metres: a roller of radius R, 0 for a point, touches the curve from its left (`side` 1) or from its
@@ -188,7 +186,6 @@ class Profile(OnCurve):
         return (self.side * (bent - at.κ / (1.0 - at.κ * at.φ) * along**2))[..., None]
 
 
-@final
 @dataclass(frozen=True)
 class Arc(OnCurve):
     """The arc length σ of the foot along the curve from its beginning, in metres."""

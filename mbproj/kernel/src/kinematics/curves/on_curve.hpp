@@ -10,6 +10,9 @@ namespace mbproj {
 
 namespace on_curve {
 
+// Whether a primitive has this many slots; a rope has as many as its path needs.
+constexpr bool takes(Kind kind, int slots) { return kind == Kind::rope || slots == form_of(kind).slots; }
+
 template <class D> Touch<D> touch(const Instance<D>& p, const Point<D>* x, int held = PlaneCurve::free,
                                   int other_held = PlaneCurve::free) {
     if (is_of_two(p.kind)) return on_two_curves::touch<D>(p, x, held, other_held);
