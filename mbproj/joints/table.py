@@ -226,6 +226,8 @@ PRIMITIVE_TYPES: Mapping[str, PrimitiveType] = MappingProxyType(
         "beside_first": PrimitiveType("mbproj.joints.primitives.space_curves:BesideFirst", "m"),
         "beside_second": PrimitiveType("mbproj.joints.primitives.space_curves:BesideSecond", "m"),
         "space_arc": PrimitiveType("mbproj.joints.primitives.space_curves:SpaceArc", "m", "a length along a curve"),
+        "surface": PrimitiveType("mbproj.joints.primitives.surfaces:Surface", "m", "a distance from a surface"),
+        "meridian": PrimitiveType("mbproj.joints.primitives.surfaces:Meridian", "m", "a length along a curve"),
         "rope": PrimitiveType("mbproj.joints.primitives.rope:Rope", "m", "the length of a rope"),
     }
 )
@@ -369,6 +371,14 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         "curve_on_curve": _touching((TWO_CURVES,), TOUCHED, ("slip_of_two", *TWO_CURVES[1:])),
         "curve_contact": _touching((), {"gap": TWO_CURVES}),
         "slot": _following((PROFILE, SLIDE), {"displacement": ARC}, {"curve": CURVE}, dry=True),
+        "ball_on_surface": JointType(
+            "normal",
+            (("surface", "z1", "p1", "p2"),),
+            {"displacement": ("meridian", "z1", "p1", "p2")},
+            separate=True,
+            parameters=FOLLOWS,
+            sketch="wire",
+        ),
         "screw": JointType(
             "axis",
             (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("coupling", *SLIDE[1:], *TURN[1:])),
