@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cache
@@ -19,19 +18,9 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem
-from mbproj.functions.program import (
-    CHANNELS,
-    COORDINATE,
-    RATE,
-    TIME,
-    Op,
-    Program,
-    apply,
-    number,
-    replaced,
-    variable,
-)
+from mbproj.functions.program import COORDINATE, RATE, TIME, Op, Program, apply, number, replaced, variable
 from mbproj.functions.space_curve import SpaceTrack, Track
+from mbproj.functions.standard import weighted
 from mbproj.joints.table import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, local_frames, poses_of
 from mbproj.scene.blocks.signals import names_channels
@@ -40,31 +29,6 @@ from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.fields.rotations import from_matrix, multiply
 from mbproj.scene.records import BY_KEY, GROUND, Body, Joint, Pair, Quantity, Vector
 from mbproj.scene.scene import Scene
-
-# --- Functions of a scene combined into others ------------------------------------------------------------------------
-# Multiplied, summed, or with a scaled argument.
-
-
-def times(factor: float, program: Program) -> Program:
-    """The program factor · f."""
-    return replace(program, code=apply(Op.MULTIPLY, number(factor), program.code))
-
-
-def combined(factors: Sequence[float], programs: Sequence[Program]) -> Program:
-    """The program Σ factor · f."""
-    reads = tuple(dict.fromkeys(name for program in programs for name in program.reads))
-    parts = []
-    for factor, program in zip(factors, programs, strict=True):
-        by = {CHANNELS + at: variable(CHANNELS + reads.index(name)) for at, name in enumerate(program.reads)}
-        parts.append(replaced(times(factor, program).code, by))
-    return Program(apply(Op.ADD, *parts), ", ".join(program.text for program in programs if program.text), reads)
-
-
-def with_arguments(program: Program, factors: Mapping[int, float]) -> Program:
-    """The program f with x replaced by factor · x. `factors` are by the number of x (`TIME`, `COORDINATE`, `RATE`)."""
-    by = {at: apply(Op.MULTIPLY, number(factor), variable(at)) for at, factor in factors.items()}
-    return replace(program, code=replaced(program.code, by))
-
 
 # --- The walker through the records of a scene ------------------------------------------------------------------------
 
@@ -169,7 +133,13 @@ def multiplied(factor: float, value: Any) -> Any:
     """The product of a factor with a number, a function, or all members of a tuple."""
     if isinstance(value, tuple):
         return tuple(multiplied(factor, each) for each in value)
-    return times(factor, value) if isinstance(value, Program) else factor * value
+    return weighted([(factor, value)]) if isinstance(value, Program) else factor * value
+
+
+def with_arguments(program: Program, factors: Mapping[int, float]) -> Program:
+    """The program f with x replaced by factor · x. `factors` are by the number of x (`TIME`, `COORDINATE`, `RATE`)."""
+    by = {at: apply(Op.MULTIPLY, number(factor), variable(at)) for at, factor in factors.items()}
+    return replace(program, code=replaced(program.code, by))
 
 
 # --- A scene in other units -------------------------------------------------------------------------------------------
@@ -240,7 +210,7 @@ class RigidMotion:
 
     def _direction(self, value: Any) -> Any:
         if isinstance(value[0], Program):
-            return tuple(combined(row.tolist(), value) for row in self.rotation)
+            return tuple(weighted(zip(row.tolist(), value, strict=True)) for row in self.rotation)
         return _vector(self.rotation @ np.array(value))
 
     def _point(self, vector: Vector) -> Vector:
@@ -340,18 +310,15 @@ def joints_from_ground(scene: Scene) -> dict[str, int]:
     """The number of joints on the shortest path from the ground to each body. In a group of bodies that is not joined
     to the ground, the first body counts as one joint away."""
     ways: dict[str, list[str]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
-    for joint in scene.joints:
-        first, second = joint.bodies
+    for first, second in (joint.bodies for joint in scene.joints):
         ways[first].append(second)
         ways[second].append(first)
     distance = {GROUND: 0}
-    for start in (GROUND, *ways):
-        waiting = deque([start])
+    for start in ways:
         distance.setdefault(start, 1)
-        while waiting:
-            name = waiting.popleft()
-            for other in ways[name]:
-                if other not in distance:
-                    distance[other] = distance[name] + 1
-                    waiting.append(other)
+        waiting = [start]
+        for name in waiting:
+            new = [other for other in dict.fromkeys(ways[name]) if other not in distance]
+            distance |= dict.fromkeys(new, distance[name] + 1)
+            waiting += new
     return {name: number for name, number in distance.items() if name != GROUND}
