@@ -70,64 +70,7 @@ if TYPE_CHECKING:
     from mbproj.results.views import Table as Table
     from mbproj.results.writer import ResultsWriter as ResultsWriter
     from mbproj.scene.blocks.plugin_forces import register_element as register_element, register_force as register_force
-    from mbproj.scene.parts import (
-        Belt as Belt,
-        Body as Body,
-        Bushing as Bushing,
-        Cam as Cam,
-        CamContact as CamContact,
-        Coupler as Coupler,
-        Curve as Curve,
-        CurveContact as CurveContact,
-        CurveOnCurve as CurveOnCurve,
-        Cylindrical as Cylindrical,
-        DcMotor as DcMotor,
-        Differential as Differential,
-        Distance as Distance,
-        Expectation as Expectation,
-        Fixed as Fixed,
-        FlatContact as FlatContact,
-        FlatFollower as FlatFollower,
-        Force as Force,
-        Friction as Friction,
-        Gear as Gear,
-        Geneva as Geneva,
-        HydraulicCylinder as HydraulicCylinder,
-        KnifeEdge as KnifeEdge,
-        LinearServo as LinearServo,
-        LinearSpringDamper as LinearSpringDamper,
-        Marker as Marker,
-        Maxwell as Maxwell,
-        Motion as Motion,
-        Planar as Planar,
-        PneumaticSpring as PneumaticSpring,
-        PointInPlane as PointInPlane,
-        PointOnLine as PointOnLine,
-        Prismatic as Prismatic,
-        Rack as Rack,
-        Revolute as Revolute,
-        RevoluteSpherical as RevoluteSpherical,
-        RollingBall as RollingBall,
-        RollingEllipsoid as RollingEllipsoid,
-        RollingOnCurve as RollingOnCurve,
-        RollingOnLine as RollingOnLine,
-        RollingWheel as RollingWheel,
-        Rope as Rope,
-        Screw as Screw,
-        Servo as Servo,
-        Simulation as Simulation,
-        Slot as Slot,
-        SpaceSlot as SpaceSlot,
-        SpeedTorque as SpeedTorque,
-        Spherical as Spherical,
-        SpringDamper as SpringDamper,
-        Stop as Stop,
-        Telescope as Telescope,
-        Torque as Torque,
-        TorsionMaxwell as TorsionMaxwell,
-        TorsionSpringDamper as TorsionSpringDamper,
-        Universal as Universal,
-    )
+    from mbproj.scene.parts import *  # noqa: F403  the classes of a scene's parts, one for each type
     from mbproj.scene.scene import Scene as Scene, read_scene as read_scene, read_scene_text as read_scene_text
     from mbproj.scene.settings import settings_to_run as settings_to_run
     from mbproj.show.figures.style import figure_style as figure_style
@@ -147,7 +90,8 @@ if TYPE_CHECKING:
     from mbproj.studies.threshold import ThresholdStudy as ThresholdStudy, threshold_study as threshold_study
     from mbproj.studies.tradeoff import Tradeoff as Tradeoff
 
-#: The public names by the module that defines them; the imports above say the same to editors and type checkers.
+#: The public names by the module that defines them; the imports above say the same to editors and type checkers. The
+#: classes of a scene's parts, such as `Body` and `Revolute`, are public, too.
 HOMES: Mapping[str, str] = MappingProxyType(
     {
         "mbproj.base.errors": "InputError SimulationError",
@@ -197,13 +141,6 @@ HOMES: Mapping[str, str] = MappingProxyType(
         "mbproj.results.views": "Table",
         "mbproj.results.writer": "ResultsWriter",
         "mbproj.scene.blocks.plugin_forces": "register_element register_force",
-        "mbproj.scene.parts": "Belt Body Bushing Cam CamContact Coupler Curve CurveContact CurveOnCurve Cylindrical "
-        "DcMotor Differential "
-        "Distance Expectation Fixed FlatContact FlatFollower Force Friction Gear Geneva HydraulicCylinder "
-        "KnifeEdge LinearServo LinearSpringDamper Marker Maxwell Motion Planar PneumaticSpring PointInPlane "
-        "PointOnLine Prismatic Rack Revolute RevoluteSpherical RollingBall RollingEllipsoid RollingOnCurve "
-        "RollingOnLine RollingWheel Rope Screw Servo Simulation Slot SpaceSlot SpeedTorque Spherical SpringDamper "
-        "Stop Telescope Torque TorsionMaxwell TorsionSpringDamper Universal",
         "mbproj.scene.scene": "Scene read_scene read_scene_text",
         "mbproj.scene.settings": "settings_to_run",
         "mbproj.show.figures.style": "figure_style",
@@ -220,20 +157,28 @@ HOMES: Mapping[str, str] = MappingProxyType(
     }
 )
 _HOME_OF = {name: home for home, names in HOMES.items() for name in names.split()}
-__all__ = ["__version__", *sorted(_HOME_OF)]
+_PARTS = "mbproj.scene.parts"
+__all__: list[str]
+
+
+def _public() -> list[str]:
+    return ["__version__", *sorted({*_HOME_OF, *import_module(_PARTS).__all__})]
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOME_OF:
+    if name == "__all__":
+        return _public()
+    is_part = name[:1].isupper() and name not in _HOME_OF and name in import_module(_PARTS).__all__
+    if not is_part and name not in _HOME_OF:
         raise AttributeError(f"module 'mbproj' has no attribute '{name}'")
     collects = gc.isenabled()
     gc.disable()  # imported modules stay: a search for garbage among them would take 7 % of the time
     try:
-        return getattr(import_module(_HOME_OF[name]), name)
+        return getattr(import_module(_PARTS if is_part else _HOME_OF[name]), name)
     finally:
         if collects:
             gc.enable()
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *__all__])
+    return sorted([*globals(), *_public()])

@@ -31,6 +31,8 @@ from mbproj.joints.primitives.plane_curves import (
 )
 from mbproj.joints.primitives.space_curves import BesideFirst, BesideSecond, SpaceArc
 from mbproj.joints.table import JOINTS, TWO_ANGLES, Parameter, Ratio
+from mbproj.model.compile.frames import SYMBOLS, local_frames
+from mbproj.model.compile.joints import primitive_of
 from mbproj.model.compile.mechanism import initial_guess
 from mbproj.model.system import System
 from mbproj.scene.blocks.ropes import Node
@@ -47,11 +49,6 @@ RISES = [
     Rise(pi / 3.0, 0.0, "dwell"),
 ]
 TABLE = [(0.0, 1.0), (0.5 * pi, 1.2), (pi, 1.0), (4.5, 0.9), (2.0 * pi, 1.0)]
-
-
-def made(kind: type[Primitive]) -> Primitive:
-    """One of this kind with parameters that differ."""
-    return kind(**{name: 0.7 + 0.2 * at for at, name in enumerate(kind.parameters)})
 
 
 #: Of sizes about 1 m.
@@ -72,6 +69,16 @@ WIRES = {
     "wire": through_space([(1.0, 0.0, 0.2), (0.2, 0.8, -0.3), (-0.7, 0.3, 0.4), (-0.4, -0.8, 0.0)], closed=True),
     "open wire": through_space([(0.0, 0.0, 0.0), (1.0, 0.2, 0.3), (2.0, 0.0, -0.1)], closed=False),
 }
+
+
+def made(kind: type[Primitive]) -> Primitive:
+    """One of this kind with parameters that differ, on curves where it follows any."""
+    signs = {name: -1.0 for name in kind.parameters if "side" in name}
+    numbers = {name: 0.7 + 0.2 * at for at, name in enumerate(kind.parameters)} | signs
+    curves = {"curve": (LINES["ellipse"],), "two curves": (LINES["ellipse"], LINES["flat"])}
+    return kind(*{**curves, "space curve": (WIRES["wire"],)}.get(kind.follows, ()), **numbers)
+
+
 ON_CURVES = {
     "first beside a wire": BesideFirst(WIRES["wire"]),
     "second beside a wire": BesideSecond(WIRES["wire"]),
@@ -159,104 +166,46 @@ def parameter(name: str, given: Parameter) -> float | tuple[float, ...] | Track 
     return tuple(larger * sign**at * (0.2 + 0.15 * at) for at in range(given.many))
 
 
-def on_track(
-    track: Track, point: tuple[float, ...], z: np.ndarray, across: np.ndarray, rng: np.random.Generator, radius: float
-) -> Pair:
-    """A point, the origin of a curve in the plane normal to z with its x nearest to `across`, and the centre of a
-    roller on the curve, outside."""
-    x = unit(across - (across @ z) * z)
-    at = rng.uniform(track.line.start, track.line.end, 1)
-    (u,), (w,) = (place := track.line.derivatives(at, track.line.at(at)))[0]
-    aside = track.distance(None, radius) * unit(place[1, :, 0])
-    u, w = u - aside[1], w + aside[0]
-    there = np.array(point) + u * x + w * np.cross(z, x)
-    return Pair(point, tuple(float(each) for each in there))
-
-
-def under_face(
-    track: Track,
-    point: tuple[float, ...],
-    z: np.ndarray,
-    across: np.ndarray,
-    normal: np.ndarray,
-    rng: np.random.Generator,
-) -> tuple[float, ...]:
-    """A point of a face with this normal that touches a curve in the plane normal to z, its x nearest to `across`."""
-    x = unit(across - (across @ z) * z)
-    frame = np.array([x, np.cross(z, x)])
-    s, piece = track.line.facing((frame @ normal)[None, :])
-    (u,), (w,) = track.line.derivatives(s, piece)[0]
-    aside = rng.normal() * np.cross(z, normal) + rng.normal() * z
-    return tuple(map(float, np.array(point) + u * frame[0] + w * frame[1] + aside))
-
-
-def on_wire(
-    track: SpaceTrack, point: tuple[float, ...], z: np.ndarray, across: np.ndarray, rng: np.random.Generator
-) -> Pair:
-    """The origin of a curve in space, its z given and its x nearest to `across`, and a point of it."""
-    x = unit(across - (across @ z) * z)
-    at = int(rng.integers(len(track.line.places.s)))
-    there = np.array(point) + track.line.places.point[at] @ np.array([x, np.cross(z, x), z])
-    return Pair(point, tuple(map(float, there)))
-
-
-def touching(
-    tracks: tuple[Track, Track], point: tuple[float, ...], z: np.ndarray, across: np.ndarray, rng: np.random.Generator
-) -> Pair:
-    """The origins of two closed convex curves that touch in the plane normal to z, their x nearest to `across`."""
-    x = unit(across - (across @ z) * z)
-    normal = unit(rng.normal(size=2))
-    places = [
-        track.line.derivatives(*track.line.facing(e[None, :]))[0, :, 0]
-        for track, e in zip(tracks, (normal, -normal), strict=True)
-    ]
-    u, w = places[0] - places[1]
-    return Pair(point, tuple(map(float, np.array(point) + u * x + w * np.cross(z, x))))
-
-
 def random_joint(rng: np.random.Generator, name: str, kind: str, bodies: tuple[str, str]) -> Joint:
     """A joint of this type between two bodies, closed at the scene's pose; a fixed one is kept as a constraint."""
     point, first = vector(rng), unit(rng.normal(size=3))
-    if JOINTS[kind].frame == "path":
+    of = JOINTS[kind]
+    if of.frame == "path":
         return random_rope(rng, name, bodies, np.array(point), first)
-    second = unit(np.cross(first, rng.normal(size=3))) if JOINTS[kind].frame == "axes" else first
-    axes, across = None, None
-    if JOINTS[kind].frame != "point":
-        axes = Pair(tuple(float(x) for x in first), tuple(float(x) for x in second))
-    points = Pair(point, vector(rng) if JOINTS[kind].separate else point)
-    if JOINTS[kind].is_on_plane:
-        axis = unit(rng.normal(size=3)) if JOINTS[kind].has_axis else first
-        axis = unit(np.cross(first, axis)) if JOINTS[kind].frame == "line" else axis
-        axes = Pair(tuple(map(float, first)), tuple(map(float, axis)))
-        height = 0.3 * (np.linalg.norm(np.cross(first, axis)) if JOINTS[kind].has_axis else 1.0)
-        if "semi_axes" in JOINTS[kind].parameters:
-            across = vector(rng)
-            height = reach(first, axis, np.array(across), parameter("semi_axes", JOINTS[kind].parameters["semi_axes"]))
-        aside = np.cross(first, rng.normal(size=3))
-        points = Pair(point, tuple(map(float, np.array(point) + aside + height * first)))
-    own = JOINTS[kind].parameters
-    parameters = {name: parameter(name, own[name]) for name in JOINTS[kind].required_parameters}
-    if across is None and JOINTS[kind].x_axis == "required":
-        across = vector(rng)
-    x_axis = across and Pair(across, across)
-    if JOINTS[kind].frame == "face":
-        normal = tuple(map(float, unit(np.cross(first, rng.normal(size=3)))))
-        axes = Pair(axes.first, normal)
-        points = Pair(point, under_face(parameters["curve"], point, first, np.array(across), np.array(normal), rng))
-    elif JOINTS[kind].sketch == "wire":
-        points = on_wire(parameters["curve"], point, first, np.array(across), rng)
-    elif "curves" in own:
-        parameters = {"curves": parameter("curves", own["curves"])}
-        points = touching(parameters["curves"], point, first, np.array(across), rng)
-    elif "curve" in own:
-        points = on_track(parameters["curve"], point, first, np.array(across), rng, parameters.get("roller", 0.0))
-    return Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
+    across_axis = of.frame in ("axes", "face", "line")
+    second = unit(np.cross(first, rng.normal(size=3))) if across_axis else first
+    second = unit(rng.normal(size=3)) if of.has_axis and not across_axis else second
+    axes = None if of.frame == "point" else Pair(tuple(map(float, first)), tuple(map(float, second)))
+    parameters = {name: parameter(name, of.parameters[name]) for name in of.required_parameters}
+    x_axis = Pair(across := vector(rng), across) if of.x_axis == "required" else None
+    apart = of.separate or of.is_on_plane
+    points = Pair(point, vector(rng) if apart else point)
+    joint = Joint(name, kind, bodies, points, axes, parameters=parameters, reaction=True, x_axis=x_axis)
+    return closed(joint) if apart else joint
 
 
-def reach(normal: np.ndarray, axis: np.ndarray, across: np.ndarray, semi_axes: tuple[float, ...]) -> float:
-    """How far the centre of an ellipsoid is above its lowest point: the first semi-axis is nearest to `across`."""
-    x = unit(across - (across @ axis) * axis)
-    return float(np.linalg.norm(np.array(semi_axes) * (np.array([x, np.cross(axis, x), axis]) @ normal)))
+def closed(joint: Joint) -> Joint:
+    """The joint with its second point moved as little as closes those rows that keep no value of the scene's pose."""
+    kept = JOINTS[joint.type].constant_rows
+    here = {body: (np.zeros(3), np.eye(3)) for body in joint.bodies}
+    for _ in range(50):
+        symbols = dict(zip(SYMBOLS, local_frames([joint], here)[0], strict=True))
+        left, slopes = list[float](), list[np.ndarray]()
+        for number, row in enumerate(JOINTS[joint.type].rows):
+            primitive = primitive_of(row, joint)
+            wanted = joint.parameters.get(kept.get(number) or "", 0.0)
+            if (number in kept and not wanted) or not primitive.integrable:
+                continue
+            x = np.array([[symbols[each.lstrip("-")] * (-1.0 if each[0] == "-" else 1.0) for each in row[1:]]])
+            slope = primitive.gradient(x)[0, :, [at for at, each in enumerate(row[1:]) if each == "p2"]].sum(axis=0)
+            left += (primitive.value(x)[0] - wanted).tolist()
+            slopes += [*slope]
+        if not left or np.abs(left).max() < 1e-15:
+            break
+        step = np.linalg.lstsq(np.array(slopes), np.array(left), rcond=1e-9)[0]
+        second = tuple(map(float, np.array(joint.points.second) - step))
+        joint = replace(joint, points=Pair(joint.points.first, second))
+    return joint
 
 
 def random_rope(

@@ -12,22 +12,9 @@ from mbproj import read_scene_text, settings_to_run, simulate
 from mbproj.equations.derivatives import second_derivatives, third_derivatives
 from mbproj.joints.primitives.basic import Primitive
 from mbproj.joints.primitives.coupling import Coupling
-from mbproj.joints.primitives.plane_curves import (
-    Arc,
-    Face,
-    FacePlace,
-    FaceSlip,
-    Gap,
-    Lap,
-    PlaceOnFirst,
-    PlaceOnSecond,
-    Profile,
-    SlipOfTwo,
-)
 from mbproj.joints.primitives.rope import Rope
-from mbproj.joints.primitives.space_curves import BesideFirst, BesideSecond, SpaceArc
-from mbproj.joints.primitives.table import PRIMITIVES
-from mbproj.joints.table import mesh, thread
+from mbproj.joints.primitives.table import PRIMITIVES, name_of
+from mbproj.joints.table import PRIMITIVE_TYPES, mesh, thread
 from mbproj.model.primitive_set import Binding, bind, bindings
 from tests.kernel.scenes import needs_kernel
 from tests.support import ON_CURVES, Recorder, assembled, made
@@ -42,8 +29,8 @@ COUPLINGS = {
     "gear": Coupling(("angle", "angle"), *mesh((20.0, -35.0))),
     "three": Coupling(("angle", "along", "angle"), (0.3, -1.0, 0.2), 0.1),
 }
-OTHERS = (Coupling, Profile, Arc, Lap, Face, FacePlace, FaceSlip, Rope, Gap, PlaceOnFirst, PlaceOnSecond, SlipOfTwo)
-OTHERS += (BesideFirst, BesideSecond, SpaceArc)
+#: What `made` cannot make.
+OTHERS = (Coupling, Rope)
 #: Over a point, two sheaves and a drum; and with the angle of a drum.
 ROPE = Rope((0.0, 0.005, -0.008, 0.01), (0.3, 1.0, -2.0), (1.0, 1.0, 1.0), (-0.005, 0.013, -0.018), 0.02)
 #: What has slipped on its first sheave, and what lies there.
@@ -76,6 +63,10 @@ def vectors(primitive):
 
 def test_value_has_the_declared_rows(primitive, vectors):
     assert primitive.value(vectors[0]).shape == (3, primitive.rows)
+
+
+def test_the_table_says_the_unit_of_a_primitive(primitive):
+    assert PRIMITIVE_TYPES[name_of(type(primitive))].unit in (primitive.unit, "")  # a coupling's follows from its parts
 
 
 def test_gradient_is_the_derivative_of_the_value(primitive, vectors):

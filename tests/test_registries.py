@@ -17,6 +17,7 @@ from click.testing import CliRunner, Result
 from mbproj import read_scene
 from mbproj.base.registry import PROJECTIONS, integrator_choices, is_embedded
 from mbproj.commands.main import mbproj
+from mbproj.joints.primitives.table import PRIMITIVES
 from mbproj.joints.table import JOINTS, TWO_ANGLES, JointType, Parameter
 from mbproj.kernel import core
 from mbproj.scene.blocks.elements import ELEMENTS
@@ -103,7 +104,7 @@ def scene_with(kind: str) -> str:
 def in_the_kernel(kind: str) -> bool:
     """Whether it has a form of each row."""
     kernel = core()
-    return kernel is not None and {row[0] for row in JOINTS[kind].rows} <= {
+    return kernel is not None and {PRIMITIVES[row[0]].in_kernel or row[0] for row in JOINTS[kind].rows} <= {
         *[name for name, *_ in kernel.primitives()],
         "coupling",
     }

@@ -18,7 +18,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Any
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import Place as InFile
@@ -84,15 +83,6 @@ class Row:
     period: float | None = None
     constant: float = 0.0
     place: InFile | None = field(default=None, repr=False, compare=False)
-
-
-@dataclass(frozen=True)
-class Kind:
-    """The element that replaces the law of a force: its type, a name in `ELEMENTS` of `mbproj.scene.blocks.elements`,
-    and the values of the type's own keys in SI units."""
-
-    type: str
-    values: Mapping[str, Any]
 
 
 @dataclass(frozen=True)

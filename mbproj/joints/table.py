@@ -184,16 +184,55 @@ class JointType:
 # --- The joint types, each a list of constraint primitives between two frames -----------------------------------------
 
 
-#: Unit of a coordinate by the primitive that measures it.
-COORDINATE_UNITS = MappingProxyType(
+class PrimitiveType(NamedTuple):
+    """A constraint primitive: its `home`, the module and the class that define it, and the SI unit of its value. A
+    coordinate that no coupling may use is described as `uncoupled` in messages."""
+
+    home: str
+    unit: str
+    uncoupled: str = ""
+
+
+#: The constraint primitives by name.
+PRIMITIVE_TYPES: Mapping[str, PrimitiveType] = MappingProxyType(
     {
-        "angle": "rad",
-        "lap": "rad",
-        **dict.fromkeys(("along", "distance", "arc", "profile", "face", "face_place", "rope"), "m"),
-        **dict.fromkeys(("two_curves", "place_on_first", "place_on_second", "space_arc"), "m"),
-        **dict.fromkeys(("face_slip", "slip_of_two"), "m"),
+        "coincident": PrimitiveType("mbproj.joints.primitives.basic:Coincident", "m"),
+        "perpendicular": PrimitiveType("mbproj.joints.primitives.basic:Perpendicular", "rad"),
+        "along": PrimitiveType("mbproj.joints.primitives.basic:Along", "m"),
+        "distance": PrimitiveType("mbproj.joints.primitives.basic:Distance", "m"),
+        "angle": PrimitiveType("mbproj.joints.primitives.basic:Angle", "rad"),
+        "coupling": PrimitiveType("mbproj.joints.primitives.coupling:Coupling", ""),
+        "wheel_height": PrimitiveType("mbproj.joints.primitives.rolling:WheelHeight", "m"),
+        "wheel_slip_along": PrimitiveType("mbproj.joints.primitives.rolling:WheelSlipAlong", "m"),
+        "wheel_slip_across": PrimitiveType("mbproj.joints.primitives.rolling:WheelSlipAcross", "m"),
+        "ball_slip": PrimitiveType("mbproj.joints.primitives.rolling:BallSlip", "m"),
+        "edge_slip": PrimitiveType("mbproj.joints.primitives.rolling:EdgeSlip", "m"),
+        "ellipsoid_height": PrimitiveType("mbproj.joints.primitives.rolling:EllipsoidHeight", "m"),
+        "ellipsoid_slip": PrimitiveType("mbproj.joints.primitives.rolling:EllipsoidSlip", "m"),
+        "profile": PrimitiveType("mbproj.joints.primitives.plane_curves:Profile", "m", "a distance from a curve"),
+        "arc": PrimitiveType("mbproj.joints.primitives.plane_curves:Arc", "m", "a length along a curve"),
+        "lap": PrimitiveType("mbproj.joints.primitives.plane_curves:Lap", "rad"),
+        "face": PrimitiveType("mbproj.joints.primitives.plane_curves:Face", "m", "a distance from a curve"),
+        "face_place": PrimitiveType("mbproj.joints.primitives.plane_curves:FacePlace", "m", "a place on a face"),
+        "face_slip": PrimitiveType("mbproj.joints.primitives.plane_curves:FaceSlip", "m"),
+        "two_curves": PrimitiveType("mbproj.joints.primitives.plane_curves:Gap", "m", "a distance from a curve"),
+        "place_on_first": PrimitiveType(
+            "mbproj.joints.primitives.plane_curves:PlaceOnFirst", "m", "a length along a curve"
+        ),
+        "place_on_second": PrimitiveType(
+            "mbproj.joints.primitives.plane_curves:PlaceOnSecond", "m", "a length along a curve"
+        ),
+        "slip_of_two": PrimitiveType("mbproj.joints.primitives.plane_curves:SlipOfTwo", "m"),
+        "beside_first": PrimitiveType("mbproj.joints.primitives.space_curves:BesideFirst", "m"),
+        "beside_second": PrimitiveType("mbproj.joints.primitives.space_curves:BesideSecond", "m"),
+        "space_arc": PrimitiveType("mbproj.joints.primitives.space_curves:SpaceArc", "m", "a length along a curve"),
+        "surface": PrimitiveType("mbproj.joints.primitives.surfaces:Surface", "m", "a distance from a surface"),
+        "meridian": PrimitiveType("mbproj.joints.primitives.surfaces:Meridian", "m", "a length along a curve"),
+        "rope": PrimitiveType("mbproj.joints.primitives.rope:Rope", "m", "the length of a rope"),
     }
 )
+#: Unit of a coordinate by the primitive that measures it.
+COORDINATE_UNITS: Mapping[str, str] = MappingProxyType({name: each.unit for name, each in PRIMITIVE_TYPES.items()})
 #: Unit of the inertia of a coordinate by that of the coordinate.
 INERTIA_UNITS = MappingProxyType({"rad": "kg*m^2", "m": "kg"})
 
@@ -332,6 +371,14 @@ JOINTS: Mapping[str, JointType] = MappingProxyType(
         "curve_on_curve": _touching((TWO_CURVES,), TOUCHED, ("slip_of_two", *TWO_CURVES[1:])),
         "curve_contact": _touching((), {"gap": TWO_CURVES}),
         "slot": _following((PROFILE, SLIDE), {"displacement": ARC}, {"curve": CURVE}, dry=True),
+        "ball_on_surface": JointType(
+            "normal",
+            (("surface", "z1", "p1", "p2"),),
+            {"displacement": ("meridian", "z1", "p1", "p2")},
+            separate=True,
+            parameters=FOLLOWS,
+            sketch="wire",
+        ),
         "screw": JointType(
             "axis",
             (SLIDE_X, SLIDE_Y, *AXES_PARALLEL, ("coupling", *SLIDE[1:], *TURN[1:])),

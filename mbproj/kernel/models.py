@@ -43,14 +43,15 @@ def by_name(record: Any, **projected: Any) -> dict[str, Any]:
 
 
 class Bound(NamedTuple):
-    """k instances in the order of their rows: kinds (k,), parameters (k, p) with zeros behind those of smaller ones,
-    offsets, weights and owners (k,). Whether one `joins` the row of the instance before, (k,). What each `follows`: a
-    curve, two of them, a rope, or None.
+    """k instances in the order of their rows: kinds and counts of slots (k,), parameters (k, p) with zeros behind those
+    of smaller ones, offsets, weights and owners (k,). Whether one `joins` the row of the instance before, (k,). What
+    each `follows`: a curve, two of them, a rope, or None.
 
     The slots of an instance are consecutive from its `first_slot` (k,). They number S attachments: bodies (S,),
     `is_point` (S,), local vectors (S, 3 or 2)."""
 
     kind: Integers
+    slot_count: Integers
     first_slot: Integers
     parameters: Array
     offset: Array
@@ -69,7 +70,7 @@ class Bound(NamedTuple):
 
 
 #: The arrays of `Bound` with an entry for each instance.
-_OF_INSTANCES = ("kind", "first_slot", "parameters", "offset", "weight", "joins", "owner")
+_OF_INSTANCES = ("kind", "slot_count", "first_slot", "parameters", "offset", "weight", "joins", "owner")
 
 
 @cache
@@ -83,13 +84,16 @@ def _forms() -> Mapping[str, tuple[int, int, int]]:
 
 @cache
 def _number(kind: type[Primitive]) -> int:
-    """The kernel's number of a primitive. Raises ValueError where the kernel takes other slots or parameters."""
-    name = name_of(kind)
-    number, slots, parameters = _forms()[name]
-    count = slots if kind.follows == "rope" else len(kind.slots)  # type: ignore[arg-type]  # a constant of the others
-    if (count, len(kind.parameters)) != (slots, parameters):
-        raise ValueError(f"the primitive '{name}' of the kernel takes {slots} slots and {parameters} parameters")
+    """The kernel's number of a primitive. Raises ValueError where the kernel takes other parameters."""
+    number, _, parameters = _forms()[_name(kind)]
+    if len(kind.parameters) != parameters:
+        raise ValueError(f"the primitive '{_name(kind)}' of the kernel takes {parameters} parameters")
     return number
+
+
+def _name(kind: type[Primitive]) -> str:
+    """The kernel's name of a primitive."""
+    return kind.in_kernel or name_of(kind)
 
 
 def without_form(system: System) -> str | None:
@@ -99,7 +103,7 @@ def without_form(system: System) -> str | None:
     sets += [each.coordinates for each in (system.forces.laws, system.stops, system.frictions) if each is not None]
     for primitive in {group.primitive for bound in sets for group in bound.groups}:
         for part, *_ in _terms(primitive):
-            if name_of(type(part)) not in known:
+            if _name(type(part)) not in known:
                 return type(part).__name__
     return None
 
@@ -125,11 +129,12 @@ def bound(primitive_set: PrimitiveSet | PlanarSet) -> Bound:
         row = np.array([member.rows[0] for member in members], dtype=np.intp)
         owner = primitive_set.owner[row]
     width = max(parameters for *_, parameters in _forms().values())
-    kind, slot, parameters, weight, joins, follows, member = [], [], [], [], [], [], []
+    kind, slots, slot, parameters, weight, joins, follows, member = [], [], [], [], [], [], [], []
     for number, (primitive, start) in enumerate(zip(primitives, first, strict=True)):
         for part, (each, factor, taken) in enumerate(_terms(primitive)):
             names = each.parameters
             kind.append(_number(each.__class__))
+            slots.append(len(each.slots))
             slot.append(start + taken)
             parameters.append([*(getattr(each, name) for name in names), *[0.0] * (width - len(names))])
             weight.append(factor)
@@ -139,6 +144,7 @@ def bound(primitive_set: PrimitiveSet | PlanarSet) -> Bound:
     of, are_joined = np.array(member, dtype=np.intp), np.array(joins, dtype=bool)
     return Bound(
         kind=np.array(kind, dtype=np.intp),
+        slot_count=np.array(slots, dtype=np.intp),
         first_slot=np.array(slot, dtype=np.intp),
         parameters=numbers(parameters).reshape(-1, width),
         offset=np.where(are_joined, 0.0, primitive_set.offset[row[of]]),

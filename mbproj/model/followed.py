@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -13,14 +13,12 @@ from mbproj.functions.program import COORDINATE, Op, Program, apply, variable
 from mbproj.functions.program_set import ProgramSet, flatten
 from mbproj.joints.primitives.basic import Primitive
 from mbproj.joints.primitives.coupling import Coupling
-from mbproj.joints.primitives.plane_curves import FREE, Face, Gap, Lap, PlaneCurveShape, Profile
+from mbproj.joints.primitives.plane_curves import FREE, Gap, Lap
 from mbproj.joints.primitives.rope import Rope
-from mbproj.joints.primitives.space_curves import BesideCurve, BesideFirst, BesideSecond, SpaceCurveShape
+from mbproj.joints.primitives.space_curves import BesideSecond
 from mbproj.model.couplings import NO_FOLLOWERS, FollowedCurve, FollowedKind, Followers
 from mbproj.model.primitive_set import PrimitiveSet, bind, bindings
 
-#: The primitives that are evaluated on one piece of a curve at a time.
-DISTANCES = (Profile, Face, Gap, BesideFirst)
 #: The row that belongs to each program, and whether the foot is on the first (0) or the second (1) of two curves.
 Rows: TypeAlias = "Mapping[int, tuple[int, int]]"
 
@@ -32,13 +30,13 @@ def compile_followers(
     is a switch."""
     places, knots = list[FollowedCurve](), list[Program]()
     for kind, bound in ((FollowedKind.ROW, joints), (FollowedKind.LAW, laws), (FollowedKind.STOP, stops)):
-        if bound is None or not any(isinstance(group.primitive, DISTANCES) for group in bound.groups):
+        if bound is None or not any(group.primitive.is_held for group in bound.groups):
             continue
         for member in bound.layout.members:
-            if isinstance(member.primitive, DISTANCES):
+            if member.primitive.is_held:
                 for second, curve in enumerate(_curves(member.primitive)):
                     places.append(FollowedCurve(kind, member.rows[0], second))
-                    knots.append(curve.knots)  # type: ignore[arg-type]  # what curves of scenes have
+                    knots.append(curve.knots)
     for member in coordinates.layout.members:
         if isinstance(member.primitive, Rope) and member.primitive.watched:
             places.append(FollowedCurve(FollowedKind.COORDINATE, member.rows[0]))
@@ -46,7 +44,7 @@ def compile_followers(
     return Followers(tuple(places), flatten(knots)) if places else NO_FOLLOWERS
 
 
-def _curves(distance: Profile | Face | Gap | BesideFirst) -> tuple[PlaneCurveShape | SpaceCurveShape, ...]:
+def _curves(distance: Any) -> tuple[Any, ...]:
     return (distance.curve, distance.other) if isinstance(distance, Gap) else (distance.curve,)
 
 
@@ -72,14 +70,13 @@ def feet(rows: PrimitiveSet, programs: ProgramSet, of: Rows, held: Array, places
         primitive = on_pieces.get(row, rows.layout.members[rows.layout.member[row]].primitive)
         on_pieces[row] = _on_branch(primitive, programs.branches(program, held), second)
     for program, (row, second) in of.items():
-        distance = on_pieces[row]
-        assert isinstance(distance, DISTANCES)
+        distance: Any = on_pieces[row]
         foot = distance.foot(places[None, list(rows.layout.members[rows.layout.member[row]].slots)])
         by_program[program] = float(foot[0, second] if isinstance(distance, Gap) else foot[0])
     return by_program
 
 
-def _on_branch(primitive: Primitive, branches: tuple[float, ...], second: int = 0) -> Primitive:
+def _on_branch(primitive: Any, branches: tuple[float, ...], second: int = 0) -> Primitive:
     """Return the primitive with its switches on these branches, one for each instruction of its function."""
     piece = FREE if np.isnan(branches[-1]) else int(branches[-1])
     if isinstance(primitive, Coupling):
@@ -87,5 +84,5 @@ def _on_branch(primitive: Primitive, branches: tuple[float, ...], second: int = 
         if isinstance(along, Lap):
             return replace(primitive, other=along.on_piece(piece))
         return primitive.on_branches(branches)
-    assert isinstance(primitive, (*DISTANCES, BesideCurve))
-    return primitive.on_pieces(second, piece) if isinstance(primitive, Gap) else primitive.on_piece(piece)
+    held: Primitive = primitive.on_pieces(second, piece) if isinstance(primitive, Gap) else primitive.on_piece(piece)
+    return held

@@ -743,6 +743,36 @@ class Slot(ScenePart):
         displacement: Quantity | None = ...,
     ) -> None: ...
 
+class BallOnSurface(ScenePart):
+    """A ball_on_surface joint of a scene. Arguments are its keys:
+
+    bodies: 2 names of bodies
+    locations: 2 points or a mapping {name: 3 numbers}
+    axis: 3 numbers or a mapping {name: 3 numbers}
+    curve: the name of a curve
+    roller: a number in m, optional
+    side: outside, inside, left or right, optional
+    speed: a number in m/s, optional
+    reflected_inertia: a number in kg, optional
+    limits: {displacement}, optional
+    displacement: a number in m, optional
+    """
+
+    def __init__(
+        self,
+        *,
+        bodies: Sequence[str],
+        locations: Sequence[Vector] | Mapping[str, Any],
+        axis: Vector | str | Mapping[str, Any],
+        curve: str,
+        roller: Quantity | None = ...,
+        side: str | None = ...,
+        speed: Quantity | None = ...,
+        reflected_inertia: Quantity | None = ...,
+        limits: Mapping[str, Any] | None = ...,
+        displacement: Quantity | None = ...,
+    ) -> None: ...
+
 class Screw(ScenePart):
     """A screw joint of a scene. Arguments are its keys:
 

@@ -6,15 +6,11 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import field
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 from mbproj.base.dataclass import dataclass
 from mbproj.functions.program import Program
-
-if TYPE_CHECKING:
-    from mbproj.functions.elements import Kind
-    from mbproj.functions.program import Program
-
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -23,6 +19,29 @@ Matrix = tuple[Vector, Vector, Vector]
 KeyPath = tuple[str | int, ...]
 
 GROUND = "ground"
+
+
+class Quantity(NamedTuple):
+    """What the numbers of an annotated field are; several quantities are those of the members of a tuple.
+
+    `unit` is of SI, "" for none. In it `coordinate` stands for the unit of the coordinate that the field is about: m
+    where the record names none. {0.name} stands for a field of the record.
+
+    `moves`: whether the numbers are a point, a direction or an orientation. They move with the scene, unless the flag
+    `local` of the record says that they are in the axes of a body. Vectors that do not move are always in such axes. A
+    record that declares no quantities has those of the field that holds it.
+    """
+
+    unit: str = ""
+    moves: Literal["", "point", "direction", "orientation"] = ""
+    local: str = "local"
+
+
+#: The unit of each value of a mapping is that under its key in `units` of the record.
+BY_KEY = Quantity("units")
+LENGTH, POINT = Quantity("m"), Quantity("m", "point")
+DIRECTION, ORIENTATION = Quantity("", "direction"), Quantity("", "orientation")
+COORDINATE, RATE = Quantity("coordinate"), Quantity("coordinate/s")
 
 
 @dataclass(frozen=True)
@@ -34,13 +53,13 @@ class Body:
     `start`. The body is drawn by its `appearance`, or the `shapes` that give its mass."""
 
     name: str
-    mass: float
-    inertia: Matrix
-    position: Vector
-    orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
-    velocity: Vector = (0.0, 0.0, 0.0)
-    angular_velocity: Vector = (0.0, 0.0, 0.0)
-    start: tuple[Vector, Quaternion] | None = None
+    mass: Annotated[float, Quantity("kg")]
+    inertia: Annotated[Matrix, Quantity("kg*m^2")]
+    position: Annotated[Vector, POINT]
+    orientation: Annotated[Quaternion, ORIENTATION] = (1.0, 0.0, 0.0, 0.0)
+    velocity: Annotated[Vector, Quantity("m/s", "direction")] = (0.0, 0.0, 0.0)
+    angular_velocity: Annotated[Vector, Quantity("rad/s")] = (0.0, 0.0, 0.0)
+    start: Annotated[tuple[Vector, Quaternion] | None, POINT, ORIENTATION] = None
     shapes: tuple[PlacedShape, ...] = field(default=(), compare=False)
     appearance: Appearance | None = field(default=None, compare=False)
 
@@ -83,17 +102,24 @@ class Joint:
     name: str
     type: str
     bodies: tuple[str, str]
-    points: Pair
-    axes: Pair | None = None
-    start: Mapping[str, float] = field(default_factory=dict)
-    speed: Mapping[str, float] = field(default_factory=dict)
-    parameters: Mapping[str, Any] = field(default_factory=dict)
+    points: Annotated[Pair, POINT]
+    axes: Annotated[Pair | None, DIRECTION] = None
+    start: Annotated[Mapping[str, float], COORDINATE] = field(default_factory=dict)
+    speed: Annotated[Mapping[str, float], RATE] = field(default_factory=dict)
+    parameters: Annotated[Mapping[str, Any], BY_KEY] = field(default_factory=dict)
     reaction: bool = False
     couples: Coupled | None = None
-    reflected_inertia: Mapping[str, float] = field(default_factory=dict)
+    reflected_inertia: Annotated[Mapping[str, float], Quantity("J*s^2/coordinate^2")] = field(default_factory=dict)
     limits: Mapping[str, Limit] = field(default_factory=dict)
-    frames: Orientations | None = None
-    x_axis: Pair | None = None
+    frames: Annotated[Orientations | None, ORIENTATION] = None
+    x_axis: Annotated[Pair | None, DIRECTION] = None
+
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The SI units of its coordinates and parameters by name, "" for none."""
+        kind = JOINTS[self.type]
+        coordinates = {name: COORDINATE_UNITS[row[0]] for name, row in kind.coordinates.items()}
+        return coordinates | {name: each.unit for name, each in kind.parameters.items()}
 
 
 @dataclass(frozen=True)
@@ -105,10 +131,20 @@ class Law:
     SI units and radians. `free` None: the free length of a spring between two points is that at the scene's pose.
     """
 
-    stiffness: float = 0.0
-    damping: float = 0.0
-    free: float | None = None
-    function: Program | None = None
+    stiffness: Annotated[float, Quantity("J/coordinate^2")] = 0.0
+    damping: Annotated[float, Quantity("J*s/coordinate^2")] = 0.0
+    free: Annotated[float | None, COORDINATE] = None
+    function: Annotated[Program | None, Quantity("J/coordinate")] = None
+
+
+@dataclass(frozen=True)
+class Kind:
+    """The element that replaces the law of a force: its type, a name in `ELEMENTS` of `mbproj.scene.blocks.elements`,
+    and the values of the type's own keys in SI units. `units` are those of the keys."""
+
+    type: str
+    values: Annotated[Mapping[str, Any], BY_KEY]
+    units: Mapping[str, str]
 
 
 @dataclass(frozen=True)
@@ -117,7 +153,7 @@ class PointForce:
 
     name: str
     bodies: tuple[str, str]
-    points: Pair
+    points: Annotated[Pair, POINT]
     law: Law
     element: Kind | None = None
 
@@ -141,6 +177,11 @@ class JointForce:
         """The coordinates on which the force acts."""
         return tuple(dict.fromkeys((*self.laws, *self.coulomb)))
 
+    @property
+    def coordinate(self) -> str:
+        """The first of its coordinates."""
+        return next(iter(self.coordinates), "")
+
     def called(self, coordinate: str) -> str:
         """The name in results of the force along a coordinate: its own, with the coordinate where it has several."""
         return f"{self.name}.{coordinate}" if len(self.coordinates) > 1 else self.name
@@ -156,11 +197,16 @@ class BodyForce:
 
     name: str
     body: str
-    components: tuple[Program, Program, Program]
+    components: Annotated[tuple[Program, Program, Program], Quantity("{0.unit}", "direction", "body_axes")]
     torque: bool
     body_axes: bool = False
-    location: Vector | None = None
+    location: Annotated[Vector | None, POINT] = None
     local: bool = False
+
+    @property
+    def unit(self) -> str:
+        """The SI unit of the components."""
+        return "N*m" if self.torque else "N"
 
 
 NO_MATRIX: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -176,11 +222,11 @@ class Bushing:
 
     name: str
     bodies: tuple[str, str]
-    points: Pair
-    axes: Orientations
-    stiffness: tuple[Matrix, Matrix] = (NO_MATRIX, NO_MATRIX)
-    damping: tuple[Matrix, Matrix] = (NO_MATRIX, NO_MATRIX)
-    preload: tuple[Vector, Vector] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    points: Annotated[Pair, POINT]
+    axes: Annotated[Orientations, ORIENTATION]
+    stiffness: Annotated[tuple[Matrix, Matrix], Quantity("N/m"), Quantity("N*m/rad")] = (NO_MATRIX, NO_MATRIX)
+    damping: Annotated[tuple[Matrix, Matrix], Quantity("N*s/m"), Quantity("N*m*s/rad")] = (NO_MATRIX, NO_MATRIX)
+    preload: Annotated[tuple[Vector, Vector], Quantity("N"), Quantity("N*m")] = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 Force: TypeAlias = "PointForce | JointForce | BodyForce | Bushing | DistanceStop | PlaneStop"
@@ -194,7 +240,7 @@ class Motion:
     name: str
     joint: str
     coordinate: str
-    function: Program
+    function: Annotated[Program, COORDINATE]
     from_start: bool = False
 
 
@@ -205,7 +251,7 @@ class Marker:
 
     name: str
     body: str
-    location: Vector
+    location: Annotated[Vector, POINT]
     local: bool = False
 
 
@@ -254,18 +300,18 @@ class StopLaw:
     c in s/m or s/rad; the other is None.
     """
 
-    stiffness: float = math.inf
+    stiffness: Annotated[float, Quantity("J/coordinate/coordinate^{0.exponent:.12g}")] = math.inf
     exponent: float = 1.0
     restitution: float | None = None
-    damping: float | None = None
+    damping: Annotated[float | None, Quantity("s/coordinate")] = None
 
 
 @dataclass(frozen=True)
 class Limit:
     """The lower and the upper bound of a scalar coordinate, in m or rad; None for no bound."""
 
-    low: float | None
-    high: float | None
+    low: Annotated[float | None, COORDINATE]
+    high: Annotated[float | None, COORDINATE]
     law: StopLaw
 
     def sides(self) -> Iterator[tuple[int, float]]:
@@ -292,8 +338,8 @@ class DistanceStop:
     """A stop that keeps the distance of a point of one body from a point of another within `limit`."""
 
     name: str
-    first: OfBody
-    second: OfBody
+    first: Annotated[OfBody, POINT]
+    second: Annotated[OfBody, POINT]
     limit: Limit
 
     @property
@@ -310,7 +356,7 @@ class PlaneFriction:
 
     sliding: float
     static: float
-    stribeck_speed: float | None = None
+    stribeck_speed: Annotated[float | None, RATE] = None
 
 
 @dataclass(frozen=True)
@@ -321,13 +367,13 @@ class PlaneStop:
     With an `axis`, a direction of the point's body, it is a wheel: a thin disk about that axis."""
 
     name: str
-    location: OfBody
-    normal: OfBody
-    point: OfBody
-    radius: float
+    location: Annotated[OfBody, POINT]
+    normal: Annotated[OfBody, DIRECTION]
+    point: Annotated[OfBody, POINT]
+    radius: Annotated[float, LENGTH]
     law: StopLaw
     friction: PlaneFriction | None = None
-    axis: OfBody | None = None
+    axis: Annotated[OfBody | None, DIRECTION] = None
 
     @property
     def stops(self) -> list[str]:
@@ -353,10 +399,10 @@ class Bearing:
     that is always there.
     """
 
-    radius: float | None = None
-    axial_radius: float | None = None
-    length: float = math.inf
-    preload: float = 0.0
+    radius: Annotated[float | None, LENGTH] = None
+    axial_radius: Annotated[float | None, LENGTH] = None
+    length: Annotated[float, LENGTH] = math.inf
+    preload: Annotated[float, Quantity("N")] = 0.0
 
     @property
     def has_arm(self) -> bool:
@@ -376,11 +422,16 @@ class DryFriction:
     """
 
     unit: str
-    sliding: float | Program
-    static: float | Program
-    stribeck_speed: float | None = None
-    regularised: float | None = None
+    sliding: Annotated[float | Program, Quantity("{0.size_unit}")]
+    static: Annotated[float | Program, Quantity("{0.size_unit}")]
+    stribeck_speed: Annotated[float | None, RATE] = None
+    regularised: Annotated[float | None, RATE] = None
     bearing: Bearing | None = None
+
+    @property
+    def size_unit(self) -> str:
+        """The unit of `sliding` and `static`."""
+        return "" if self.bearing else "J/coordinate"
 
     @property
     def varies(self) -> bool:
@@ -401,21 +452,27 @@ class Coupled:
     """The row Σ kᵢ sᵢ - function(s₀) = constant. `of` has the weights kᵢ by the names of the coordinates sᵢ, as
     "A.angle"; s₀ is the first.
 
-    SI units and radians; the row is in m where a coordinate is a length, else in rad. Without a constant the sum keeps
-    its value at the scene's pose, or is 0 where there is a function. Whole turns of the angles may change the sum by
-    multiples of `period`; None: it follows from the weights and the function. `units` are those in which the scene
-    gives the weights, by coordinate, the constant, by "", and the function, by `FUNCTION`; "" for none."""
+    SI units and radians; the row is in its `unit`: m where a coordinate is a length, else rad. Without a constant the
+    sum keeps its value at the scene's pose, or is 0 where there is a function. Whole turns of the angles may change the
+    sum by multiples of `period`; None: it follows from the weights and the function. `units` are those in which the
+    scene gives the weights, by coordinate, the constant, by "", and the function, by `FUNCTION`; "" for none."""
 
-    of: Mapping[str, float]
-    function: Program | None = None
-    constant: float | None = None
-    period: float | None = None
+    of: Annotated[Mapping[str, float], Quantity("{0.unit}/coordinate")]
+    function: Annotated[Program | None, Quantity("{0.unit}")] = None
+    constant: Annotated[float | None, Quantity("{0.unit}")] = None
+    period: Annotated[float | None, Quantity("{0.unit}")] = None
+    unit: str = "rad"
     units: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def joints(self) -> tuple[str, ...]:
         """The joint of each coordinate."""
         return tuple(name.partition(".")[0] for name in self.of)
+
+    @property
+    def coordinate(self) -> str:
+        """The name of s₀."""
+        return next(iter(self.of))
 
 
 # --- The appearance of bodies, as frozen records ----------------------------------------------------------------------
@@ -451,9 +508,9 @@ class PlacedShape:
     by `orientation` (Euler parameters)."""
 
     kind: str
-    sizes: Mapping[str, float]
+    sizes: Annotated[Mapping[str, float], LENGTH]
     axis: str = "z"
-    position: Vector = (0.0, 0.0, 0.0)
+    position: Annotated[Vector, LENGTH] = (0.0, 0.0, 0.0)
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -463,8 +520,8 @@ class MeshFile:
     `orientation` are those of a `PlacedShape`."""
 
     file: str
-    scale: float = 1.0
-    position: Vector = (0.0, 0.0, 0.0)
+    scale: Annotated[float, LENGTH] = 1.0
+    position: Annotated[Vector, LENGTH] = (0.0, 0.0, 0.0)
     orientation: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 

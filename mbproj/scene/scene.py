@@ -11,7 +11,7 @@ from functools import cached_property, partial
 from html import escape
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from mbproj.base.cases import cases_in
 from mbproj.base.dataclass import dataclass
@@ -23,7 +23,7 @@ from mbproj.scene.blocks.expectations import expectations_of, unsampled
 from mbproj.scene.changes import changed
 from mbproj.scene.fields.reading import Reading, declares_units, in_text_order, items_of, number_at
 from mbproj.scene.grammar import SCENE, SIMULATION
-from mbproj.scene.records import Body, Expectation, Force, Joint, JointForce, KeyPath, Marker, Motion, Vector
+from mbproj.scene.records import Body, Expectation, Force, Joint, JointForce, KeyPath, Marker, Motion, Quantity, Vector
 from mbproj.scene.settings import Merged, by_name, check_settings, merge, place_of, read_options, settings_of, values_of
 from mbproj.scene.text.document import MAX_BYTES, compose, read_text
 from mbproj.scene.text.nodes import MappingNode, ScalarNode, describe, document, flow, from_value, mapping
@@ -48,7 +48,7 @@ class Scene:
     come from Python; the file has none."""
 
     title: str
-    gravity: Vector
+    gravity: Annotated[Vector, Quantity("m/s^2", "direction")]
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
     markers: tuple[Marker, ...]

@@ -1,317 +1,177 @@
-"""A scene k times as large that moves alike: lengths, velocities and gravity grow by k; times and masses stay.
+"""Variants of a scene: larger, moved as a whole, faster, stiffer, with other masses.
 
-Forces grow by k; torques, energies and moments of inertia grow by k². It is the same mechanism in another unit of
-length: k = 1000 for millimetres.
+One walker goes through the records of a scene. What happens to a number follows from the `Quantity` that its field
+declares in `mbproj.scene.records`, so that new fields, joints and elements need no line here.
 """
 
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import Any
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Problem
-from mbproj.functions.elements import Kind
-from mbproj.functions.program import (
-    CHANNELS,
-    COORDINATE,
-    RATE,
-    TIME,
-    Code,
-    Op,
-    Program,
-    apply,
-    number,
-    replaced,
-    variable,
-)
+from mbproj.functions.program import COORDINATE, RATE, TIME, Op, Program, apply, number, replaced, variable
 from mbproj.functions.space_curve import SpaceTrack, Track
-from mbproj.joints.table import COORDINATE_UNITS, JOINTS
+from mbproj.functions.standard import weighted
+from mbproj.joints.table import JOINTS
 from mbproj.model.compile.frames import SYMBOLS, local_frames, poses_of
-from mbproj.scene.blocks.elements import element_type
-from mbproj.scene.blocks.ropes import Path
 from mbproj.scene.blocks.signals import names_channels
-from mbproj.scene.expressions.units import DAMPING, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS
+from mbproj.scene.expressions.units import DAMPING, STIFFNESS, TORSION_DAMPING, TORSION_STIFFNESS, Dimension
 from mbproj.scene.fields.quantities import dimension_of
 from mbproj.scene.fields.rotations import from_matrix, multiply
-from mbproj.scene.records import (
-    GROUND,
-    Bearing,
-    Body,
-    BodyForce,
-    Bushing,
-    Coupled,
-    DistanceStop,
-    DryFriction,
-    Force,
-    Joint,
-    JointForce,
-    Law,
-    Limit,
-    Marker,
-    Matrix,
-    Motion,
-    OfBody,
-    Orientations,
-    Pair,
-    PlaneFriction,
-    PlaneStop,
-    PointForce,
-    StopLaw,
-    Vector,
-)
+from mbproj.scene.records import BY_KEY, GROUND, Body, Joint, Pair, Quantity, Vector
 from mbproj.scene.scene import Scene
 
-# --- Functions of a scene combined into others ------------------------------------------------------------------------
-# Multiplied, summed, or with a scaled argument.
+# --- The walker through the records of a scene ------------------------------------------------------------------------
 
 
-def times(factor: float, program: Program) -> Program:
-    """The program factor · f."""
-    return replace(program, code=apply(Op.MULTIPLY, number(factor), program.code))
+class Declared(NamedTuple):
+    """What is declared about a value: the name of its field; its dimension, and that of the coordinate that it is
+    about; how it moves with the scene, "" for what does not, as what is in the axes of a moving body."""
+
+    name: str
+    dimension: Dimension
+    coordinate: Dimension
+    moves: str
 
 
-def combined(factors: Sequence[float], programs: Sequence[Program]) -> Program:
-    """The program Σ factor · f."""
-    reads = tuple(dict.fromkeys(name for program in programs for name in program.reads))
-    parts = []
-    for factor, program in zip(factors, programs, strict=True):
-        by = {CHANNELS + at: variable(CHANNELS + reads.index(name)) for at, name in enumerate(program.reads)}
-        parts.append(replaced(times(factor, program).code, by))
-    return Program(apply(Op.ADD, *parts), ", ".join(program.text for program in programs if program.text), reads)
+#: Returns what replaces a value: a number, a tuple of numbers or functions, a function or a curve.
+Change = Callable[[Any, Declared], Any]
+#: The fields of a scene that make its mechanism.
+MECHANISM = ("gravity", "bodies", "joints", "forces", "motions", "markers")
 
 
-def with_argument(program: Program, variable: int, factor: float) -> Program:
-    """The program f with its argument x replaced by factor · x. `variable` is the number of x (`TIME`, `COORDINATE`,
-    `RATE`)."""
-    code: Code = ()
-    for step in program.code:
-        is_it = step.op is Op.VARIABLE and int(step.operand) == variable
-        code += apply(Op.MULTIPLY, number(factor), (step,)) if is_it else (step,)
-    return replace(program, code=code)
+def changed(scene: Scene, change: Change, blocks: Sequence[str] = MECHANISM) -> Scene:
+    """The scene with each value of these fields changed, wherever a record declares its quantity."""
+    units = {f"{joint.name}.{name}": unit for joint in scene.joints for name, unit in joint.units.items()}
+    walker = _Walker(change, units)
+    return replace(scene, **{name: walker.field(scene, name, "m") for name in blocks})
 
 
-# --- A scene k times as large that moves alike ------------------------------------------------------------------------
+@cache
+def quantities(kind: type) -> Mapping[str, tuple[Quantity, ...]]:
+    """The quantities that a class of records declares for its fields, by the fields' names."""
+    names, texts = vars(sys.modules[kind.__module__]), {each.name: str(each.type) for each in fields(kind)}
+    return {name: eval(text, names).__metadata__ for name, text in texts.items() if text.startswith("Annotated[")}
 
 
-def rescaled(scene: Scene, k: float) -> Scene:
-    """Return the scene, k times as large. Raises InputError where it has elements, signals or states, because their
-    numbers have no units."""
-    if scene.elements:
-        what = f"element '{scene.elements[0].name}' is data without units: it cannot be made larger"
-        raise InputError(Problem(what, hint="vary something else"))
-    if names_channels(scene):
-        what = "the numbers in signals, states and what names coordinates have no units: it cannot be made larger"
-        raise InputError(Problem(what, hint="vary something else"))
-    larger = _Larger(k, {joint.name: joint.type for joint in scene.joints})
-    return replace(
-        scene,
-        gravity=larger.vector(scene.gravity),
-        bodies=tuple(map(larger.body, scene.bodies)),
-        joints=tuple(map(larger.joint, scene.joints)),
-        markers=tuple(map(larger.marker, scene.markers)),
-        forces=tuple(map(larger.force, scene.forces)),
-        motions=tuple(map(larger.motion, scene.motions)),
-    )
+def _is_record(value: object) -> bool:
+    return is_dataclass(value) and not isinstance(value, Program | Track | SpaceTrack)
 
 
 @dataclass(frozen=True)
-class _Larger:
-    """The factor k, and the types of the joints by name."""
+class _Walker:
+    """The change, and the units of joint coordinates by their full names, as "pin.angle"."""
 
-    k: float
-    types: dict[str, str]
+    change: Change
+    units: Mapping[str, str]
 
-    def vector(self, components: Vector) -> Vector:
-        x, y, z = components
-        return self.k * x, self.k * y, self.k * z
+    def field(
+        self, record: Any, name: str, coordinate: str, holder: Any = None, held: tuple[Quantity, ...] = ()
+    ) -> Any:
+        """Return the value of a field, changed. `coordinate` is the unit of the coordinate that the record is about;
+        `held` are the quantities of the record's field in its `holder`, for fields that declare none."""
+        declared = quantities(record.__class__).get(name, held)
+        return self._value(getattr(record, name), _At(record, holder, name, coordinate), declared)
 
-    def body(self, body: Body) -> Body:
-        return replace(
-            body,
-            inertia=scaled_matrix(self.k**2, body.inertia),
-            position=self.vector(body.position),
-            velocity=self.vector(body.velocity),
-        )
-
-    def points(self, pair: Pair) -> Pair:
-        return replace(pair, first=self.vector(pair.first), second=self.vector(pair.second))
-
-    def joint(self, joint: Joint) -> Joint:
-        units = {name: each.unit for name, each in JOINTS[joint.type].parameters.items()}
-        parameters = {name: self._in(units.get(name, "m"), value) for name, value in joint.parameters.items()}
-        return replace(
-            joint,
-            points=self.points(joint.points),
-            start={name: self._unit(joint.name, name) * value for name, value in joint.start.items()},
-            speed={name: self._unit(joint.name, name) * value for name, value in joint.speed.items()},
-            parameters=parameters,
-            couples=joint.couples and self._coupled(joint.couples),
-            reflected_inertia={
-                name: value if self._unit(joint.name, name) == self.k else self.k**2 * value
-                for name, value in joint.reflected_inertia.items()
-            },
-            limits={name: self._limit(limit, self._unit(joint.name, name)) for name, limit in joint.limits.items()},
-        )
-
-    def _in(self, unit: str, value: Any) -> Any:
-        """Return a value of the given `unit`, scaled by k for each metre in the unit: a number, a tuple, a curve or a
-        path. A name stays."""
-        if isinstance(value, Track | SpaceTrack):
-            return value.scaled(self.k)
-        if isinstance(value, Path):
-            return value.changed(lambda at: replace(at, vector=self.vector(at.vector)), lambda n: n, self.k)
-        if isinstance(value, str):
+    def _value(self, value: Any, at: _At, declared: tuple[Quantity, ...]) -> Any:
+        if isinstance(value, Mapping):
+            return {key: self._value(each, *self._under(key, at, declared)) for key, each in value.items()}
+        if isinstance(value, tuple) and len(declared) > 1:
+            return tuple(self._value(each, at, (one,)) for each, one in zip(value, declared, strict=True))
+        if isinstance(value, tuple) and any(map(_is_record, value)):
+            return tuple(self._value(each, at, declared) for each in value)
+        if _is_record(value):
+            unit = self._unit(value, getattr(value, "coordinate", ""), at.coordinate)
+            names = [each.name for each in fields(value)]
+            return replace(value, **{name: self.field(value, name, unit, at.record, declared) for name in names})
+        if not declared or value is None or isinstance(value, str | bool):
             return value
+        (quantity,) = declared
+        unit = quantity.unit.format(at.record).replace("coordinate", at.coordinate)
+        moves = "" if at.in_moving_axes(quantity.local) else quantity.moves
+        return self.change(value, Declared(at.name, dimension_of(unit), dimension_of(at.coordinate), moves))
+
+    def _under(self, key: str, at: _At, declared: tuple[Quantity, ...]) -> tuple[_At, tuple[Quantity, ...]]:
+        """The place and the quantity of the value under a key of a mapping, which may be a coordinate's name."""
+        unit = self._unit(at.record, key, at.coordinate)
+        by_key = declared == (BY_KEY,)
+        return at._replace(coordinate=unit), (Quantity(at.record.units.get(key, "")),) if by_key else declared
+
+    def _unit(self, record: Any, coordinate: str, default: str) -> str:
+        """The unit of a coordinate: of the record's joint, or by its full name."""
+        joint = getattr(record, "joint", getattr(record, "name", ""))
+        return self.units.get(f"{joint}.{coordinate}", self.units.get(coordinate, default))
+
+
+class _At(NamedTuple):
+    """The place of a value: its record, the record that holds this one, the field, the unit of the coordinate."""
+
+    record: Any
+    holder: Any
+    name: str
+    coordinate: str
+
+    def in_moving_axes(self, local: str) -> bool:
+        """Whether a flag of the record says that the value is in the axes of a body, and this is not the ground."""
+        if not getattr(self.record, local, False):
+            return False
+        is_placed = hasattr(self.record, "body")
+        body = self.record.body if is_placed else self.holder.bodies[("first", "second").index(self.name)]
+        return bool(body != GROUND)
+
+
+def multiplied(factor: float, value: Any) -> Any:
+    """The product of a factor with a number, a function, or all members of a tuple."""
+    if isinstance(value, tuple):
+        return tuple(multiplied(factor, each) for each in value)
+    return weighted([(factor, value)]) if isinstance(value, Program) else factor * value
+
+
+def with_arguments(program: Program, factors: Mapping[int, float]) -> Program:
+    """The program f with x replaced by factor · x. `factors` are by the number of x (`TIME`, `COORDINATE`, `RATE`)."""
+    by = {at: apply(Op.MULTIPLY, number(factor), variable(at)) for at, factor in factors.items()}
+    return replace(program, code=replaced(program.code, by))
+
+
+# --- A scene in other units -------------------------------------------------------------------------------------------
+
+
+def rescaled(scene: Scene, k: float) -> Scene:
+    """The scene k times as large, which moves alike: lengths, velocities, gravity and forces grow by k; torques,
+    energies and moments of inertia by k²; times and masses stay. It is the mechanism in another unit of length.
+
+    Raises InputError where it has elements, signals or states, because their numbers have no units."""
+    if scene.elements or names_channels(scene):
+        what = "the numbers in signals, states and what names coordinates have no units"
+        what = f"element '{scene.elements[0].name}' is data without units" if scene.elements else what
+        raise InputError(Problem(f"{what}: it cannot be made larger", hint="vary something else"))
+
+    def larger(value: Any, declared: Declared) -> Any:
+        if isinstance(value, Track | SpaceTrack):
+            return value.scaled(k)
         if isinstance(value, tuple):
-            return tuple(self._in(unit, each) for each in value)
-        return self.k ** dimension_of(unit).length * value
+            return tuple(larger(each, declared) for each in value)
+        if isinstance(value, Program):
+            value = with_arguments(value, dict.fromkeys((COORDINATE, RATE), k**-declared.coordinate.length))
+        factor = k**declared.dimension.length
+        return value if isinstance(value, str) or factor == 1.0 else multiplied(factor, value)
 
-    def _coupled(self, coupled: Coupled) -> Coupled:
-        """Return a coupling, scaled. Where it couples a length, its whole row grows by k: weights and function are
-        adapted to the scaled coordinates."""
-        units = {name: self._unit(*name.split(".")) for name in coupled.of}
-        if self.k not in units.values():
-            return coupled
-        function = coupled.function
-        if function is not None:
-            (first, *_) = units.values()
-            function = times(self.k, with_argument(function, COORDINATE, 1.0 / first))
-        weights = {name: weight * self.k / units[name] for name, weight in coupled.of.items()}
-        constant = None if coupled.constant is None else self.k * coupled.constant
-        return replace(coupled, of=weights, function=function, constant=constant)
-
-    def marker(self, marker: Marker) -> Marker:
-        return replace(marker, location=self.vector(marker.location))
-
-    def force(self, force: Force) -> Force:
-        if isinstance(force, PointForce):
-            points, element = self.points(force.points), self._element(force.element)
-            return replace(force, points=points, law=self._law(force.law, self.k), element=element)
-        if isinstance(force, JointForce):
-            laws = {name: self._law(law, self._unit(force.joint, name)) for name, law in force.laws.items()}
-            coulomb = {name: self._dry(dry, self._unit(force.joint, name)) for name, dry in force.coulomb.items()}
-            return replace(force, laws=laws, coulomb=coulomb, element=self._element(force.element))
-        if isinstance(force, Bushing):
-            return self._bushing(force)
-        if isinstance(force, DistanceStop):
-            ends = (self.of_body(force.first), self.of_body(force.second))
-            return replace(force, first=ends[0], second=ends[1], limit=self._limit(force.limit, self.k))
-        if isinstance(force, PlaneStop):
-            plane, point = self.of_body(force.location), self.of_body(force.point)
-            law = self._stop_law(force.law, self.k)
-            rubs = force.friction and self._rubs(force.friction)
-            return replace(force, location=plane, point=point, radius=self.k * force.radius, law=law, friction=rubs)
-        return self._on_body(force)
-
-    def _element(self, kind: Kind | None) -> Kind | None:
-        """Return an element with each number scaled by its unit."""
-        if kind is None:
-            return None
-        units = element_type(kind.type).units
-        return replace(
-            kind, values={name: self._in(units.get(name, "m"), value) for name, value in kind.values.items()}
-        )
-
-    def of_body(self, point: OfBody) -> OfBody:
-        return replace(point, vector=self.vector(point.vector))
-
-    def _limit(self, limit: Limit, unit: float) -> Limit:
-        low, high = (None if bound is None else unit * bound for bound in (limit.low, limit.high))
-        return Limit(low, high, self._stop_law(limit.law, unit))
-
-    def _stop_law(self, law: StopLaw, unit: float) -> StopLaw:
-        """Return the law of a stop, scaled, where the coordinate is multiplied by `unit` (k for a length, 1 for an
-        angle)."""
-        stiffer = self.k if unit == self.k else self.k**2
-        damping = None if law.damping is None else law.damping / unit
-        return replace(law, stiffness=stiffer * law.stiffness / unit**law.exponent, damping=damping)
-
-    def _rubs(self, friction: PlaneFriction) -> PlaneFriction:
-        speed = friction.stribeck_speed
-        return replace(friction, stribeck_speed=None if speed is None else self.k * speed)
-
-    def _dry(self, dry: DryFriction, unit: float) -> DryFriction:
-        """Return dry friction, scaled, where the coordinate is multiplied by `unit`. Friction coefficients stay."""
-        larger = 1.0 if dry.bearing is not None else self.k if unit == self.k else self.k**2
-
-        def speed(value: float | None) -> float | None:
-            return None if value is None else unit * value
-
-        return replace(
-            dry,
-            sliding=self._larger(larger, dry.sliding),
-            static=self._larger(larger, dry.static),
-            stribeck_speed=speed(dry.stribeck_speed),
-            regularised=speed(dry.regularised),
-            bearing=None if dry.bearing is None else self._bearing(dry.bearing),
-        )
-
-    def _larger(self, factor: float, size: float | Program) -> float | Program:
-        return times(factor, size) if isinstance(size, Program) else factor * size
-
-    def _bearing(self, bearing: Bearing) -> Bearing:
-        radius, axial = (None if arm is None else self.k * arm for arm in (bearing.radius, bearing.axial_radius))
-        return Bearing(radius, axial, self.k * bearing.length, self.k * bearing.preload)
-
-    def _bushing(self, force: Bushing) -> Bushing:
-        """Return a bushing whose torsional stiffness and damping are k² times as large. Translational ones stay: forces
-        and lengths both grow by k."""
-        (elastic, torsional), (viscous, turning), (push, twist) = force.stiffness, force.damping, force.preload
-        return replace(
-            force,
-            points=self.points(force.points),
-            stiffness=(elastic, scaled_matrix(self.k**2, torsional)),
-            damping=(viscous, scaled_matrix(self.k**2, turning)),
-            preload=(self.vector(push), self.vector(self.vector(twist))),
-        )
-
-    def motion(self, motion: Motion) -> Motion:
-        return replace(motion, function=times(self._unit(motion.joint, motion.coordinate), motion.function))
-
-    def _on_body(self, force: BodyForce) -> BodyForce:
-        factor = self.k**2 if force.torque else self.k
-        first, second, third = (times(factor, component) for component in force.components)
-        location = None if force.location is None else self.vector(force.location)
-        return replace(force, components=(first, second, third), location=location)
-
-    def _unit(self, joint: str, coordinate: str) -> float:
-        """The factor of a joint coordinate: k where it is in metres, 1 for an angle."""
-        row = JOINTS[self.types[joint]].coordinates[coordinate]
-        return self.k if COORDINATE_UNITS[row[0]] == "m" else 1.0
-
-    def _law(self, law: Law, unit: float) -> Law:
-        """Return a law, scaled, where the coordinate is multiplied by `unit`: a force grows by k, a torque by k²."""
-        stiffer = 1.0 if unit == self.k else self.k**2
-        return replace(
-            law,
-            stiffness=stiffer * law.stiffness,
-            damping=stiffer * law.damping,
-            free=None if law.free is None else unit * law.free,
-            function=None if law.function is None else self._function(law.function, stiffer * unit, unit),
-        )
-
-    def _function(self, function: Program, factor: float, unit: float) -> Program:
-        inside = with_argument(with_argument(function, COORDINATE, 1.0 / unit), RATE, 1.0 / unit)
-        return times(factor, inside)
-
-
-def scaled_matrix(factor: float, matrix: Matrix) -> Matrix:
-    """The product of a number and a matrix of a record."""
-    first, second, third = ((factor * x, factor * y, factor * z) for x, y, z in matrix)
-    return first, second, third
+    return changed(scene, larger)
 
 
 # --- A scene turned and shifted as a whole, with gravity and forces ---------------------------------------------------
 
 
-def _with_x_axes(scene: Scene) -> list[Joint]:
+def _with_x_axes(scene: Scene) -> tuple[Joint, ...]:
     """The joints of a scene, each with the direction of its x also where the model chooses it. The model takes it from
     the global axes, which do not turn with the scene."""
     free = [joint for joint in scene.joints if joint.x_axis is None and JOINTS[joint.type].x_axis == "optional"]
@@ -321,7 +181,7 @@ def _with_x_axes(scene: Scene) -> list[Joint]:
         joint.name: Pair(_vector(frame[x1]), _vector(frame[x2]), local=True)
         for joint, frame in zip(free, frames, strict=True)
     }
-    return [replace(joint, x_axis=axes.get(joint.name, joint.x_axis)) for joint in scene.joints]
+    return tuple(replace(joint, x_axis=axes.get(joint.name, joint.x_axis)) for joint in scene.joints)
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,105 +194,27 @@ class RigidMotion:
     @property
     def parameters(self) -> Array:
         """The Euler parameters of R, (4,)."""
-        return np.array(from_matrix(_rows(self.rotation)))
+        first, second, third = (_vector(row) for row in self.rotation)
+        return np.array(from_matrix((first, second, third)))
 
     def scene(self, scene: Scene) -> Scene:
         """Return the scene, moved."""
-        return replace(
-            scene,
-            gravity=self._direction(scene.gravity),
-            bodies=tuple(map(self._body, scene.bodies)),
-            joints=tuple(map(self._joint, _with_x_axes(scene))),
-            markers=tuple(map(self._marker, scene.markers)),
-            forces=tuple(map(self._force, scene.forces)),
-        )
+        return changed(replace(scene, joints=_with_x_axes(scene)), self._moved)
 
-    def _direction(self, vector: Vector) -> Vector:
-        return _vector(self.rotation @ np.array(vector))
+    def _moved(self, value: Any, declared: Declared) -> Any:
+        if declared.moves == "point":
+            return self._point(value)
+        if declared.moves == "orientation":
+            return multiply(tuple(self.parameters.tolist()), value)
+        return self._direction(value) if declared.moves else value
+
+    def _direction(self, value: Any) -> Any:
+        if isinstance(value[0], Program):
+            return tuple(weighted(zip(row.tolist(), value, strict=True)) for row in self.rotation)
+        return _vector(self.rotation @ np.array(value))
 
     def _point(self, vector: Vector) -> Vector:
         return _vector(self.rotation @ np.array(vector) + self.shift)
-
-    def _body(self, body: Body) -> Body:
-        return replace(
-            body,
-            position=self._point(body.position),
-            orientation=multiply(from_matrix(_rows(self.rotation)), body.orientation),
-            velocity=self._direction(body.velocity),
-        )
-
-    def _joint(self, joint: Joint) -> Joint:
-        """Return a joint, moved. Vectors in a body's axes stay; those in the ground's axes, which are global, are
-        turned."""
-        points = [self._point(joint.points.first), self._point(joint.points.second)]
-        parameters, path = joint.parameters, joint.parameters.get("path")
-        if path is not None:
-            parameters = {**parameters, "path": path.changed(self._of_body, self._direction)}
-        return replace(
-            joint,
-            parameters=parameters,
-            points=_of_ground(joint, joint.points, points),
-            axes=joint.axes and self._directions(joint, joint.axes),
-            x_axis=joint.x_axis and self._directions(joint, joint.x_axis),
-        )
-
-    def _directions(self, joint: Joint, pair: Pair) -> Pair:
-        return _of_ground(joint, pair, [self._direction(pair.first), self._direction(pair.second)])
-
-    def _marker(self, marker: Marker) -> Marker:
-        stays = marker.local and marker.body != "ground"
-        return marker if stays else replace(marker, location=self._point(marker.location))
-
-    def _orientations(self, bodies: tuple[str, str], axes: Orientations) -> Orientations:
-        """Return two frames, moved: both where they are global, otherwise only the one given in the ground's axes."""
-        first, second = (
-            old if axes.local and name != "ground" else multiply(from_matrix(_rows(self.rotation)), old)
-            for name, old in zip(bodies, (axes.first, axes.second), strict=True)
-        )
-        return replace(axes, first=first, second=second)
-
-    def _force(self, force: Force) -> Force:
-        if isinstance(force, PointForce | Bushing):
-            moved = [self._point(force.points.first), self._point(force.points.second)]
-            points = _of_ground(force, force.points, moved)
-            if isinstance(force, PointForce):
-                return replace(force, points=points)
-            return replace(force, points=points, axes=self._orientations(force.bodies, force.axes))
-        if isinstance(force, BodyForce):
-            components = force.components
-            if not force.body_axes:
-                first, second, third = (combined(row.tolist(), components) for row in self.rotation)
-                components = (first, second, third)
-            point = force.location
-            location = point if point is None or force.local else self._point(point)
-            return replace(force, components=components, location=location)
-        if isinstance(force, DistanceStop):
-            return replace(force, first=self._of_body(force.first), second=self._of_body(force.second))
-        if isinstance(force, PlaneStop):
-            normal = force.normal
-            if not _stays(normal):
-                normal = replace(normal, vector=self._direction(normal.vector))
-            return replace(
-                force, location=self._of_body(force.location), normal=normal, point=self._of_body(force.point)
-            )
-        return force
-
-    def _of_body(self, point: OfBody) -> OfBody:
-        return point if _stays(point) else replace(point, vector=self._point(point.vector))
-
-
-def _stays(placed: OfBody) -> bool:
-    """Whether a point or direction is given in the axes of a moving body, so that it does not change."""
-    return placed.local and placed.body != "ground"
-
-
-def _of_ground(holder: Joint | PointForce | Bushing, pair: Pair, moved: list[Vector]) -> Pair:
-    """Return a pair of vectors, moved: both where it is global, otherwise only the one given in the ground's axes."""
-    if not pair.local:
-        return Pair(moved[0], moved[1])
-    unmoved = (pair.first, pair.second)
-    ends = [new if name == "ground" else old for name, old, new in zip(holder.bodies, unmoved, moved, strict=True)]
-    return Pair(ends[0], ends[1], local=True)
 
 
 def _vector(values: Array) -> Vector:
@@ -440,132 +222,59 @@ def _vector(values: Array) -> Vector:
     return x, y, z
 
 
-def _rows(matrix: Array) -> tuple[Vector, Vector, Vector]:
-    first, second, third = (_vector(row) for row in matrix)
-    return first, second, third
-
-
 # --- Variants of a scene that move faster, or have stiffer springs or dampers -----------------------------------------
 
 
 def with_speed(scene: Scene, factor: float) -> Scene:
     """Multiply the start's velocities and the speed of all motions by a factor. Gravity and forces stay."""
-    moving = any(any(body.velocity) or any(body.angular_velocity) for body in scene.bodies)
-    if not (moving or scene.motions or any(any(joint.speed.values()) for joint in scene.joints)):
-        what = "the scene starts at rest and has no motions: there is no speed to vary"
-        raise InputError(Problem(what, hint="give a joint a 'speed', or a body a 'velocity'"))
-
-    def faster(vector: Vector) -> Vector:
-        x, y, z = vector
-        return factor * x, factor * y, factor * z
-
-    def driven(motion: Motion) -> Motion:
-        return replace(motion, function=with_argument(motion.function, TIME, factor))
-
-    return replace(
-        scene,
-        bodies=tuple(
-            replace(body, velocity=faster(body.velocity), angular_velocity=faster(body.angular_velocity))
-            for body in scene.bodies
-        ),
-        joints=tuple(
-            replace(joint, speed={name: factor * value for name, value in joint.speed.items()})
-            for joint in scene.joints
-        ),
-        motions=tuple(map(driven, scene.motions)),
+    motions = [replace(each, function=with_arguments(each.function, {TIME: factor})) for each in scene.motions]
+    what = "the scene starts at rest and has no motions: there is no speed to vary"
+    problem = Problem(what, hint="give a joint a 'speed', or a body a 'velocity'")
+    return _varied(
+        replace(scene, motions=tuple(motions)),
+        factor,
+        lambda declared: declared.name in ("velocity", "angular_velocity", "speed"),
+        ("bodies", "joints"),
+        None if motions else problem,
     )
 
 
 def with_stiffness(scene: Scene, factor: float) -> Scene:
     """Multiply every stiffness by a factor, also those of stops. Dampers, tables and functions stay."""
-    return _with_laws(scene, "stiffness", factor)
+    return _with_laws(scene, "stiffness", (STIFFNESS, TORSION_STIFFNESS), factor)
 
 
 def with_damping(scene: Scene, factor: float) -> Scene:
     """Multiply every damping by a factor. Springs, tables and functions stay."""
-    return _with_laws(scene, "damping", factor)
+    return _with_laws(scene, "damping", (DAMPING, TORSION_DAMPING), factor)
 
 
-def _with_laws(scene: Scene, of: str, factor: float) -> Scene:
-    """Multiply the `stiffness` or the `damping` of every law, bushing and compliant stop by a factor. `of` names
-    which."""
-    limits = [limit.law for joint in scene.joints for limit in joint.limits.values()]
-    if not any(_has(force, of) for force in scene.forces) and not any(_gives(law, of) for law in limits):
-        what = f"no force of the scene has a '{of}' to vary"
-        raise InputError(Problem(what, hint="add a spring_damper, or vary something else"))
+def _with_laws(scene: Scene, of: str, dimensions: tuple[Dimension, ...], factor: float) -> Scene:
+    """Multiply by a factor the numbers in fields of the name `of`, and those of elements in these dimensions."""
 
-    k, c = (factor, 1.0) if of == "stiffness" else (1.0, factor)
+    def picks(declared: Declared) -> bool:
+        return declared.name == of or declared.dimension in dimensions
 
-    def scaled(law: Law) -> Law:
-        return replace(law, stiffness=k * law.stiffness, damping=c * law.damping)
-
-    def stopping(law: StopLaw) -> StopLaw:
-        damping = None if law.damping is None else c * law.damping
-        return replace(law, stiffness=k * law.stiffness, damping=damping)
-
-    def element(kind: Kind | None) -> Kind | None:
-        if kind is None:
-            return None
-        names = _in_units(kind, of)
-        return replace(kind, values={**kind.values, **{name: factor * kind.values[name] for name in names}})
-
-    def limit(old: Limit) -> Limit:
-        return replace(old, law=stopping(old.law))
-
-    def changed(force: Force) -> Force:
-        if isinstance(force, BodyForce):
-            return force
-        if isinstance(force, DistanceStop):
-            return replace(force, limit=limit(force.limit))
-        if isinstance(force, PlaneStop):
-            return replace(force, law=stopping(force.law))
-        if isinstance(force, JointForce):
-            laws = {name: scaled(law) for name, law in force.laws.items()}
-            return replace(force, laws=laws, element=element(force.element))
-        if isinstance(force, Bushing):
-            (k_t, k_r), (c_t, c_r) = force.stiffness, force.damping
-            stiffness = scaled_matrix(k, k_t), scaled_matrix(k, k_r)
-            return replace(force, stiffness=stiffness, damping=(scaled_matrix(c, c_t), scaled_matrix(c, c_r)))
-        return replace(force, law=scaled(force.law), element=element(force.element))
-
-    return replace(
-        scene,
-        forces=tuple(map(changed, scene.forces)),
-        joints=tuple(
-            replace(joint, limits={name: limit(old) for name, old in joint.limits.items()}) for joint in scene.joints
-        ),
-    )
+    none = Problem(f"no force of the scene has a '{of}' to vary", hint="add a spring_damper, or vary something else")
+    return _varied(scene, factor, picks, ("joints", "forces"), none)
 
 
-def _gives(law: StopLaw, of: str) -> bool:
-    """Whether a stop has a finite, positive stiffness, or damping."""
-    value = getattr(law, of)
-    return value is not None and 0.0 < value < math.inf
+def _varied(
+    scene: Scene, factor: float, picks: Callable[[Declared], bool], blocks: Sequence[str], none: Problem | None
+) -> Scene:
+    """Multiply numbers by a factor. Raises InputError with the problem `none` where all are 0 or infinite."""
+    varied = list[float]()
 
+    def change(value: Any, declared: Declared) -> Any:
+        if isinstance(value, Program) or not picks(declared):
+            return value
+        varied.extend(each for each in np.ravel(value) if each and math.isfinite(each))
+        return multiplied(factor, value)
 
-def _in_units(kind: Kind, of: str) -> list[str]:
-    """The names of an element's numbers that are a stiffness, or a damping, by their units; torsional ones included."""
-    able = (STIFFNESS, TORSION_STIFFNESS) if of == "stiffness" else (DAMPING, TORSION_DAMPING)
-    units = element_type(kind.type).units
-    return [
-        name
-        for name, value in kind.values.items()
-        if isinstance(value, float) and dimension_of(units[name]) in able and value
-    ]
-
-
-def _has(force: Force, of: str) -> bool:
-    """Whether a force has any stiffness, or damping."""
-    if isinstance(force, BodyForce):
-        return False
-    if isinstance(force, Bushing):
-        return any(any(row) for matrix in getattr(force, of) for row in matrix)
-    if isinstance(force, DistanceStop | PlaneStop):
-        return _gives(force.limit.law if isinstance(force, DistanceStop) else force.law, of)
-    if force.element is not None:
-        return bool(_in_units(force.element, of))
-    laws = force.laws.values() if isinstance(force, JointForce) else [force.law]
-    return any(getattr(law, of) > 0.0 for law in laws)
+    variant = changed(scene, change, blocks)
+    if none is not None and not varied:
+        raise InputError(none)
+    return variant
 
 
 # --- Variants with uneven masses or moments of inertia ----------------------------------------------------------------
@@ -575,47 +284,41 @@ def _has(force: Force, of: str) -> bool:
 def with_mass_ratio(scene: Scene, r: float) -> Scene:
     """Multiply mass and inertia by √r for bodies at an odd number of joints from the ground, and by 1/√r for the
     others."""
-    return _alternating(
-        scene,
-        r,
-        "mass",
-        lambda body, factor: replace(body, mass=factor * body.mass, inertia=scaled_matrix(factor, body.inertia)),
-    )
+    return _alternating(scene, r, "mass", ("mass", "inertia"))
 
 
 def with_inertia_ratio(scene: Scene, r: float) -> Scene:
     """Multiply only the inertia by √r for bodies at an odd number of joints from the ground, and by 1/√r for the
     others."""
-    return _alternating(
-        scene, r, "inertia", lambda body, factor: replace(body, inertia=scaled_matrix(factor, body.inertia))
-    )
+    return _alternating(scene, r, "inertia", ("inertia",))
 
 
-def _alternating(scene: Scene, r: float, what: str, changed: Callable[[Body, float], Body]) -> Scene:
+def _alternating(scene: Scene, r: float, what: str, names: Sequence[str]) -> Scene:
     distance = joints_from_ground(scene)
     if len({number % 2 for number in distance.values()}) < 2:
         said = f"no two bodies are joined to each other: there is no {what} ratio between neighbours"
         raise InputError(Problem(said, hint="vary something else, 'step' for example"))
-    factors = {name: r**0.5 if number % 2 else r**-0.5 for name, number in distance.items()}
-    return replace(scene, bodies=tuple(changed(body, factors[body.name]) for body in scene.bodies))
+
+    def uneven(body: Body) -> Body:
+        factor = r**0.5 if distance[body.name] % 2 else r**-0.5
+        return replace(body, **{name: multiplied(factor, getattr(body, name)) for name in names})
+
+    return replace(scene, bodies=tuple(map(uneven, scene.bodies)))
 
 
 def joints_from_ground(scene: Scene) -> dict[str, int]:
     """The number of joints on the shortest path from the ground to each body. In a group of bodies that is not joined
     to the ground, the first body counts as one joint away."""
     ways: dict[str, list[str]] = {name: [] for name in (GROUND, *(body.name for body in scene.bodies))}
-    for joint in scene.joints:
-        first, second = joint.bodies
+    for first, second in (joint.bodies for joint in scene.joints):
         ways[first].append(second)
         ways[second].append(first)
     distance = {GROUND: 0}
-    for start in (GROUND, *ways):
-        waiting = deque([start])
+    for start in ways:
         distance.setdefault(start, 1)
-        while waiting:
-            name = waiting.popleft()
-            for other in ways[name]:
-                if other not in distance:
-                    distance[other] = distance[name] + 1
-                    waiting.append(other)
+        waiting = [start]
+        for name in waiting:
+            new = [other for other in dict.fromkeys(ways[name]) if other not in distance]
+            distance |= dict.fromkeys(new, distance[name] + 1)
+            waiting += new
     return {name: number for name, number in distance.items() if name != GROUND}

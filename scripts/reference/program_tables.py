@@ -180,7 +180,7 @@ def quantities() -> str:
 
 
 def python_names() -> str:
-    """Every public name with the first sentence of its docstring."""
+    """Every public name with the first sentence of its docstring, but for the classes of a scene's parts."""
     rows = []
     for name in sorted(["__version__", *" ".join(mbproj.HOMES.values()).split()]):
         found = getattr(mbproj, name)

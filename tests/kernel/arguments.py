@@ -32,6 +32,7 @@ def primitives(**changes: Any) -> dict[str, Any]:
         "is_point": np.array([1, 1, 0, 0]),
         "local": np.array([[1.0, 0, 0], [-1, 0, 0], [0, 0, 1], [0, 1, 0]]),
         "kind": np.array([0, 1]),
+        "slot_count": np.array([2, 2]),
         "first_slot": np.array([0, 2]),
         "parameters": numbers([], []),
         "offset": np.zeros(2),
@@ -44,7 +45,9 @@ def primitives(**changes: Any) -> dict[str, Any]:
 
 
 def no_primitives() -> dict[str, Any]:
-    nothing = {name: np.zeros(0, int) for name in ("kind", "first_slot", "offset", "weight", "joins", "owner")}
+    nothing = {
+        name: np.zeros(0, int) for name in ("kind", "slot_count", "first_slot", "offset", "weight", "joins", "owner")
+    }
     return primitives(**nothing, parameters=numbers(), follows=[])
 
 

@@ -33,6 +33,8 @@ WRONG_PRIMITIVES = [
     ({"local": np.ones((4, 2))}, "local has a wrong shape"),
     ({"local": np.full((4, 3), NAN)}, "local holds a number that is not finite"),
     ({"kind": np.array([0, 99])}, "kind holds an index out of range"),
+    ({"slot_count": np.array([2, 99])}, "slot_count holds an index out of range"),
+    ({"slot_count": np.array([2, 1])}, "slot_count is not that of its kind"),
     ({"first_slot": np.zeros(3, int)}, "first_slot has a wrong shape"),
     ({"first_slot": np.array([0, 3])}, "first_slot holds an index out of range"),
     ({"first_slot": np.array([-1, 2])}, "first_slot holds an index out of range"),

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from mbproj.base.errors import InputError
-from mbproj.joints.table import JOINTS
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS
 from mbproj.scene.scene import Scene, read_scene_text
 
 # The scene of the design, which reads without a problem, and how a test spoils it.
@@ -74,12 +74,33 @@ def errors(text: str, **given: Any) -> list[str]:
 
 #: What the table of joints has, as messages list it.
 JOINT_TYPES = " or ".join([", ".join([*JOINTS][:-1]), [*JOINTS][-1]])
+LISTED = {
+    "<joints>": JOINT_TYPES,
+    "<dry>": ", ".join(name for name, kind in JOINTS.items() if kind.dry),
+    **{
+        f"<{'dry ' if dry else ''}in {unit or 'any'}>": ", ".join(
+            name
+            for name, kind in JOINTS.items()
+            if kind.dry >= dry and any(unit in (None, COORDINATE_UNITS[row[0]]) for row in kind.coordinates.values())
+        )
+        for dry in (False, True)
+        for unit in ("rad", "m", None)
+    },
+}
 TABLE: dict[str, list[dict[str, str]]] = {
     path.stem: yaml.load(path.read_text(encoding="utf-8"), Loader=getattr(yaml, "CBaseLoader", yaml.BaseLoader))
     for path in sorted((Path(__file__).parent / "wrong").glob("*.yaml"))
 }
+
+
+def _with_lists(message: str) -> str:
+    for mark, listed in LISTED.items():
+        message = message.replace(mark, listed)
+    return message
+
+
 WRONG: dict[str, list[tuple[str, str, str]]] = {
-    group: [(row["old"], row["new"], f"f.yaml:{row['message']}".replace("<joints>", JOINT_TYPES)) for row in rows]
+    group: [(row["old"], row["new"], f"f.yaml:{_with_lists(row['message'])}") for row in rows]
     for group, rows in TABLE.items()
 }
 ROWS = [row for rows in WRONG.values() for row in rows]

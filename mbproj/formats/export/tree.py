@@ -16,13 +16,12 @@ from mbproj.equations.assembly.compiled import compile_system
 from mbproj.equations.kinematics import attached, attached_velocity, body_rates, pose_of, twist_of
 from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion
 from mbproj.formats.mechanism import Same
-from mbproj.functions.elements import Kind
 from mbproj.joints.table import JOINTS, thread
 from mbproj.linear.equilibrium.start import start_state
 from mbproj.model.compile.frames import SYMBOLS, local_frames, poses_of
 from mbproj.model.euler_parameters import product
 from mbproj.scene.blocks.elements import SPRINGS
-from mbproj.scene.records import GROUND, DryFriction, Joint, JointForce, Law, Limit, OfBody, Pair
+from mbproj.scene.records import GROUND, DryFriction, Joint, JointForce, Kind, Law, Limit, OfBody, Pair
 from mbproj.scene.scene import Scene
 
 # --- The start of a scene in the form that other formats need ---------------------------------------------------------

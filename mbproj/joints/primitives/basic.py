@@ -5,14 +5,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import ClassVar, Literal, final
+from typing import Any, ClassVar, Literal, NamedTuple, final
 
 import numpy as np
 
-from mbproj.base.arrays import Numbers, dot
+from mbproj.base.arrays import Array, Numbers, dot
 from mbproj.base.dataclass import dataclass
 
 SlotKind = Literal["point", "vector"]
+
+
+class Line(NamedTuple):
+    """A line through points (k, 3) in m, and whether it is closed."""
+
+    points: Array
+    closed: bool
 
 
 class Primitive(ABC):
@@ -36,6 +43,14 @@ class Primitive(ABC):
     #: rope, or coordinates.
     follows: ClassVar[Literal["", "curve", "two curves", "space curve", "rope", "coordinates"]] = ""
     integrable: ClassVar[bool] = True
+    #: The name in the kernel, where that is another primitive's, which differs by its slots.
+    in_kernel: ClassVar[str] = ""
+    #: Whether it is a distance from a curve: its foot, the nearest point, stays on one piece of the curve in a step.
+    is_held: ClassVar[bool] = False
+    #: Whether it acts in a plane where all its vectors are in it. Where it has no planar form: what it does, in words
+    #: that follow its joint's name.
+    acts_in_plane: ClassVar[bool] = False
+    off_plane: ClassVar[str] = "has no planar form"
     parameters: ClassVar[Mapping[str, str]] = MappingProxyType({})
 
     @property
@@ -47,6 +62,11 @@ class Primitive(ABC):
     @abstractmethod
     def unit(self) -> Literal["m", "rad"]:
         """The unit of the rows; for most primitives a constant."""
+
+    @classmethod
+    def lines(cls, curve: Any) -> tuple[Line, ...]:
+        """Return the lines by which pictures show what it follows, in its frame; none where they show a plane curve."""
+        return ()
 
     @abstractmethod
     def value(self, x: Numbers) -> Numbers:
@@ -138,6 +158,7 @@ class Distance(Primitive):
     slots = ("point", "point")
     rows = 1
     unit = "m"
+    off_plane = "keeps a distance between points at different depths"
 
     def value(self, x: Numbers) -> Numbers:
         line = x[..., 1, :] - x[..., 0, :]
@@ -191,6 +212,8 @@ class Angle(Primitive):
     slots = ("vector", "vector", "vector")
     rows = 1
     unit = "rad"
+    acts_in_plane = True
+    off_plane = "holds an angle that is not in the plane"
 
     def value(self, x: Numbers) -> Numbers:
         cosine, sine = _cosine_and_sine(x)

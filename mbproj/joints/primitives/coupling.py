@@ -48,6 +48,7 @@ class Coupling(Primitive):
 
     rows = 1
     follows = "coordinates"
+    off_plane = "couples coordinates that are not in the plane"
 
     @property
     def slots(self) -> tuple[SlotKind, ...]:

@@ -95,6 +95,8 @@ class OnCurve(Primitive):
     slots = ("vector", "vector", "point", "point")
     rows = 1
     follows = "curve"
+    acts_in_plane = True
+    off_plane: ClassVar[str] = "follows a curve that is not in the plane"
     unit: ClassVar[Literal["m", "rad"]] = "m"
     #: The kind of thing that touches the curve; contacts are cached by kind.
     meets: ClassVar[str] = "point"
@@ -137,9 +139,8 @@ class OnCurve(Primitive):
         φ = t[0] * (d[..., 1] - c1) - t[1] * (d[..., 0] - c0)
         return FootGeometry(s, piece, (c0, c1), t, φ, turn / speed**3, κ_s / speed)
 
-    @staticmethod
-    def _gradient_along(x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:
-        """Return ∂(factor e·d)/∂x with e and the factor fixed, (..., k, 1, 4, 3)."""
+    def _gradient_along(self, x: Numbers, e: tuple[Numbers, Numbers], factor: Numbers | float) -> Numbers:
+        """Return ∂(factor e·d)/∂x with e and the factor fixed, (..., k, 1, s, 3)."""
         line = x[..., 3, :] - x[..., 2, :]
         first, second = (factor * each for each in e)
         across = first[..., None] * x[..., 0, :] + second[..., None] * x[..., 1, :]
@@ -162,7 +163,6 @@ class OnCurve(Primitive):
         return σ_dot, tangential / stretch
 
 
-@final
 @dataclass(frozen=True)
 class Profile(OnCurve):
     """C = ±φ - R in metres: a roller of radius R, 0 for a point, touches the curve from its left (`side` 1) or from its
@@ -171,6 +171,7 @@ class Profile(OnCurve):
     side: float = 1.0
     reach: float = 0.0
 
+    is_held = True
     parameters = MappingProxyType({"side": "", "reach": "m"})
 
     def value(self, x: Numbers) -> Numbers:
@@ -185,10 +186,11 @@ class Profile(OnCurve):
         return (self.side * (bent - at.κ / (1.0 - at.κ * at.φ) * along**2))[..., None]
 
 
-@final
 @dataclass(frozen=True)
 class Arc(OnCurve):
     """The arc length σ of the foot along the curve from its beginning, in metres."""
+
+    off_plane = "counts along a curve that is not in the plane"
 
     def value(self, x: Numbers) -> Numbers:
         at = self.contact(x)
@@ -219,6 +221,7 @@ class Lap(OnCurve):
     scale: float = 1.0
 
     unit = "rad"
+    off_plane = "counts along a curve that is not in the plane"
     parameters = MappingProxyType({"offset": "m", "scale": ""})
 
     def value(self, x: Numbers) -> Numbers:
@@ -289,6 +292,8 @@ class Face(OnFace):
     """C = m·ℓ - (a c0 + b c1) in metres: the distance of the face from the curve. The normal m points away from the
     curve."""
 
+    is_held = True
+
     def value(self, x: Numbers) -> Numbers:
         c, d = self.contact(x).c, self._place(x)
         return (dot(x[..., 2, :], self._line(x)) - c[0] * d[..., 0] - c[1] * d[..., 1])[..., None]
@@ -311,6 +316,8 @@ class Face(OnFace):
 class AlongFace(OnFace):
     """p = t·(c - d) in metres, d = (u·ℓ, w·ℓ): the point of contact on the face, along the curve's direction from p2.
     Subclasses may be functions of p and of σ, the arc length of the contact along the curve."""
+
+    off_plane = "counts along a face that is not in the plane"
 
     def _gradient(self, x: Numbers, *, slips: bool) -> Numbers:
         """The gradient of p, or of σ - p."""
@@ -434,6 +441,8 @@ class TwoCurves(Primitive):
     rows = 1
     follows = "two curves"
     unit: ClassVar[Literal["m"]] = "m"
+    acts_in_plane = True
+    off_plane = "has curves that are not in the plane"
     parameters = MappingProxyType({"side": "", "other_side": ""})
 
     @property
@@ -515,6 +524,7 @@ class Gap(TwoCurves):
 
     reach: float = 0.0
 
+    is_held = True
     parameters = MappingProxyType({**TwoCurves.parameters, "reach": "m"})
 
     def value(self, x: Numbers) -> Numbers:

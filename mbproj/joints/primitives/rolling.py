@@ -50,6 +50,7 @@ class VelocityRow(Primitive):
 class Slip(VelocityRow):
     """The slip of body 2 against body 1, by their points and triads."""
 
+    off_plane = "rolls out of the plane"
     slots = ("point", "vector", "vector", "vector", "point", "vector", "vector", "vector")
 
     @abstractmethod
@@ -120,6 +121,8 @@ class BallSlip(Slip):
 class EdgeSlip(Slip):
     """The slip of the point p2 along z2, which is normal to a blade."""
 
+    off_plane = "slides on an edge that is tilted"
+
     def contact(self, x: Numbers) -> tuple[Numbers, Numbers]:
         return np.zeros_like(x[..., 4, :]), x[..., 7, :]
 
@@ -140,6 +143,7 @@ class WheelHeight(Primitive):
     slots = ("point", "vector", "point", "vector")
     rows = 1
     unit = "m"
+    off_plane = "rolls out of the plane"
     parameters: ClassVar[Mapping[str, str]] = MappingProxyType({"radius": "m"})
 
     def value(self, x: Numbers) -> Numbers:
@@ -189,6 +193,7 @@ class EllipsoidHeight(Primitive):
     slots = ("point", "vector", "point", "vector", "vector", "vector")
     rows = 1
     unit = "m"
+    off_plane = "rolls out of the plane"
     parameters: ClassVar[Mapping[str, str]] = _SEMI_AXES
 
     def value(self, x: Numbers) -> Numbers:

@@ -90,6 +90,7 @@ class Rope(Primitive):
 
     rows = 1
     follows = "rope"
+    off_plane = "runs over sheaves at different depths, or out of the plane"
     unit = "m"
 
     @property

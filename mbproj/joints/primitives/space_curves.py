@@ -4,13 +4,13 @@ it."""
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import ClassVar, Literal, NamedTuple, Protocol, TypeVar, final
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol, TypeVar, final
 
 import numpy as np
 
 from mbproj.base.arrays import Array, Integers, Numbers, dot
 from mbproj.base.dataclass import dataclass
-from mbproj.joints.primitives.basic import Primitive
+from mbproj.joints.primitives.basic import Line, Primitive
 from mbproj.joints.primitives.plane_curves import FREE, MOST_KEPT
 
 
@@ -69,7 +69,13 @@ class InSpace(Primitive):
     slots = ("vector", "vector", "vector", "point", "point")
     rows = 1
     follows = "space curve"
+    off_plane = "follows a curve in space"
     unit: ClassVar[Literal["m"]] = "m"
+
+    @classmethod
+    def lines(cls, curve: Any) -> tuple[Line, ...]:
+        """Return the curve."""
+        return (Line(curve.places.point, curve.closed),)
 
     def on_piece(self: Own, piece: int) -> Own:
         """Return the primitive with this piece held."""
@@ -163,6 +169,7 @@ class BesideFirst(BesideCurve):
     """The component along the first normal. Feet of this row are held on pieces."""
 
     is_second = False
+    is_held = True
 
 
 @final

@@ -18,7 +18,8 @@ from mbproj.functions.program import COORDINATE, Op
 from mbproj.functions.space_curve import Track
 from mbproj.functions.standard import Curve
 from mbproj.joints.primitives.coupling import COORDINATES, Coupling
-from mbproj.joints.primitives.plane_curves import Arc, Gap, Lap, OnCurve, OnFace, Profile, TwoCurves
+from mbproj.joints.primitives.plane_curves import Gap, Lap, OnCurve, TwoCurves
+from mbproj.joints.table import JOINTS
 from mbproj.model.compile.frames import local_frames, poses_of
 from mbproj.model.couplings import Toothed, Touching
 from mbproj.model.primitive_set import Binding
@@ -51,9 +52,9 @@ def _coupling(where: str, coupled: Coupled, parts: Sequence[Binding]) -> Couplin
     of_angle = kinds[0] == "angle"
     curve = None if coupled.function is None else _curve(where, coupled, of_angle)
     if curve is not None and of_angle:
-        ends = curve(np.array([-np.pi, np.pi]))[0].real
-        growth = abs(float(ends[1] - ends[0])) / (2.0 * np.pi)
-        changes += [growth] if growth > THRESHOLDS.same_written * np.abs(ends).max() else []
+        value, slope, _ = (part.real for part in curve(np.linspace(-np.pi, np.pi, 17)))
+        growth = abs(float(value[-1] - value[0])) / (2.0 * np.pi)
+        changes += [growth] if growth > THRESHOLDS.same_written * np.abs([value, slope]).max() else []
     period = coupled.period
     if period is None:
         measure = common_measure(changes)
@@ -114,17 +115,13 @@ def on_curve(kind: type[OnCurve], joint: Joint) -> OnCurve:
     """Return the primitive of this kind of a joint that follows a curve. A slot guides a point along the line of the
     curve. A cam guides a roller: its radius is the joint's or, where the joint gives none, the one of the curve."""
     track: Track = joint.parameters["curve"]
-    if kind is Arc:
-        return Arc(track.line)
     if kind is Lap:
         return _lap(joint)
-    if issubclass(kind, OnFace):
+    if "reach" not in kind.parameters or "roller" not in JOINTS[joint.type].parameters:
         return kind(track.line)
-    if joint.type == "slot":
-        return Profile(track.line)
     side, radius = joint.parameters.get("side"), joint.parameters.get("roller", track.roller)
     left = 1.0 if track.is_left(side) else -1.0
-    return Profile(track.line, side=left, reach=left * track.distance(side, radius))
+    return kind(track.line, side=left, reach=left * track.distance(side, radius))  # type: ignore[call-arg]
 
 
 def two_curves(kind: type[TwoCurves], joint: Joint) -> TwoCurves:

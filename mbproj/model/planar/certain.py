@@ -51,33 +51,6 @@ from mbproj.model.primitive_set import PrimitiveSet, SetLayout
 
 
 INSIDE, OUTSIDE, TILTED, STRANGE, BESIDE = range(5)
-_CAUSES = {
-    "distance": "keeps a distance between points at different depths",
-    "angle": "holds an angle that is not in the plane",
-    "profile": "follows a curve that is not in the plane",
-    "lap": "counts along a curve that is not in the plane",
-    "face": "follows a curve that is not in the plane",
-    **dict.fromkeys(("face_place", "face_slip"), "counts along a face that is not in the plane"),
-    **dict.fromkeys(
-        ("two_curves", "place_on_first", "place_on_second", "slip_of_two"), "has curves that are not in the plane"
-    ),
-    "arc": "counts along a curve that is not in the plane",
-    **dict.fromkeys(("beside_first", "beside_second", "space_arc"), "follows a curve in space"),
-    "rope": "runs over sheaves at different depths, or out of the plane",
-    "coupling": "couples coordinates that are not in the plane",
-    "wheel_height": "rolls out of the plane",
-    "ellipsoid_height": "rolls out of the plane",
-    "ball_slip": "rolls out of the plane",
-    "ellipsoid_slip": "rolls out of the plane",
-    "edge_slip": "slides on an edge that is tilted",
-}
-#: Primitives that act in the plane where all their vectors are in it.
-_IN_PLANE = frozenset(
-    (
-        *("angle", "profile", "arc", "lap", "face", "face_place", "face_slip"),
-        *("two_curves", "place_on_first", "place_on_second", "slip_of_two"),
-    )
-)
 #: For each kind of slip, the slots of the plane's normal and of the direction of the row.
 _OF_SLIP = {"ball_slip": (3, 1), "ellipsoid_slip": (3, 1), "edge_slip": (7, 7)}
 
@@ -182,7 +155,7 @@ def sides(bound: PrimitiveSet, seen: Seen) -> Integers:
             inside_or_not = np.where(inside, INSIDE, np.where(upright[..., along], BESIDE, STRANGE))
             rolls = kind != "ellipsoid_slip" or _is_axis_across(level[..., 5:], upright[..., 5:])
             side[..., row] = np.where(rolls, inside_or_not, STRANGE)
-        elif kind in _IN_PLANE:
+        elif group.primitive.acts_in_plane:
             side[..., row] = np.where(_is_coordinate_inside(level, group.primitive), INSIDE, STRANGE)
     return side
 
@@ -201,8 +174,7 @@ def _is_coordinate_inside(level: npt.NDArray[np.bool_], primitive: Primitive) ->
 
 def strangeness(bound: PrimitiveSet, row: int) -> str:
     """Return the cause of a strange row, in words that follow its joint's name."""
-    kind = next(kind_of(group.primitive) for group in bound.groups if row in group.rows)
-    return _CAUSES.get(kind, f"has no planar form ({kind})")
+    return next(group.primitive.off_plane for group in bound.groups if row in group.rows)
 
 
 def _summed(terms: Array, place: Integers, size: int) -> Array:

@@ -11,7 +11,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
-from mbproj.joints.table import COORDINATE_UNITS, JOINTS, Parameter
+from mbproj.joints.table import COORDINATE_UNITS, JOINTS, PRIMITIVE_TYPES, Parameter
 from mbproj.scene.blocks.coordinates import WORDS, coordinates_in
 from mbproj.scene.fields.fields import (
     Alternatives,
@@ -189,20 +189,6 @@ def _coupler(
     return Joint(name, type, ("", ""), NOWHERE, parameters=teeth, couples=coupled)
 
 
-#: Coordinates that no coupling may use, described for messages, by the primitive that measures them.
-NOT_COUPLED: Mapping[str, str] = {
-    "arc": "a length along a curve",
-    "profile": "a distance from a curve",
-    "face": "a distance from a curve",
-    "face_place": "a place on a face",
-    "two_curves": "a distance from a curve",
-    "place_on_first": "a length along a curve",
-    "place_on_second": "a length along a curve",
-    "space_arc": "a length along a curve",
-    "rope": "the length of a rope",
-}
-
-
 def coupled_units(type_name: str) -> tuple[str, ...]:
     """The units of the coordinates that a joint of this type couples; () for a coupler, which couples any."""
     return tuple(COORDINATE_UNITS[each] for each in JOINTS[type_name].couples)
@@ -216,7 +202,9 @@ def with_coupled(joint: Joint, joints: Mapping[str, Joint]) -> Joint:
     candidates = [_coordinates_meant(joint, at, name, joints) for at, name in enumerate(coupled.of)]
     of = {able[0]: weight for able, weight in zip(candidates, coupled.of.values(), strict=True)}
     first, last = (joints[coupled.joints[at]].bodies[1] for at in (0, -1))
-    return replace(joint, bodies=(first, last), couples=replace(coupled, of=of, units={}))
+    is_length = any(joints[owner].units[coordinate] == "m" for owner, coordinate in (name.split(".") for name in of))
+    unit = "m" if is_length else "rad"
+    return replace(joint, bodies=(first, last), couples=replace(coupled, of=of, unit=unit, units={}))
 
 
 def couple_coordinates(joints: Mapping[str, Joint]) -> Iterator[Complaint]:
@@ -240,7 +228,9 @@ def _coordinates_meant(joint: Joint, at: int, name: str, joints: Mapping[str, Jo
     unit = _unit(joint, at)
     owner, _, coordinate = name.partition(".")
     able, rows = coordinates_in(joints[owner], unit), JOINTS[joints[owner].type].coordinates
-    return [f"{owner}.{each}" for each in able if coordinate in ("", each) and rows[each][0] not in NOT_COUPLED]
+    return [
+        f"{owner}.{each}" for each in able if coordinate in ("", each) and not PRIMITIVE_TYPES[rows[each][0]].uncoupled
+    ]
 
 
 def _name_faults(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
@@ -255,7 +245,8 @@ def _name_faults(joint: Joint, at: int, name: str, joints: Mapping[str, Joint]) 
     kind, able = joints[owner].type, _coordinates_meant(joint, at, name, joints)
     if len(able) == 1:
         return
-    if (what := NOT_COUPLED.get(JOINTS[kind].coordinates.get(coordinate, ("",))[0])) is not None:
+    row = JOINTS[kind].coordinates.get(coordinate)
+    if row is not None and (what := PRIMITIVE_TYPES[row[0]].uncoupled):
         yield Complaint(path, f"{what}, as '{name}', cannot be coupled", "couple other coordinates")
         return
     if coordinate:
@@ -288,7 +279,8 @@ def _couples_different_units(type_name: str) -> bool:
 
 def _has_one_in(unit: str, coordinates: Mapping[str, Sequence[str]]) -> bool:
     """Whether exactly one of these coordinates can be coupled and is in the unit."""
-    return [COORDINATE_UNITS[row[0]] for row in coordinates.values() if row[0] not in NOT_COUPLED].count(unit) == 1
+    kinds = [PRIMITIVE_TYPES[row[0]] for row in coordinates.values()]
+    return [kind.unit for kind in kinds if not kind.uncoupled].count(unit) == 1
 
 
 def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) -> Iterator[Complaint]:
@@ -301,7 +293,7 @@ def _weight_faults(joint: Joint, coupled: Coupled, joints: Mapping[str, Joint]) 
         if known.setdefault(whole, name) != name:
             yield Complaint((*path, name), f"'{known[whole]}' and '{name}' are one coordinate", "add their weights")
         owner, _, coordinate = whole.partition(".")
-        units[name] = COORDINATE_UNITS[JOINTS[joints[owner].type].coordinates[coordinate][0]]
+        units[name] = joints[owner].units[coordinate]
     mesh = len(units) == 2 and {*units.values()} == {"rad"} and coupled.function is None and all(coupled.of.values())
     if "teeth" in joint.parameters and not mesh:
         hint = "give each mesh its own coupler of two angles, or leave it out"

@@ -133,7 +133,7 @@ def fit_curves(
         yield from wrong
         if wrong:
             continue
-        if (wire := curves.get(str(joint.parameters.get("curve")))) and JOINTS[joint.type].frame == "axis":
+        if (wire := curves.get(str(joint.parameters.get("curve")))) and _is_in_space(joint):
             yield from _passes_end(wire.line, joint)
             yield from _acts_along_closed(joint, {"displacement"} if wire.line.closed else set(), forces, motions)
             continue
@@ -168,12 +168,13 @@ def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
         yield Complaint((*path, "side"), f"curve '{curve.name}' is {kind}", f"give {' or '.join(able)}")
         return
     radius = curve.roller if roller is None else roller
-    if joint.type != "slot" and radius and side is None and not curve.line.closed:
+    rolls = "roller" in JOINTS[joint.type].parameters
+    if rolls and radius and side is None and not curve.line.closed:
         yield Complaint(path, "a roller on an open curve needs its 'side'", "give left or right, along the curve")
         return
-    if joint.type != "cam_contact":
+    if "gap" not in JOINTS[joint.type].coordinates:
         yield from _passes_end(curve.line, joint)
-    if joint.type != "slot":
+    if rolls:
         distance = curve.distance(side, radius)
         yield from _roller_too_large(curve, joint, distance, radius)
 
@@ -184,7 +185,7 @@ def _wrong_dimension(curves: Mapping[str, Track | SpaceTrack], joint: Joint) -> 
         return
     from mbproj.functions.space_curve import SpaceTrack
 
-    wants_space = any(each.may_be == "space_curve" for each in JOINTS[joint.type].parameters.values())
+    wants_space = _is_in_space(joint)
     for key in ("curve", "curves"):
         names = joint.parameters.get(key, ())
         for name in (names,) if isinstance(names, str) else names:
@@ -193,6 +194,10 @@ def _wrong_dimension(curves: Mapping[str, Track | SpaceTrack], joint: Joint) -> 
                 said = f"curve '{name}' is in a plane" if wants_space else f"curve '{name}' is in space"
                 hint = "give 'space_points', or a 'slot'" if wants_space else "a joint of type 'space_slot' takes it"
                 yield Complaint(("joints", joint.name, key), said, hint)
+
+
+def _is_in_space(joint: Joint) -> bool:
+    return any(each.may_be == "space_curve" for each in JOINTS[joint.type].parameters.values())
 
 
 def _passes_end(line: PlaneCurve | SpaceCurve, joint: Joint) -> Iterator[Complaint]:
@@ -245,7 +250,7 @@ def _gap_faults(joint: Joint, forces: Mapping[str, Any], motions: Mapping[str, A
 def _friction_of_roller(curve: Track, joint: Joint, forces: Mapping[str, Any]) -> Iterator[Complaint]:
     """Complaints about friction along a curve by the load of a roller: a roller rolls, so that its load resists no
     sliding."""
-    if joint.type == "slot" or not joint.parameters.get("roller", curve.roller):
+    if not ("roller" in JOINTS[joint.type].parameters and joint.parameters.get("roller", curve.roller)):
         return
     said = f"joint '{joint.name}' has a roller, which rolls: its friction cannot depend on its load"
     hint = "give a constant 'force', or friction to the roller's pin"

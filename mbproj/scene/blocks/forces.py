@@ -15,11 +15,10 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, final
 
-from mbproj.functions.elements import Kind
 from mbproj.functions.program import COORDINATE, Program, variable
 from mbproj.functions.standard import tabulated
 from mbproj.scene.blocks.coordinates import COORDINATES
-from mbproj.scene.blocks.elements import ELEMENTS, ElementType
+from mbproj.scene.blocks.elements import ELEMENTS, ElementType, element_type
 from mbproj.scene.blocks.friction import COULOMB
 from mbproj.scene.blocks.stops import stop_record
 from mbproj.scene.fields import rotations
@@ -54,6 +53,7 @@ from mbproj.scene.records import (
     DryFriction,
     Force,
     JointForce,
+    Kind,
     Law,
     Matrix,
     Orientations,
@@ -223,7 +223,7 @@ def _varying(type: str, law: Mapping[str, Any], free: str) -> Kind | None:
     values = dict(law)
     if "table" in law:
         values["table"] = Program(tabulated(law["table"], variable(COORDINATE)))
-    return Kind(type, values)
+    return Kind(type, values, element_type(type).units)
 
 
 def _spring(
@@ -295,7 +295,7 @@ def _of_element(type_name: str, kind: ElementType) -> Record[Force]:
         locations: Any = None,
         **values: Any,
     ) -> Force:
-        element = Kind(type_name, values)
+        element = Kind(type_name, values, kind.units)
         if joint:
             return JointForce(name, joint, {coordinate: Law()}, kind.along, element=element)
         if coordinate:

@@ -16,7 +16,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.thresholds import THRESHOLDS
@@ -26,7 +26,7 @@ from mbproj.scene.fields.placing import BODY_POINT
 from mbproj.scene.fields.quantities import DIRECTION, Number
 from mbproj.scene.fields.reading import Unfit
 from mbproj.scene.fields.rotations import cross, to_matrix, unit
-from mbproj.scene.records import GROUND, Body, Joint, KeyPath, Limit, Motion, OfBody, Pair, StopLaw, Vector
+from mbproj.scene.records import GROUND, Body, Joint, KeyPath, Limit, Motion, OfBody, Pair, Quantity, StopLaw, Vector
 
 # --- The path of a rope -----------------------------------------------------------------------------------------------
 # Its places, and the directions of the rope between them.
@@ -46,8 +46,8 @@ class Node:
 
     kind: str
     body: str
-    at: OfBody
-    radius: float = 0.0
+    at: Annotated[OfBody, Quantity("m", "point")]
+    radius: Annotated[float, Quantity("m")] = 0.0
     left: bool = True
     turns: int = 0
     friction: float | None = None
@@ -65,7 +65,7 @@ class Path:
     that at the scene's pose. Where `taut`, a row keeps the length; else only limits or motions act on it."""
 
     nodes: tuple[Node, ...]
-    normal: Vector
+    normal: Annotated[Vector, Quantity("", "direction")]
     frame: str = GROUND
     taut: bool = True
 
@@ -85,9 +85,9 @@ class Path:
         """The numbers of the sheaves on which the rope rubs."""
         return tuple(k for k, node in enumerate(self.nodes) if node.friction is not None)
 
-    def changed(self, place: Callable[[OfBody], OfBody], normal: Callable[[Vector], Vector], size: float = 1.0) -> Path:
-        """The path whose places and normal are changed by these functions, with its radii times `size`."""
-        nodes = [replace(node, at=place(node.at), radius=size * node.radius) for node in self.nodes]
+    def changed(self, place: Callable[[OfBody], OfBody], normal: Callable[[Vector], Vector]) -> Path:
+        """The path whose places and normal are changed by these functions."""
+        nodes = [replace(node, at=place(node.at)) for node in self.nodes]
         return replace(self, nodes=tuple(nodes), normal=normal(self.normal))
 
 

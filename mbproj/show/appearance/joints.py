@@ -13,6 +13,7 @@ import numpy as np
 
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
+from mbproj.joints.primitives.basic import Line
 from mbproj.joints.table import JOINTS
 from mbproj.model.compile.frames import poses_of
 from mbproj.scene.records import Joint
@@ -22,7 +23,6 @@ from mbproj.show.appearance.motion import PoseHistory
 from mbproj.show.appearance.parts import (
     Outline,
     Solid,
-    Wire,
     bar,
     both_outlines,
     box,
@@ -32,7 +32,7 @@ from mbproj.show.appearance.parts import (
     track,
     triad,
     wire,
-    wire_of,
+    wires_of,
 )
 
 # --- The glyph of each type of joint ----------------------------------------------------------------------------------
@@ -45,8 +45,9 @@ class GlyphFrame:
     needs.
 
     `r` is the radius of a link, `reach` half the length of a pin, in m. `travel` is the range of body 2's point along
-    z1 in m. `ground` is the side that is the ground, or 0. `radius` is that of the joint, or 0; `semi_axes` are those
-    of an ellipsoid. `outlines` are the curves of bodies 1 and 2, `wire` that of body 1 in space."""
+    z1 in m. `ground` is the side that is the ground, or 0. `radius` is that of the joint or its roller, or 0.
+    `semi_axes` are those of an ellipsoid. `outlines` are the curves of bodies 1 and 2, `wires` are lines of body 1 in
+    space."""
 
     points: tuple[Array, Array]
     z: tuple[Array, Array]
@@ -58,7 +59,7 @@ class GlyphFrame:
     radius: float = 0.0
     semi_axes: tuple[float, ...] = ()
     outlines: tuple[Outline, ...] = ()
-    wire: Wire | None = None
+    wires: tuple[Line, ...] = ()
 
     def triad(self, side: int) -> Array:
         """The rotation (4,) of the frame in body `side`."""
@@ -201,10 +202,10 @@ def _track(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
 
 
 def _wire(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
-    """The space curve of body 1, and on it the ball of body 2."""
-    assert frame.wire is not None
-    yield 1, wire(frame.wire, frame.points[0], frame.triad(1), frame.r)
-    yield from _ball(frame)
+    """The lines of body 1 in space, and on them the ball of body 2."""
+    for each in frame.wires:
+        yield 1, wire(each, frame.points[0], frame.triad(1), frame.r)
+    yield 2, sphere(frame.radius or 1.6 * frame.r, frame.points[1])
 
 
 def _tappet(frame: GlyphFrame) -> Iterator[tuple[int, Solid]]:
@@ -383,10 +384,10 @@ def _frame(joint: Joint, layout: PartNumbers, motion: PoseHistory, bodies: Seque
         reach=min(max([1.3 * r, *clears]) + 0.35 * r, LONGEST_PIN * r),
         travel=(float(slid.min(initial=0.0)), float(slid.max(initial=0.0))),
         ground=1 + pair.index(-1) if -1 in pair else 0,
-        radius=abs(joint.parameters["radius"]) if "radius" in joint.parameters else 0.0,
+        radius=abs(joint.parameters.get("radius", joint.parameters.get("roller", 0.0))),
         semi_axes=joint.parameters.get("semi_axes", ()),
         outlines=both_outlines(joint),
-        wire=wire_of(joint),
+        wires=wires_of(joint),
     )
 
 

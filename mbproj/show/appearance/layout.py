@@ -15,7 +15,7 @@ from mbproj.model.compile.frames import SYMBOLS, Pose, local_frames, poses_of
 from mbproj.scene.records import GROUND, Bushing, DistanceStop, Joint, PlaneStop, PointForce
 from mbproj.scene.scene import Scene
 from mbproj.show.appearance.motion import PoseHistory
-from mbproj.show.appearance.parts import both_outlines, wire_of
+from mbproj.show.appearance.parts import both_outlines, wires_of
 
 #: The radius of a link: this part of the median link, but within this range of parts of the mechanism's size.
 OF_LINK, OF_SIZE = 0.026, (0.002, 0.013)
@@ -87,7 +87,7 @@ def _curves(
         x, z = frame[f"x{side}"], frame[f"z{side}"]
         points = frame[f"p{side}"] + outline.points @ np.array([x, np.cross(z, x)])
         yield from ((bodies[joint.name][side - 1], point) for point in points)
-    if (wire := wire_of(joint)) is not None:
+    for wire in wires_of(joint):
         x, z = frame["x1"], frame["z1"]
         points = frame["p1"] + wire.points @ np.array([x, np.cross(z, x), z])
         yield from ((bodies[joint.name][0], point) for point in points)

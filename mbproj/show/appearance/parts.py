@@ -11,7 +11,9 @@ import numpy as np
 from mbproj.base.arrays import Array, Integers
 from mbproj.base.dataclass import dataclass
 from mbproj.functions.plane_curve import points_along
-from mbproj.functions.space_curve import SpaceTrack, Track
+from mbproj.functions.space_curve import Track
+from mbproj.joints.primitives.basic import Line
+from mbproj.joints.primitives.table import PRIMITIVES
 from mbproj.joints.table import JOINTS
 from mbproj.model.euler_parameters import product, rotation_matrix
 from mbproj.scene.records import Joint
@@ -193,13 +195,6 @@ def _prism(outline: Array, axes: Array, thickness: float) -> Mesh:
     return Mesh(vertices, np.array(fan + back + sides, dtype=np.intp))
 
 
-class Wire(NamedTuple):
-    """A space curve: its points (k, 3) in its own axes, in m, and whether it is closed."""
-
-    points: Array
-    closed: bool
-
-
 class Outline(NamedTuple):
     """A profile: its points (k, 2) in its own axes, in m. `closed` tells whether it ends where it begins, `solid`
     whether it is drawn as a disc. `roller` is the radius of the roller on it, 0 for a point. `face` is the largest
@@ -215,10 +210,10 @@ class Outline(NamedTuple):
 def outline_of(joint: Joint) -> Outline | None:
     """The outline of a joint that follows a plane curve; None for other joints."""
     track = joint.parameters.get("curve")
-    if not isinstance(track, Track):
+    if not isinstance(track, Track) or wires_of(joint):
         return None
     is_flat = JOINTS[joint.type].frame == "face"
-    is_cam = is_flat or joint.type in ("cam", "cam_contact", "rolling_on_curve")
+    is_cam = is_flat or "roller" in JOINTS[joint.type].parameters
     angle = track.line.places.angle
     beside = (track.line.places.point * np.column_stack([np.cos(angle), np.sin(angle)])).sum(axis=1)
     outline = _outline(track, track.roller if is_cam else 0.0, joint.parameters.get("side") if is_cam else "inside")
@@ -294,18 +289,21 @@ def _rail(outline: Outline, thick: float, wide: float) -> Mesh:
     return _tube(vertices, count, outline.closed)
 
 
-def wire_of(joint: Joint) -> Wire | None:
-    """The wire of a joint that follows a space curve; None for other joints."""
+def wires_of(joint: Joint) -> tuple[Line, ...]:
+    """The lines by which the primitives of a joint show the curve that they follow, in the frame of body 1."""
     track = joint.parameters.get("curve")
-    if not isinstance(track, SpaceTrack):
-        return None
-    points = track.line.places.point
-    apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    points = points[np.append(True, apart > DISTINCT * apart.max())]
-    return Wire(points[:-1] if track.line.closed else points, track.line.closed)
+    if track is None:
+        return ()
+    kinds = (PRIMITIVES[row[0]] for row in JOINTS[joint.type].coordinates.values())
+    lines = []
+    for points, closed in next((found for kind in kinds if (found := kind.lines(track.line))), ()):
+        apart = np.linalg.norm(np.diff(points, axis=0), axis=1)
+        distinct = points[np.append(True, apart > DISTINCT * apart.max())]
+        lines.append(Line(distinct[:-1] if closed else distinct, closed))
+    return tuple(lines)
 
 
-def wire(curve: Wire, point: Array, turn: Array, r: float) -> Solid:
+def wire(curve: Line, point: Array, turn: Array, r: float) -> Solid:
     """A thin bar along a space curve, in a frame with its origin at `point` (3,), turned by `turn` (4,)."""
     points, count = curve.points, len(curve.points)
     along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)

@@ -138,6 +138,17 @@ def test_a_table_that_repeats_lifts_in_each_turn(formulation):
     np.testing.assert_allclose(found[turn:], found[:-turn], rtol=0, atol=1e-13)
 
 
+@pytest.mark.parametrize("wave", ["sin(s)", "sin(2*s)", "sin(s)**2", "sin(16*s)"])
+def test_a_lift_that_is_nothing_at_half_a_turn_lifts_elsewhere(wave):
+    """f(π) = f(-π) to round-off, which is no change with a turn; the row is closed before the run, and in it."""
+    pin, turned = "location: [0, 0, 0], axis", "location: [0, 0, 0], angle: 50 deg, axis"
+    text = LIFT.replace(pin, turned) + f"  lift: {{type: coupler, of: {{pin: 0, rail: 1}}, function: 0.04*{wave}}}\n"
+    _, recorded = run(scene(text, duration=0.1))
+    s, found = coordinates(recorded)
+    assert abs(found[0]) > 0.01
+    np.testing.assert_allclose(found, 0.04 * eval(wave, {"sin": np.sin, "s": s}), rtol=0, atol=1e-12)
+
+
 def test_a_constant_says_where_it_begins():
     """The row closes before the run: Σ kᵢ sᵢ = constant."""
     _, recorded = run(

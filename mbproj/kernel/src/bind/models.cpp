@@ -88,7 +88,7 @@ private:
         Columns<A> places(given);
         places("local", &A::local)("is_point", &A::is_point).index("body", &A::body, bodies_and_ground());
         Columns<I> instances(given);
-        instances.index("kind", &I::kind, std::size(forms));
+        instances.index("kind", &I::kind, std::size(forms)).index("slot_count", &I::slot_count, most_slots + 1);
         instances("parameters", &I::parameters)("offset", &I::offset)("weight", &I::weight)("joins", &I::coupled);
         const std::vector<nb::object> follows = given.list("follows", instances.count());
         const std::vector<int> first = given.indices("first_slot", {instances.count()}, places.count()).values;
@@ -106,6 +106,7 @@ private:
         };
         for (I& p : instances.items) {
             const std::size_t i = set.instances.size();
+            if (!on_curve::takes(p.kind, p.slot_count)) given.refuse("slot_count", "is not that of its kind");
             if (!follow(p, follows[i])) given.refuse("follows", "is given to a kind that follows none, or is missing");
             if (first[i] + static_cast<std::size_t>(p.slot_count) > places.count())
                 given.refuse("first_slot", "holds an index out of range");
@@ -132,10 +133,8 @@ private:
         if (p.kind == Kind::rope) {
             Record rope(of, "follows.");
             p.path = std::make_shared<RopePath>(rope_path_of(rope));
-            p.slot_count = 2 + static_cast<int>(p.path->radii.size());
-            return true;
+            return p.slot_count == 2 + static_cast<int>(p.path->radii.size());
         }
-        p.slot_count = form_of(p.kind).slots;
         if (is_in_space(p.kind)) return nb::try_cast(of, p.wire) && p.wire;
         if (!p.on_line()) return of.is_none();
         if (!is_of_two(p.kind)) return nb::try_cast(of, p.line) && p.line;

@@ -53,7 +53,7 @@ template <class D> struct Instance {
     int follower = -1;        // its number among the model's curves, where its foot stays on one piece; or -1
     int other_follower = -1;  // the same for the second curve
 
-    bool on_line() const { return kind >= Kind::profile && kind <= Kind::space_arc; }
+    bool on_line() const { return is(Form::on_line, kind); }
 };
 
 template <class D> struct PrimitiveSet {

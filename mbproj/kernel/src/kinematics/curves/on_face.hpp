@@ -25,8 +25,6 @@ template <class D> struct Touch {
 // A slip whose slid distance is `way`: its value is 0, its derivatives are those of `way`.
 template <class S> S slipped(const S& way) { return way - value_of(way); }
 
-constexpr bool is_on_face(Kind kind) { return kind >= Kind::face && kind <= Kind::face_slip; }
-
 namespace on_face {
 
 // (a, b) = (u·m, w·m), its size r, and c - d along the tangent and across it, with d = (u·ℓ, w·ℓ).
