@@ -172,6 +172,9 @@ def _on_curve(curve: Track, joint: Joint) -> Iterator[Complaint]:
     if rolls and radius and side is None and not curve.line.closed:
         yield Complaint(path, "a roller on an open curve needs its 'side'", "give left or right, along the curve")
         return
+    if any(name == "surface" for name, *_ in JOINTS[joint.type].rows) and not curve.line.places.point[:, 0].max() > 0.0:
+        said = f"curve '{curve.name}' is nowhere at x > 0, and its x is the distance from the axis"
+        yield Complaint((*path, "curve"), said, "mirror it")
     if "gap" not in JOINTS[joint.type].coordinates:
         yield from _passes_end(curve.line, joint)
     if rolls:

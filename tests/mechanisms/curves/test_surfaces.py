@@ -105,3 +105,13 @@ def test_an_open_surface_needs_limits_on_the_way_along_its_meridian():
         read_scene_text(text.replace("side: inside", ""))
     with pytest.raises(InputError, match=r"may leave its curve, which ends; give limits: \{displacement: \{range"):
         read_scene_text(text.replace("side: inside", "side: left"))
+
+
+def test_a_meridian_has_to_be_beside_the_axis():
+    tube = TYRE.replace(
+        "[[0.6, 0], [0.4, 0.25], [0.25, 0], [0.4, -0.2]]", "[[-0.6, 0], [-0.4, 0.25], [-0.25, 0], [-0.4, -0.2]]"
+    )
+    with pytest.raises(
+        InputError, match="'tube' is nowhere at x > 0, and its x is the distance from the axis; mirror it"
+    ):
+        read_scene_text(scene(tube, (0.6, 0.0, 0.0), (0.0, 0.0, 0.0)))
