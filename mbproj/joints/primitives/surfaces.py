@@ -44,7 +44,9 @@ class OnSurface(OnCurve):
     @classmethod
     def lines(cls, curve: Any) -> tuple[Line, ...]:
         """Return circles at places along the meridian, and meridians around the axis."""
-        ρ, h = curve.places.point[curve.places.point[:, 0] >= 0.0].T
+        beside = np.flatnonzero(curve.places.point[:, 0] >= 0.0)  # a curve may cross the axis, and come back
+        ρ, h = curve.places.point[beside].T
+        parts = np.split(np.arange(len(beside)), np.flatnonzero(np.diff(beside) > 1) + 1)
         turns = np.linspace(0.0, 2.0 * np.pi, CORNERS + 1)
         around = np.column_stack([np.cos(turns), np.sin(turns)])
         circles = [
@@ -53,7 +55,10 @@ class OnSurface(OnCurve):
             if ρ[k] > SMALL * ρ.max()
         ]
         meridians = [
-            Line(np.column_stack([ρ[:, None] * each, h]), False) for each in around[: -1 : CORNERS // MERIDIANS]
+            Line(np.column_stack([ρ[part, None] * each, h[part]]), False)
+            for each in around[: -1 : CORNERS // MERIDIANS]
+            for part in parts
+            if len(part) > 1
         ]
         return (*circles, *meridians)
 

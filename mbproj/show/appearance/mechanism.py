@@ -6,7 +6,7 @@ points (3,) of a look are in m, in the axes of the body that carries them; those
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from itertools import pairwise
 
 import numpy as np
@@ -238,7 +238,7 @@ def view_of(scene: Scene, motion: PoseHistory, look: Look) -> View:
     it; of two normals the one for which the axis that points right is positive, as on paper."""
     finite = motion.finite
     sampled = motion.at(finite[np.unique(np.linspace(0, len(finite) - 1, SAMPLES).astype(int))])
-    cloud = _cloud(look, sampled)
+    cloud = _cloud(look, sampled, {joint.name for joint in scene.joints if JOINTS[joint.type].sketch == "wire"})
     low, high = cloud.min(axis=(0, 1)), cloud.max(axis=(0, 1))
     middle, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
     points = outermost(cloud.reshape(-1, 3), 2.0 * look.thickness)
@@ -267,17 +267,17 @@ def outermost(cloud: Array, margin: float) -> Array:
     return points
 
 
-def _cloud(look: Look, motion: PoseHistory) -> Array:
+def _cloud(look: Look, motion: PoseHistory, wires: Set[str]) -> Array:
     """Points (T, k, 3) over which the mechanism extends: corners of its bodies, joints, markers, ends of springs,
-    wheels and contacts."""
-    rolling = {contact.name for contact in look.touching}
+    wheels, the curves of joints that are `wires`, and contacts."""
+    shown = wires | {contact.name for contact in look.touching}
     points = [(joint.bodies[1], joint.point) for joint in look.joints]
     points += [(marker.body, marker.point) for marker in look.markers]
     points += [end for span in look.spans for end in zip(span.carriers, span.points, strict=True)]
     for drawn in look.drawn:
         is_plate = drawn.layer == "springs" and drawn.part.kind == "box"  # the plane of a stop
-        is_wheel = drawn.layer == "joints" and look.joints[drawn.item].name in rolling
-        if drawn.layer == "bodies" or is_plate or is_wheel:
+        is_shown = drawn.layer in ("joints", "ground") and look.joints[drawn.item].name in shown
+        if drawn.layer == "bodies" or is_plate or is_shown:
             corners = drawn.part.outline()
             points += [(drawn.carrier, corner) for corner in _corners(corners.min(axis=0), corners.max(axis=0))]
     moved = [motion.point(body, local) for body, local in points]

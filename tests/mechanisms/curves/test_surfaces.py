@@ -7,9 +7,12 @@ import pytest
 
 from mbproj import modes, read_scene_text
 from mbproj.base.errors import InputError
+from mbproj.show.appearance.mechanism import look_of, view_of
+from mbproj.show.appearance.motion import motion_at
 from tests.crossed import full
 from tests.kernel.scenes import needs_kernel
 from tests.stops.runs import run
+from tests.support import assembled
 
 FORMULATIONS = ["reduced", full("full")]
 G, L = 9.81, 0.4
@@ -115,3 +118,16 @@ def test_a_meridian_has_to_be_beside_the_axis():
         InputError, match="'tube' is nowhere at x > 0, and its x is the distance from the axis; mirror it"
     ):
         read_scene_text(scene(tube, (0.6, 0.0, 0.0), (0.0, 0.0, 0.0)))
+
+
+def test_its_picture_has_the_whole_surface_and_nothing_through_the_axis():
+    """The circle is drawn where it is beside the axis: two parts of each meridian, and no line from pole to pole."""
+    bowl = read_scene_text(scene(BOWL, (0.24, 0.0, -0.32), (0.0, 1.0, 0.0)))
+    system, state = assembled(bowl)
+    motion = motion_at(system, state.q)
+    look = look_of(bowl, motion, {})
+    assert view_of(bowl, motion, look).radius > 0.5
+    wires = [drawn.part.outline() for drawn in look.drawn if drawn.layer == "ground"]
+    reach = [np.hypot(*wire[:, :2].T).max() for wire in wires if np.ptp(wire[:, 2]) > 0.1]
+    assert len(reach) == 16
+    assert min(reach) > 0.4
