@@ -10,7 +10,7 @@ from xml.sax.saxutils import escape, quoteattr
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.text import plain_number
-from mbproj.formats.xml import XmlElement, include, inside, is_missing
+from mbproj.formats.xml import Includes, XmlElement, inside, is_missing
 
 #: The most bytes of a mesh that is read.
 MOST_MESH_BYTES = 64_000_000
@@ -102,6 +102,7 @@ class MjcfSource:
     missing: list[Missing]
     stand_ins: list[XmlElement]
     gone: list[Missing]
+    includes: Includes
 
     def text(self) -> tuple[str, list[Place]]:
         """The XML text with one tag on each line, and the place from which each line comes."""
@@ -114,12 +115,14 @@ class MjcfSource:
 
 
 def source_of(
-    root: XmlElement, path: Path, files: dict[str, bytes] | None = None, above: tuple[Path, ...] = ()
+    root: XmlElement, path: Path, outer: MjcfSource | None = None, above: tuple[Path, ...] = ()
 ) -> MjcfSource:
-    """The source of a model with its includes; `above` are the models that attach it. Raises InputError at a file
+    """The source of a model with its includes. `outer` and `above` are the models that attach it, the next one and the
+    files of all. Raises InputError at a file
     outside of its folder or in a circle, and at numbers that are not finite."""
     folder, above = path.resolve().parent, (*above, path.resolve())
-    source = MjcfSource(root, {} if files is None else files, {}, [], [], [])
+    meshes, includes = (outer.meshes, outer.includes) if outer else ({}, Includes())
+    source = MjcfSource(root, meshes, {}, [], [], [], includes)
     source.root = _included(source, root, folder, above)
     _refuse_infinite(source.root)
     _refuse_negative(source.root)
@@ -155,7 +158,7 @@ def _included(source: MjcfSource, element: XmlElement, folder: Path, above: tupl
             source.gone.append((f"include of '{child.get('file')}'", child.place, "its file is not there"))
             continue
         file = inside(child.get("file"), child.place, folder, folder)
-        inner = include(file, child.place, above, str(Path(child.place.file).parent / child.get("file")))
+        inner = source.includes.read(file, child.place, above, child.get("file"))
         children += _included(source, inner, folder, (*above, file)).children
     return XmlElement(element.tag, dict(element.attributes), element.place, children, element.text)
 
@@ -228,7 +231,7 @@ def _attach(source: MjcfSource, folder: Path, above: tuple[Path, ...]) -> None:
     whose own meshes are missing."""
     for asset in [each for section in source.root.all("asset") for each in section.all("model")]:
         file = inside(asset.get("file"), asset.place, folder, folder)
-        inner = source_of(include(file, asset.place, above, asset.get("file")), file, source.meshes, above)
+        inner = source_of(source.includes.read(file, asset.place, above, asset.get("file")), file, source, above)
         if inner.stand_ins:
             what, place, why = inner.missing[0]
             raise InputError(Problem(f"the {what}: {why}", place, "put it there: another model attaches this one"))

@@ -12,7 +12,7 @@ from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion, from_rpy, numbers
-from mbproj.formats.xml import XmlElement, include, inside
+from mbproj.formats.xml import Includes, XmlElement, inside
 
 #: The elements that define a named frame.
 FRAMES = ("link", "joint", "frame")
@@ -108,6 +108,7 @@ class _Files:
     """Reads scopes, with those of included files, which must be in the folder."""
 
     folder: Path
+    includes: Includes = field(default_factory=Includes)
     problems: list[Problem] = field(default_factory=list)
 
     def scope(self, element: XmlElement, above: Scope | None, files: tuple[Path, ...], name: str = "") -> Scope:
@@ -143,7 +144,7 @@ class _Files:
         """Add the model of another file, with the name, the pose and other elements that the include gives it."""
         uri = text(element, "uri")
         file = self._file(uri, element.place, files[-1].parent)
-        root = include(file, element.place, files, str(Path(element.place.file).parent / _short_name(uri, file)))
+        root = self.includes.read(file, element.place, files, _short_name(uri, file))
         models = root.all("model")
         if root.tag != "sdf" or not models:
             raise InputError(Problem(f"'{uri}' has no <model>", element.place, "an SDF with one is included"))
