@@ -182,6 +182,19 @@ def test_levels_of_files_that_include_each_other_are_bounded(kind, levels, tmp_p
         import_model(tmp_path / f"0.{kind}")
 
 
+AXES = ("0 0 1e-300", "1e308 0 0", "0 0 0", "nan 0 0")
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_an_axis_without_a_direction_is_said_at_its_line(axis, tmp_path):
+    text = (DATA / "closing.urdf").read_text(encoding="utf-8")
+    first = text.index("<axis xyz=")
+    (tmp_path / "m.urdf").write_text(f'{text[:first]}\n<axis xyz="{axis}"/>\n{text[text.index(">", first) + 1 :]}')
+    line = text[:first].count("\n") + 2
+    with pytest.raises(InputError, match=rf"m.urdf:{line}: error: (the axis has no direction|'xyz' of <axis> takes 3)"):
+        import_model(tmp_path / "m.urdf")
+
+
 LONG = {
     "comments without an end": ("<robot>" + "<!--" * 100_000, "m.urdf:1:8: error: no well-formed XML"),
     "text between elements": (

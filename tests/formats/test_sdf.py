@@ -145,7 +145,7 @@ WRONG = {
     ),
     '<link name="a">\n<pose>1 2</pose></link>': "model.sdf:3: error: <pose> takes 6 finite numbers, found '1 2'",
     '<link name="a">\n<pose rotation_format="quat_xyzw">0 0 0 0 0 0 0</pose></link>': (
-        "model.sdf:3: error: the quaternion is zero"
+        "model.sdf:3: error: the quaternion has no direction"
     ),
     '<link name="a"><inertial auto="true"/><collision><geometry>\n<mesh/></geometry></collision></link>': (
         "model.sdf:3: error: the inertia of a <mesh> is not computed"

@@ -10,6 +10,7 @@ from xml.sax.saxutils import escape, quoteattr
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.text import plain_number
+from mbproj.formats.geometry import LARGEST
 from mbproj.formats.xml import Includes, XmlElement, inside, is_missing
 
 #: The most bytes of a mesh that is read.
@@ -164,21 +165,23 @@ def _included(source: MjcfSource, element: XmlElement, folder: Path, above: tupl
 
 
 def _refuse_infinite(root: XmlElement) -> None:
-    """Raises InputError at numbers that are not finite, which MuJoCo accepts. A name may look like one."""
+    """Raises InputError at numbers that are not finite, or too large, which MuJoCo accepts. A name may look like one,
+    and a range may have no end."""
     names = {element.get("name") for element in root.walk()}
     problems = []
     for element in root.walk():
         for key, value in element.attributes.items():
-            if key not in NAMING and value not in names and any(_is_infinite(part) for part in value.split()):
-                what = f"'{key}' of <{element.tag}> is not finite"
+            largest = math.inf if key.endswith("range") else LARGEST
+            if key not in NAMING and value not in names and any(_is_beyond(part, largest) for part in value.split()):
+                what = f"'{key}' of <{element.tag}> is not finite, or beyond {LARGEST:g}"
                 problems.append(Problem(what, element.place, "write numbers as in '0 0 1'"))
     if problems:
         raise InputError(problems)
 
 
-def _is_infinite(text: str) -> bool:
+def _is_beyond(text: str, largest: float) -> bool:
     number = _number(text)
-    return number is not None and not math.isfinite(number)
+    return number is not None and not (math.isfinite(number) and abs(number) <= largest)
 
 
 def _number(text: str) -> float | None:

@@ -432,6 +432,18 @@ ONLY_SHOWN = (
 )
 OF_JOINTS = ("screw_thread_pitch", "thread_pitch", "gearbox_ratio", "gearbox_reference_body", "reference_body")
 OF_ROTORS = ("drake:rotor_inertia", "drake:gear_ratio")
+#: Tags in <inertial> and in <axis>.
+OF_PARTS = (
+    "mass",
+    "density",
+    "auto_inertia_params",
+    "inertia",
+    "xyz",
+    "use_parent_model_frame",
+    "mimic",
+    "dynamics",
+    "limit",
+)
 #: Words in the names of plug-ins that only draw, measure, or act on request.
 HARMLESS = (
     *("apply-link-wrench", "joint-state-publisher", "pose-publisher", "scene-broadcaster", "user-commands"),
@@ -460,6 +472,10 @@ def say_rest(
         _say_elements(mechanism, model.rest)
     for _, link in links:
         _say_elements(mechanism, link.children)
+    for part in [each for _, link in links for each in link.all("inertial")] + [
+        each for joint in joints for each in joint.elements
+    ]:
+        _say_elements(mechanism, [each for each in part.children if each.tag not in OF_PARTS])
     for joint in joints:
         _say_elements(mechanism, [each for each in joint.element.children if each.tag not in (*OF_JOINTS, *OF_ROTORS)])
         if not meet:
