@@ -219,7 +219,7 @@ def _model(source: MjcfSource) -> Any:
     try:
         with warnings_as_notes(source):
             return mujoco.MjModel.from_xml_string(text, assets=dict(source.meshes))
-    except ValueError as error:
+    except (ValueError, RuntimeError) as error:
         words = " ".join(str(error).split())
         line = _LINE.search(words)
         place = _place_of(source, words)

@@ -165,8 +165,8 @@ def _included(source: MjcfSource, element: XmlElement, folder: Path, above: tupl
 
 
 def _refuse_infinite(root: XmlElement) -> None:
-    """Raises InputError at numbers that are not finite, or too large, which MuJoCo accepts. A name may look like one,
-    and a range may have no end."""
+    """Raises InputError at numbers that are not finite, too large, or not there, which MuJoCo accepts. A name may look
+    like one, and a range may have no end."""
     names = {element.get("name") for element in root.walk()}
     problems = []
     for element in root.walk():
@@ -175,6 +175,8 @@ def _refuse_infinite(root: XmlElement) -> None:
             if key not in NAMING and value not in names and any(_is_beyond(part, largest) for part in value.split()):
                 what = f"'{key}' of <{element.tag}> is not finite, or beyond {LARGEST:g}"
                 problems.append(Problem(what, element.place, "write numbers as in '0 0 1'"))
+            elif key == "anchor" and not value.strip():  # on which MuJoCo keeps its lock: the next import never ends
+                problems.append(Problem(f"'anchor' of <{element.tag}> is empty", element.place, "give a point"))
     if problems:
         raise InputError(problems)
 

@@ -93,13 +93,14 @@ def check_summary(folder: Folder, force: bool) -> None:
 
 
 def write_summary(spec: SweepSpec, folder: Folder, force: bool = False) -> list[Path]:
-    """Writes summary.csv, whose checksum the store keeps, and summary.h5. The cases are read once for both. Raises
+    """Writes summary.csv and summary.h5, whose checksums the store keeps. The cases are read once for both. Raises
     InputError as `check_summary`."""
     columns = _Columns(spec)
     rows = cells(spec, columns.taken(entries(spec, folder)))
     table = write_csv(folder.table, headings(spec), rows, kind=KIND, force=force, hint=OTHER)
-    folder.store.describe({TABLE: checksum_of(table)})
-    return [table, _write_arrays(spec, folder, columns, force)]
+    arrays = _write_arrays(spec, folder, columns, force)
+    folder.store.describe({TABLE: checksum_of(table), NAME: checksum_of(arrays)})
+    return [table, arrays]
 
 
 def cells(spec: SweepSpec, cases: Iterable[CaseEntry]) -> Iterator[Sequence[Any]]:
@@ -244,9 +245,9 @@ def check_sweep(folder: Path) -> SweepSoundness:
     if not store.is_file():
         hint = "give a results file, or the folder that 'mbproj sweep SPEC' has written"
         raise InputError(Problem(f"'{folder}' is not the folder of a sweep: it has no '{STORE}'", hint=hint))
-    faults, unguarded, rows, checksum = [], [], 0, None
+    faults, unguarded, rows, checksums = [], [], 0, dict[str, str]()
     try:
-        looked, checksum = _look_at(store)
+        looked, checksums = _look_at(store)
         rows = looked.cases
         faults += [f"{STORE}: {fault}" for fault in looked.faults]
         faults += [f"{STORE}: {looked.damaged} of {rows} rows are damaged"] if looked.damaged else []
@@ -256,14 +257,16 @@ def check_sweep(folder: Path) -> SweepSoundness:
             raise database.refused(store, error) from error
         faults.append(f"{STORE}: {error}")
     if table.is_file():
-        unguarded += [TABLE] if checksum is None else []
-        if checksum not in (None, checksum_of(table)):
+        unguarded += [] if TABLE in checksums else [TABLE]
+        if checksums.get(TABLE, known := checksum_of(table)) != known:
             next_step = "" if KIND.is_ours(table) else ", and not to be told from another program's: remove it"
             faults.append(f"{TABLE}: it is not as it was written{next_step}")
     if arrays.is_file():
         try:
             read_table(folder)
             unguarded += [NAME] if version_of_table(folder) == WITHOUT_CHECKSUMS else []
+            if checksums.get(NAME, known := checksum_of(arrays)) != known:
+                faults.append(f"{NAME}: it is not as it was written, or that of another sweep")
         except InputError as error:
             faults += [f"{NAME}: {problem.message}" for problem in error.problems]
     cases = sorted((folder / CASES).glob("[0-9a-f]*.h5"))
@@ -273,21 +276,21 @@ def check_sweep(folder: Path) -> SweepSoundness:
     return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
 
 
-def _look_at(store: Path) -> tuple[database.Looked, str | None]:
-    """The check of the store, and the table's checksum, if any. A log of SQLite beside the store means that a sweep is
-    running, or was killed: then the store is opened with a lock."""
+def _look_at(store: Path) -> tuple[database.Looked, dict[str, str]]:
+    """The check of the store, and the known checksums of both tables by name. A log of SQLite beside the store means
+    that a sweep is running, or was killed: then the store is opened with a lock."""
     database.check_no_links(store)
     if store.with_name(store.name + "-wal").exists():
         with closing(database.locked(store)) as opened:
-            return database.look(opened), _checksum(opened)
+            return database.look(opened), _checksums(opened)
     with closing(sqlite3.connect(f"{store.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as opened:
         database.prepare(opened)
-        return database.look(opened), _checksum(opened)
+        return database.look(opened), _checksums(opened)
 
 
-def _checksum(opened: sqlite3.Connection) -> str | None:
-    row = opened.execute("SELECT value FROM about WHERE name = ?", [TABLE]).fetchone()
-    return None if row is None else str(row[0])
+def _checksums(opened: sqlite3.Connection) -> dict[str, str]:
+    rows = opened.execute("SELECT name, value FROM about WHERE name IN (?, ?)", [TABLE, NAME])
+    return {str(name): str(value) for name, value in rows}
 
 
 def _of_results(case: Path) -> Iterator[str]:
