@@ -9,6 +9,7 @@ from typing import Any
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
+from mbproj.base.text import text_of
 from mbproj.base.version import __version__
 from mbproj.commands.python.arguments import Quantity, SceneLike, by_arguments, scene_of
 from mbproj.formats.as_scene import without_refused
@@ -138,7 +139,7 @@ def export_model(scene: SceneLike, format: str = "mjcf", *, parameters: Mapping[
     The model starts at the assembled start. Raises InputError where the scene is wrong or cannot be assembled.
     """
     with by_arguments():
-        if format not in FORMATS:
+        if text_of(format, "the format") not in FORMATS:
             hint = choose_from(format, FORMATS)
             raise InputError(Problem(f"unknown format '{format}'", Place("format"), hint))
         exported = FORMATS[format](scene_of(scene, parameters, {}), __version__)
@@ -160,7 +161,7 @@ def new(kind: str, *, spatial: bool = False, **numbers: Quantity) -> Scene:
     Raises InputError for an unknown template or number, and for lengths that make no mechanism.
     """
     with by_arguments():
-        if kind not in TEMPLATES:
+        if text_of(kind, "the name of a template") not in TEMPLATES:
             raise InputError(Problem(f"there is no template '{kind}'", Place("kind"), choose_from(kind, TEMPLATES)))
         texts = {name: flow(from_value(value, Place(name))) for name, value in numbers.items()}
         return read_scene_text(scene_text(kind, texts, spatial), kind)
@@ -171,7 +172,7 @@ def schema(of: str = "scene") -> dict[str, Any]:
 
     Raises InputError for another word.
     """
-    if of == "scene":
+    if text_of(of, "the word for a schema") == "scene":
         return scene_schema()
     if of not in REPORTS:
         raise InputError(Problem(f"there is no schema of '{of}'", Place("of"), choose_from(of, ["scene", *REPORTS])))
