@@ -196,14 +196,14 @@ def text_of(model: ElementTree.Element) -> str:
     return ElementTree.tostring(model, encoding="unicode")
 
 
-def outcome(path: Path, text: str) -> tuple[str, object]:
-    """What becomes of a model, and the scene with the rows of the table."""
+def outcome(path: Path, text: str, **options: bool) -> tuple[str, object]:
+    """What becomes of a model with these options of the import, and the scene with the rows of the table."""
     path.write_text(text, encoding="utf-8")
     with warnings.catch_warnings(), np.errstate(all="raise", under="ignore"):
         warnings.simplefilter("error")
         warnings.simplefilter("ignore", MbprojWarning)
         try:
-            found = import_model(path)
+            found = import_model(path, **options)
         except InputError as error:
             for problem in error.problems:
                 assert problem.place is not None, problem
@@ -226,6 +226,11 @@ SECTIONS = [
 ]
 
 
+#: What an import is asked for: that actuators act, that planes are stops, that the frames of joints meet.
+ASKED = {"mjcf": {"hold": True, "contacts": True}}
+MEETING = {"meet": True}
+
+
 @pytest.mark.parametrize(("name", "section"), [full(*each) for each in SECTIONS])
 def test_each_import_is_a_scene_or_a_row_or_an_error_at_a_line(name, section, tmp_path):
     """Where a plausible value of an attribute changes neither the scene nor the table, it is ignored in silence."""
@@ -235,7 +240,9 @@ def test_each_import_is_a_scene_or_a_row_or_an_error_at_a_line(name, section, tm
     wrong, seen, told, without = list[str](), dict[str, bool](), None, list[object]()
     for what, attribute, text in cases(name, section):
         try:
-            became = outcome(path, text)
+            became = outcome(path, text, **ASKED.get(name, {}))
+            if path.suffix == ".sdf":
+                outcome(path, text, **MEETING)
         except Exception as error:
             wrong.append(f"{what}: {type(error).__name__}: {error}")
             continue

@@ -236,3 +236,15 @@ def read_model_to(path, folder):
     scene = folder / "scene.yaml"
     scene.write_text(scene_text(read_model(path), "1"), encoding="utf-8")
     return scene
+
+
+def test_a_ball_meets_without_an_axis(tmp_path):
+    """Its frame in the child stands 0.3 m from that in the parent, and meets it there."""
+    (tmp_path / "m.sdf").write_text(
+        '<sdf version="1.9"><model name="m"><link name="a"/><frame name="f" attached_to="a"><pose>0.3 0 0 0 0 0</pose>'
+        '</frame><joint name="j" type="ball"><parent>world</parent><child>f</child></joint></model></sdf>',
+        encoding="utf-8",
+    )
+    mechanism = read_model(tmp_path / "m.sdf", ImportOptions(meet=True))
+    assert mechanism.joints["j"].type == "spherical"
+    assert mechanism.parts["a"].position == pytest.approx([-0.3, 0.0, 0.0], abs=1e-15)

@@ -13,7 +13,7 @@ from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.chains import Coordinates, Single, add_one, connect, follow, span
-from mbproj.formats.geometry import Frame, direction, limit, turn
+from mbproj.formats.geometry import IDENTITY, Frame, direction, limit, turn
 from mbproj.formats.mechanism import Connection, ImportedMechanism, ImportedNames, Loop, Quantity, Same
 from mbproj.formats.sdf.scopes import Scope, SdfFrames, number, text, vector
 from mbproj.formats.xml import XmlElement
@@ -55,6 +55,8 @@ class SdfJoint:
 
     def pose_at(self, value: float) -> Frame:
         """The pose of its frame in the child, in its frame in the parent, at a value of the coordinate in rad or m."""
+        if not value:  # a ball has no axis
+            return IDENTITY
         if self.type == "prismatic":
             return Frame(value * self.axes[0], np.eye(3))
         along = value / (2 * pi) * pitch_of(self.element) if self.type == "screw" else 0.0
