@@ -62,9 +62,9 @@ def read_sdf(root: XmlElement, path: Path, options: ImportOptions) -> ImportedMe
     title = scope.name or path.stem
     mechanism = ImportedMechanism(title, "SDF", str(path), vector(scope.element, "gravity", GRAVITY))
     bodies, names, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
-    called = dict.fromkeys(still, GROUND)
+    called, short = dict.fromkeys(still, GROUND), _short_names(links)
     for name in _order(links, joints, tree, still):
-        called[name] = bodies.unused(_short(name, links))
+        called[name] = bodies.unused(short[name])
         _add_part(mechanism, frames, links[name], called[name], poses[name])
     apart = []
     for joint in joints.values():
@@ -113,26 +113,25 @@ def _links(scope: Scope, frames: SdfFrames) -> _Links:
     return links
 
 
-def _short(name: str, names: Iterable[str]) -> str:
-    """The last part of a full name where no other name has the same one, else the full name."""
-    last = name.rpartition("::")[2]
-    alone = Counter(each.rpartition("::")[2] for each in names)[last] == 1
-    return last if alone else name.replace("::", "_")
+def _short_names(names: Iterable[str]) -> dict[str, str]:
+    """By full name the last part of it where no other name has the same one, else the full name."""
+    last = {name: name.rpartition("::")[2] for name in names}
+    counted = Counter(last.values())
+    return {name: last[name] if counted[last[name]] == 1 else name.replace("::", "_") for name in last}
 
 
 def _joints(
     scope: Scope, frames: SdfFrames, links: Mapping[str, Frame], options: ImportOptions
 ) -> dict[tuple[int, str], SdfJoint]:
     """Joints by their scope and name. Raises InputError, all problems at once."""
-    every = [full_name(model, name) for model in scope.walk() for name, _ in model.all("joint")]
+    short = _short_names(full_name(model, name) for model in scope.walk() for name, _ in model.all("joint"))
     joints: dict[tuple[int, str], SdfJoint] = {}
     problems: list[Problem] = []
     for model in scope.walk():
         for name, element in model.all("joint"):
-            short = _short(full_name(model, name), every)
             try:
-                joint = read_joint(model, frames, element, short, options.meet, links)
-                joints[id(model), name] = joint
+                called = short[full_name(model, name)]
+                joints[id(model), name] = read_joint(model, frames, element, called, options.meet, links)
             except InputError as error:
                 problems += error.problems
     if problems:

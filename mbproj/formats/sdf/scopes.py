@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,7 @@ class Scope:
             return ""
         return f"{self.above.path}::{self.name}" if self.above.path else self.name
 
-    @property
+    @cached_property
     def static(self) -> bool:
         """Whether this model, or one around it, is static."""
         is_static = text(self.element, "static") in ("true", "1")
