@@ -114,6 +114,20 @@ def test_what_is_no_text_is_said_in_words(results, call, value):
         TEXTS[call](results, value)
 
 
+@pytest.mark.parametrize("value", [["tip"], b"x", np.array([1.0, 2.0]), 3])
+@pytest.mark.parametrize("function", [mbproj.run, mbproj.check, mbproj.compare, mbproj.export_model])
+def test_parameters_are_a_mapping(function, value):
+    with pytest.raises(TypeError, match=f"parameters are a mapping of names and values, found {type(value).__name__}"):
+        function(FIVE_BAR, parameters=value)
+
+
+def test_names_and_paths_are_those_of_something():
+    with pytest.raises(TypeError, match="names are a text or a list of texts, found int"):
+        mbproj.compare(FIVE_BAR, projections=3)
+    with pytest.raises(mbproj.InputError, match="no scene is given; give files, folders or patterns"):
+        mbproj.batch([])
+
+
 @pytest.mark.parametrize("copied", [pickle.dumps, copy.deepcopy])
 def test_results_are_an_open_file_and_not_copied(results, copied):
     with pytest.raises(TypeError, match=r"results are an open file, .*: pass its path on"):

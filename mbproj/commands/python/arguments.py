@@ -28,8 +28,10 @@ def scene_of(scene: SceneLike, parameters: Mapping[str, object], options: Mappin
     """Return the scene with other parameters (or values by their paths) and other settings, named as in `read_scene`.
 
     A text has line ends, a path has none. Raises InputError where the scene is wrong, TypeError where `scene` has no
-    form of a scene.
+    form of a scene, or `parameters` is no mapping.
     """
+    if not isinstance(parameters, Mapping):
+        raise TypeError(f"parameters are a mapping of names and values, found {type(parameters).__name__}")
     if isinstance(scene, Scene):
         return with_options(scene.with_(parameters) if parameters else scene, options)
     if isinstance(scene, Mapping) or (isinstance(scene, str) and "\n" in scene):
@@ -96,5 +98,7 @@ def count_of(value: int, argument: str, *, least: int = 0) -> int:
 
 
 def names_of(names: str | Sequence[str]) -> tuple[str, ...]:
-    """The names in a list of words, or in a text such as "gopm,gpopm"."""
+    """The names in a list of words, or in a text such as "gopm,gpopm". Raises TypeError where it is neither."""
+    if not isinstance(names, Iterable):
+        raise TypeError(f"names are a text or a list of texts, found {type(names).__name__}")
     return tuple(part.strip() for part in names.split(",")) if isinstance(names, str) else tuple(map(str, names))
