@@ -78,7 +78,7 @@ def load_installed() -> None:
             plugin = point.load()
             if inspect.isfunction(plugin):
                 plugin()
-        except Exception as error:  # a plug-in that fails must not stop a run that does not use it
+        except (Exception, SystemExit) as error:  # a plug-in that fails must not stop a run that does not use it
             warn_once(f"the plug-in '{point.name}' ({point.value}) does not work: {type(error).__name__}: {error}")
 
 
@@ -104,7 +104,7 @@ def blamed(what: str, *meant: type[Exception]) -> Iterator[None]:
     Exceptions of the types `meant` and those of mbproj pass unchanged."""
     try:
         yield
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         if isinstance(error, (MbprojError, *meant)):
             raise
         code = inspect.getinnerframes(error.__traceback__)[-1] if error.__traceback__ else None

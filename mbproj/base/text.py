@@ -28,6 +28,13 @@ def _readable(character: re.Match[str]) -> str:
     return f"\\u{ord(character[0]):04x}"
 
 
+def text_of(value: object, what: str) -> str:
+    """The value, which has to be a text. Raises TypeError that says so, with the name of its type."""
+    if not isinstance(value, str):
+        raise TypeError(f"{what} is a text, found {type(value).__name__}")
+    return value
+
+
 # --- Numbers in files and options, as other programs read them too ----------------------------------------------------
 # In ASCII digits, with a point and an exponent.
 # Python's `float` takes more: 8_9 is 89 there, and digits of other scripts are digits.

@@ -543,6 +543,13 @@ class Closing:
     slow: float = threshold(
         0.1, "1", "kernel", "a pass that leaves a larger part of the violation needs a new factor", "simplified Newton"
     )
+    most_driven: float = threshold(
+        1e6,
+        "length or rad",
+        "numpy",
+        "a motion that prescribes more in a step, or between samples where the step is free, is refused",
+        "10 s of computing: a turn takes 66 µs; tests/integrate/test_kinematic.py",
+    )
     widest_turn: float = threshold(
         0.5,
         "rad",

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
-from operator import index
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, SupportsFloat, TypeAlias
+from typing import SupportsFloat, TypeAlias
 
 from mbproj.base.errors import InputError, Place, Problem
-from mbproj.scene.fields.quantities import Number, given_number
 from mbproj.scene.scene import Scene, read_scene, read_scene_text
 from mbproj.scene.settings import with_options
 
@@ -27,8 +25,10 @@ def scene_of(scene: SceneLike, parameters: Mapping[str, object], options: Mappin
     """Return the scene with other parameters (or values by their paths) and other settings, named as in `read_scene`.
 
     A text has line ends, a path has none. Raises InputError where the scene is wrong, TypeError where `scene` has no
-    form of a scene.
+    form of a scene, or `parameters` is no mapping.
     """
+    if not isinstance(parameters, Mapping):
+        raise TypeError(f"parameters are a mapping of names and values, found {type(parameters).__name__}")
     if isinstance(scene, Scene):
         return with_options(scene.with_(parameters) if parameters else scene, options)
     if isinstance(scene, Mapping) or (isinstance(scene, str) and "\n" in scene):
@@ -60,41 +60,3 @@ def _by_argument(problem: Problem, names: Mapping[str, str]) -> Problem:
         place = replace(place, file=named(place.file))
     hint = None if problem.hint is None else named(problem.hint)
     return replace(problem, message=named(problem.message), place=place, hint=hint)
-
-
-def amount(
-    value: Quantity, argument: str, unit: str | None, *, above: float | None = None, least: float | None = None
-) -> float:
-    """The number of an argument in SI units. Raises InputError where it is not above `above`, or not at least
-    `least`."""
-    return given_number(value, f"--{argument}", Number(unit, above=above, minimum=least))
-
-
-def amounts(values: Sequence[Quantity] | Quantity | None, argument: str, unit: str | None) -> tuple[float, ...] | None:
-    """The positive numbers of an argument, given as a list, an array, one number, or a text such as "0.01,5 ms"; None
-    stays None."""
-    if values is None:
-        return None
-    if isinstance(values, str):
-        parts: Sequence[Any] = values.split(",")
-    else:
-        parts = [*values] if isinstance(values, Iterable) else [values]
-    return tuple(amount(value, argument, unit, above=0.0) for value in parts)
-
-
-def time_of(value: Quantity | None, argument: str) -> float | None:
-    """The positive time of an argument, in s; None stays None."""
-    return None if value is None else amount(value, argument, "s", above=0.0)
-
-
-def count_of(value: int, argument: str, *, least: int = 0) -> int:
-    """The whole number of an argument, also NumPy's. Raises InputError where it is below `least`, TypeError where it is
-    not whole."""
-    if index(value) < least:
-        raise InputError(Problem(f"it must be at least {least}, found {value}", Place(argument)))
-    return index(value)
-
-
-def names_of(names: str | Sequence[str]) -> tuple[str, ...]:
-    """The names in a list of words, or in a text such as "gopm,gpopm"."""
-    return tuple(part.strip() for part in names.split(",")) if isinstance(names, str) else tuple(map(str, names))

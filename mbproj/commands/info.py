@@ -195,9 +195,11 @@ def _lines(results: Results) -> Iterator[str]:
     from mbproj.results.analysis import contacts as creep
     from mbproj.results.analysis import contacts as friction
     from mbproj.results.analysis import contacts as stops
+    from mbproj.results.file.opening import is_locked
 
     has = _contents(results)
-    partial = " (partial: the run was killed or still goes on)" if has["partial"] else ""
+    goes_on = "it is being written" if is_locked(results.path) else "the run was killed or still goes on"
+    partial = f" (partial: {goes_on})" if has["partial"] else ""
     numbers = _numbers(has) if has["samples"] else {"samples": "none"}
     yield from table(
         {

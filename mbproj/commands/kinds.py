@@ -132,7 +132,9 @@ class Names(Kind):
     """Several names: "gopm,gpopm" or a list."""
 
     def of(self, value: Any, place: str) -> tuple[Any, ...]:
-        """Return the names, a tuple."""
+        """Return the names, a tuple. Raises TypeError where they are neither text nor a list."""
+        if not isinstance(value, Iterable):
+            raise TypeError(f"names are a text or a list of texts, found {type(value).__name__}")
         return tuple(part.strip() for part in value.split(",")) if isinstance(value, str) else tuple(map(str, value))
 
 
@@ -206,7 +208,9 @@ class OneOf(Words):
     """One of several words."""
 
     def of(self, value: Any, place: str) -> str:
-        """Return the word."""
-        if value not in self._words:
-            raise InputError(Problem(f"there is no '{value}'", Place(place), choose_from(str(value), self._words)))
-        return str(value)
+        """Return the word. Raises TypeError where it is no text."""
+        from mbproj.base.text import text_of
+
+        if (word := text_of(value, place.removeprefix("--"))) not in self._words:
+            raise InputError(Problem(f"there is no '{word}'", Place(place), choose_from(word, self._words)))
+        return word

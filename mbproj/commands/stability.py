@@ -91,7 +91,6 @@ def stability(
     In Python `limits` has both `closed` and `energy`. Raises InputError where the scene does not have this quantity,
     or a method does not depend on it.
     """
-    from mbproj.commands.arguments import amount, time_of
     from mbproj.studies.stability import Limits, quantity_named
     from mbproj.studies.stability import stability as map_stability
 
@@ -99,10 +98,10 @@ def stability(
         unit = quantity_named(vary).unit
     asked = read(stability, locals())
     asked.low, asked.high = (
-        None if value is None else amount(value, option, unit, above=0.0)
-        for value, option in ((asked.low, "from"), (asked.high, "to"))
+        None if value is None else Positive(unit).of(value, option)
+        for value, option in ((asked.low, "--from"), (asked.high, "--to"))
     )
-    asked.until = time_of(until, "until")
+    asked.until = None if until is None else Positive("s").of(until, "--until")
     bounds = with_values(asked, "closed", "energy")
     with placed_at(Place("--vary")):
         return map_stability(

@@ -51,11 +51,10 @@ def threshold(
     In Python the thresholds are in m or rad, and per s. Raises InputError where the setting has no projection, or does
     not run.
     """
-    from mbproj.commands.arguments import time_of
     from mbproj.studies.threshold import threshold_study
 
     asked = read(threshold, locals())
-    asked.until = time_of(until, "until")
+    asked.until = None if until is None else Positive("s").of(until, "--until")
     return threshold_study(
         asked.scene, **with_values(asked, "thresholds", "at", "until"), repetitions=asked.repeat, **asked.effort
     )

@@ -52,17 +52,40 @@ def unit(vector: Array) -> Array:
     return np.asarray(vector / np.linalg.norm(vector))
 
 
+def direction(vector: Array, place: Place, what: str) -> Array:
+    """The unit vector along a vector that a model gives. Raises InputError at `place` where its length is zero, or so
+    small that its square is."""
+    if not np.linalg.norm(vector) > 0.0:
+        raise InputError(Problem(f"{what} has no direction", place, "give a vector of length 1"))
+    return unit(vector)
+
+
+#: The largest number of a model, but for limits: products of three are finite.
+LARGEST = 1e100
+
+
 def numbers(text: str, count: int, place: Place, what: str) -> Array:
-    """The `count` finite numbers in a text. Raises InputError at `place` where there are fewer or more."""
+    """The `count` finite numbers in a text. Raises InputError at `place` where there are fewer or more, or where one is
+    beyond LARGEST."""
     try:
         values = np.array([plain_number(part) for part in text.split()])
     except ValueError:
         values = np.zeros(0)
-    if len(values) != count or not np.isfinite(values).all():
+    if len(values) != count or not (np.abs(values) <= LARGEST).all():
         shown = text if len(text) <= 60 else f"{text[:57]}..."
         takes = "a finite number" if count == 1 else f"{count} finite numbers"
         raise InputError(Problem(f"{what} takes {takes}, found '{shown}'", place, "write it as in '0 0 1'"))
     return values
+
+
+def limit(text: str, place: Place, what: str) -> float:
+    """The number of a limit, which may be infinite or as large as a number can be. Raises InputError where it is
+    none."""
+    try:
+        value = plain_number(text)
+    except ValueError:
+        value = np.nan
+    return value if abs(value) > LARGEST else float(numbers(text, 1, place, what)[0])
 
 
 def check_inertia(mass: float, inertia: Array, at_mass: Place, at_inertia: Place) -> None:

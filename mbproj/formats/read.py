@@ -23,7 +23,10 @@ def read_model(path: Path, import_options: ImportOptions | None = None) -> Impor
     root = parse(read_text(path, shown), shown)
     _refuse_others(root)
     _refuse_options(root, import_options or ImportOptions())
-    mechanism = READERS[root.tag](root, path, import_options or ImportOptions())
+    try:
+        mechanism = READERS[root.tag](root, path, import_options or ImportOptions())
+    except RecursionError:  # files that include each other have levels beyond those of one file
+        raise InputError(Problem("the elements are nested too deep", root.place, "include fewer levels")) from None
     if not mechanism.parts:
         raise InputError(Problem("no body of the model can move", Place(shown), "a scene needs one: add a joint"))
     return mechanism

@@ -14,7 +14,17 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.base.text import plain_number
 from mbproj.formats.chains import Coordinates, Single, connect, follow, span, with_hinges, without_rings
-from mbproj.formats.geometry import IDENTITY, Frame, check_inertia, from_rpy, numbers, turn, unit
+from mbproj.formats.geometry import (
+    IDENTITY,
+    Frame,
+    check_inertia,
+    direction,
+    from_quaternion,
+    from_rpy,
+    limit,
+    numbers,
+    turn,
+)
 from mbproj.formats.mechanism import (
     ImportedBody,
     ImportedMechanism,
@@ -105,6 +115,12 @@ def origin_of(element: XmlElement | None) -> Frame:
     if element is None:
         return IDENTITY
     xyz = numbers(element.get("xyz", "0 0 0"), 3, element.place, "'xyz'")
+    if "quat_xyzw" in element.attributes:
+        if "rpy" in element.attributes:
+            raise InputError(Problem("both 'rpy' and 'quat_xyzw' are given", element.place, "leave one of them out"))
+        given = numbers(element.get("quat_xyzw"), 4, element.place, "'quat_xyzw'")
+        turned = direction(given[[3, 0, 1, 2]], element.place, "the quaternion")
+        return Frame(xyz, from_quaternion(turned))
     rpy = numbers(element.get("rpy", "0 0 0"), 3, element.place, "'rpy'")
     return Frame(xyz, from_rpy(*rpy))
 
@@ -120,10 +136,7 @@ def axis_of(element: XmlElement) -> Array:
     axis = element.first("axis")
     if axis is None:
         return np.array([1.0, 0.0, 0.0])
-    direction = numbers(axis.get("xyz", "1 0 0"), 3, axis.place, "'xyz' of <axis>")
-    if not direction.any():
-        raise InputError(Problem("the axis has no direction", axis.place, "give one of its numbers"))
-    return unit(direction)
+    return direction(numbers(axis.get("xyz", "1 0 0"), 3, axis.place, "'xyz' of <axis>"), axis.place, "the axis")
 
 
 def read_urdf_model(root: XmlElement) -> Urdf:
@@ -218,7 +231,11 @@ def _joint(element: XmlElement) -> UrdfJoint:
 GRAVITY = np.array([0.0, 0.0, -9.81])
 #: The tags that are read, and those of elements that would affect the motion: a coupling of URDF+; loops, springs and
 #: plug-ins of Gazebo, and bodies without gravity there.
-READ = ("link", "joint", "material", "loop_joint", "loop")
+READ = (
+    *("link", "joint", "material", "loop_joint", "loop"),
+    *("inertial", "visual", "collision", "origin", "parent", "child"),
+    *("axis", "dynamics", "limit", "mimic", "safety_controller", "calibration"),
+)
 MOVING = (
     *("coupling", "joint", "gearbox", "plugin", "springReference", "springStiffness"),
     *("gravity", "turnGravityOff", "kinematic", "stopKp", "stopKd", "stopCfm", "stopErp"),
@@ -306,17 +323,19 @@ def _add_joint(
 def _acted_on(mechanism: ImportedMechanism, joint: UrdfJoint, single: Single, pose: Mapping[str, float]) -> Single:
     """The turn or slide with the limits and losses of its joint."""
     at, shown = pose.get(joint.name, 0.0), f"joint '{joint.name}'"
-    limit, dynamics = joint.element.first("limit"), joint.element.first("dynamics")
+    limits, dynamics = joint.element.first("limit"), joint.element.first("dynamics")
     limited = single
     if (
-        limit is not None
+        limits is not None
         and joint.type != "continuous"
-        and ("lower" in limit.attributes or "upper" in limit.attributes)
+        and ("lower" in limits.attributes or "upper" in limits.attributes)
     ):
-        low, high = number(limit, "lower", "0") - at, number(limit, "upper", "0") - at
-        limited = replace(limited, range=span(mechanism, joint.name, limit.place, low, high))
-    if limit is not None and ("effort" in limit.attributes or "velocity" in limit.attributes):
-        mechanism.say(f"effort and velocity of {shown}", limit.place, "left out: they are limits of a motor", Same.YES)
+        low, high = (limit(limits.get(side, "0"), limits.place, f"'{side}'") - at for side in ("lower", "upper"))
+        limited = replace(limited, range=span(mechanism, joint.name, limits.place, low, high))
+    of_motor = [] if limits is None else [name for name in limits.attributes if name not in ("lower", "upper")]
+    if limits is not None and of_motor:
+        said = f"{' and '.join(of_motor)} of {shown}"
+        mechanism.say(said, limits.place, "left out: they are limits of a motor", Same.YES)
     if dynamics is not None:
         damping, friction = number(dynamics, "damping", "0"), number(dynamics, "friction", "0")
         stiffness = number(dynamics, "spring_stiffness", "0")
@@ -370,7 +389,11 @@ def _say_rest(mechanism: ImportedMechanism, root: XmlElement, model: Urdf) -> No
     touching = sum(len(link.element.all("collision")) for link in model.links.values())
     if touching:
         mechanism.say(f"{touching} collision shapes", None, "left out: shapes pass through each other", Same.UNTIL)
-    for element in root.children:
+    for element in root.all("loop_joint", "loop"):
+        if element.get("type") in WITH_AXIS and element.first("axis") is None:
+            what = "its axis is not given: x of its frames, as of joints"
+            mechanism.say(f"loop '{element.get('name')}'", element.place, what, Same.YES)
+    for element in [*root.children, *(each for part in root.all("link", "joint") for each in part.children)]:
         if element.tag in READ:
             continue
         inertia = any(each.tag == "motorInertia" for each in element.walk())
@@ -442,6 +465,8 @@ LOOP_TYPES = {
     "prismatic": "prismatic",
     "universal": "universal",
 }
+#: The words of loops about or along an axis.
+WITH_AXIS = ("revolute", "continuous", "prismatic")
 _CLOSING = re.compile(r"closing_(.+)_([12])")
 
 
@@ -468,7 +493,7 @@ def _loop(element: XmlElement, ends: list[XmlElement | None], model: Urdf, of_or
             raise InputError(Problem(what, place, choose_from(link, list(model.links))))
         links.append(end.get("link"))
         frames.append(origin_of(end.first("origin") if of_origin else end))
-    axis = axis_of(element) if LOOP_TYPES[kind] in ("revolute", "prismatic") else np.array([0.0, 0.0, 1.0])
+    axis = axis_of(element) if kind in WITH_AXIS else np.array([0.0, 0.0, 1.0])
     return Loop(name, LOOP_TYPES[kind], (links[0], links[1]), (frames[0], frames[1]), axis, element.place)
 
 

@@ -14,7 +14,8 @@ from mbproj.base.errors import InputError, Place, Problem
 #: The most bytes of a file, and the most elements and levels of its tree.
 MOST_BYTES, MOST_ELEMENTS, MOST_DEPTH = 32_000_000, 500_000, 200
 
-_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+#: A comment. One without an end goes on to the end of the file, so that the search reads each byte once.
+_COMMENT = re.compile(rb"<!--.*?(?:-->|\Z)", re.DOTALL)
 
 
 @dataclass(eq=False)
@@ -83,6 +84,7 @@ class _XmlParser:
     def __init__(self, file: str) -> None:
         self._file, self._count = file, 0
         self._open: list[XmlElement] = []
+        self._texts: list[list[str]] = []
         self._root: XmlElement | None = None
         self._expat = expat.ParserCreate()
         self._expat.buffer_text = True
@@ -124,14 +126,14 @@ class _XmlParser:
         else:
             self._root = element
         self._open.append(element)
+        self._texts.append([])
 
     def _end(self, tag: str) -> None:
-        element = self._open.pop()
-        element.text = element.text.strip()
+        self._open.pop().text = "".join(self._texts.pop()).strip()
 
     def _characters(self, text: str) -> None:
-        if self._open:
-            self._open[-1].text += text
+        if self._texts:
+            self._texts[-1].append(text)
 
     def _doctype(self, name: str, system: str | None, public: str | None, internal: bool) -> None:
         what = "a document type, which may hide entities, is not read"
@@ -142,8 +144,8 @@ class _XmlParser:
 # They must exist in the model's folder, and must not include each other in a circle.
 
 
-#: The most levels of files that include others.
-MOST_INCLUDES = 50
+#: The most levels of files that include others, and the most files that a model includes.
+MOST_INCLUDES, MOST_FILES = 50, 1000
 
 
 def is_missing(name: str, folder: Path, base: Path) -> bool:
@@ -170,11 +172,28 @@ def inside(name: str, place: Place, folder: Path, base: Path) -> Path:
     return file
 
 
-def include(file: Path, place: Place, above: tuple[Path, ...], shown: str) -> XmlElement:
-    """The root of a file that the files `above` include. Raises InputError at a circle, or where they are too many."""
-    if file in above:
-        names = " -> ".join(each.name for each in (*above, file))
-        raise InputError(Problem(f"the files include each other in a circle: {names}", place, "break it"))
-    if len(above) > MOST_INCLUDES:
-        raise InputError(Problem(f"files include each other more than {MOST_INCLUDES} deep", place, "join them"))
-    return parse(read_text(file, shown), shown)
+@dataclass(eq=False)
+class Includes:
+    """Reads the files that a model includes, which together have the bounds of one file."""
+
+    files: int = 0
+    size: int = 0
+    elements: int = 0
+
+    def read(self, file: Path, place: Place, above: tuple[Path, ...], name: str) -> XmlElement:
+        """The root of a file that the last of the files `above` includes by this name. Raises InputError at a circle,
+        or where they are too many or too large."""
+        if file in above:
+            names = " -> ".join(each.name for each in (*above, file))
+            raise InputError(Problem(f"the files include each other in a circle: {names}", place, "break it"))
+        if len(above) > MOST_INCLUDES:
+            raise InputError(Problem(f"files include each other more than {MOST_INCLUDES} deep", place, "join them"))
+        if self.files < MOST_FILES and self.size <= MOST_BYTES and self.elements <= MOST_ELEMENTS:
+            shown = str(Path(place.file).parent / name)
+            data = read_text(file, shown)
+            root = parse(data, shown)
+            self.files, self.size = self.files + 1, self.size + len(data)
+            self.elements += sum(1 for _ in root.walk())
+            return root
+        bounds = f"{MOST_FILES} files, {MOST_BYTES / 1e6:.0f} MB or {MOST_ELEMENTS} elements"
+        raise InputError(Problem(f"the model includes more than {bounds}", place, "include fewer"))

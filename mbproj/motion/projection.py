@@ -472,6 +472,10 @@ def register_projection(
     PROJECTIONS.add(name, entry, method)
 
 
+#: The symbols of what the formulas of a method return.
+SYMBOLS = {"correction": "Δ", "stabilised": "γ"}
+
+
 def _real(symbol: str, value: object, shape: tuple[int, ...]) -> Array:
     """Return the numbers that a formula returned as an array. Raises TypeError or ValueError where they are not real
     numbers in this shape: a cast would drop imaginary parts."""
@@ -491,10 +495,12 @@ def _blamed(name: str, method: type[Method]) -> Callable[..., Method]:
         def call(self: Any, *arguments: Array) -> Any:
             with blamed(f"'{formula}' of projection method '{name}'", np.linalg.LinAlgError):
                 value = getattr(method, formula)(self, *arguments)
-                if formula == "correction":
-                    return _real("Δ", value, (arguments[1].shape[1],))
-                if formula == "stabilised":
-                    return _real("γ", value, arguments[0].shape)
+                if formula in SYMBOLS:
+                    like = arguments[1][0] if formula == "correction" else arguments[0]
+                    numbers = _real(SYMBOLS[formula], value, like.shape)
+                    if not np.isfinite(numbers).all() and all(np.isfinite(each).all() for each in arguments):
+                        raise ValueError("it returns numbers that are not finite")
+                    return numbers
                 if not (value is None or isinstance(value, str)):
                     raise TypeError(f"it returns {value!r}, which is no text and not None")
                 return value

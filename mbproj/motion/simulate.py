@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from mbproj.base.arrays import Array, may_overflow
-from mbproj.base.errors import SimulationError
+from mbproj.base.errors import InputError, Problem, SimulationError
 from mbproj.base.registry import AUTOMATIC
 from mbproj.base.settings import Settings
+from mbproj.base.thresholds import THRESHOLDS
 from mbproj.equations.assembly.assemble import State
 from mbproj.equations.constraints import has_light_bodies, position_grain, velocity_grain
 from mbproj.equations.kinematics import pose_of, twist_of
+from mbproj.equations.motions import drive_at
 from mbproj.equations.recorded import Block, Observer
 from mbproj.equations.samples import Samples, block_samples
 from mbproj.kernel import fingerprint
@@ -37,6 +39,7 @@ from mbproj.motion.report import (
     worst_joint,
 )
 from mbproj.motion.time_events import DECIDES, SHARED, Event, crowded, events_of, splits_of, unresolved
+from mbproj.scene.sampling import output_interval
 
 if TYPE_CHECKING:
     from mbproj.motion.automatic import AutomaticMarch
@@ -64,6 +67,10 @@ class EventRecorder(Recorder, Protocol):
 Progress = Callable[[float], None]
 #: Called now and then, and at the end, with the formulation, the program's build, and the newest mark.
 Keep = Callable[[str, str, Mark], None]
+
+
+#: The times at which the speeds of motions are looked at before a run.
+LOOKS = 101
 
 
 class _Clocks(NamedTuple):
@@ -201,6 +208,8 @@ def simulate(
 
 def _refuse_at_the_start(system: System, state: State, settings: Settings) -> None:
     """Raise InputError where a run cannot start from the state. Modules that few scenes need are imported here."""
+    if system.driven:
+        _refuse_fast_motions(system, state.t, settings)
     if system.stops is not None:
         from mbproj.motion.contacts import refuse_penetration
 
@@ -209,6 +218,22 @@ def _refuse_at_the_start(system: System, state: State, settings: Settings) -> No
         from mbproj.equations.friction import refuse_shared_loads
 
         refuse_shared_loads(system, state)
+
+
+def _refuse_fast_motions(system: System, start: float, settings: Settings) -> None:
+    """Raise InputError where a motion is so fast that no computer follows it: its steps would have no end."""
+    try:
+        rates = np.abs(drive_at(system, np.linspace(start, start + (settings.duration or 0.0), LOOKS)).rate)
+    except SimulationError:  # the run says at what time it has no value
+        return
+    step = settings.step or output_interval(settings)
+    scales = np.where([unit == "rad" for unit in system.names.motion_units], 1.0, system.length)
+    largest = rates.max(axis=0)
+    for index in np.flatnonzero(largest * step > THRESHOLDS.most_driven * scales):
+        unit, moved = system.names.motion_units[index], largest[index] * step
+        speed = f"{largest[index]:.2g} {unit}/s, {moved:.2g} {unit} in a step"
+        what = f"motion '{system.names.motions[index]}' reaches {speed}"
+        raise InputError(Problem(what, hint="correct its function, or the unit of its time"))
 
 
 def _unresolved_slips(system: System, settings: Settings, tally: Tally) -> tuple[str, ...]:

@@ -16,6 +16,7 @@ from mbproj.base.arrays import Array, Integers
 from mbproj.base.dataclass import brief, dataclass
 from mbproj.base.errors import choose_from
 from mbproj.base.settings import Settings
+from mbproj.base.text import text_of
 from mbproj.results import crash_safety as restarting
 from mbproj.results import events as happening
 from mbproj.results import largest_loads, provenance
@@ -217,7 +218,7 @@ class Results:
         """The array of a dataset of the layout, first axis time; floats, or integers where it counts. The names of
         columns, as "joints/names", are an array of strings. What does not change has no time, as in `constant`. Raises
         KeyError with the nearest path."""
-        if path in NAMES_BY_PATH:
+        if text_of(path, "the path of a dataset") in NAMES_BY_PATH:
             return np.array(self.names(NAMES_BY_PATH[path]))
         if path in MARKS and (marks := self.constant(path)) is not None:
             return marks
@@ -249,7 +250,7 @@ class Results:
     def constant(self, path: str) -> npt.NDArray[Any] | None:
         """An array of the layout that does not change with time, as "joints/reaction_force_unique" (nj, 3); None where
         the run did not know it: its loops were too large, or its program had not given it to the writer."""
-        constant = next((entry for entry in CONSTANTS if entry.path == path), None)
+        constant = next((entry for entry in CONSTANTS if entry.path == text_of(path, "the path of marks")), None)
         if constant is None:
             raise KeyError(f"results have no marks '{path}'; {choose_from(path, [entry.path for entry in CONSTANTS])}")
         if not self.contents.has(path):
@@ -324,7 +325,7 @@ class Results:
 
     def _find(self, kind: str, name: str) -> int:
         names = self.names(kind)
-        if name not in names:
+        if text_of(name, "a name") not in names:
             raise no_such_name(kind, name, names, f"'{self.path}'")
         return names.index(name)
 

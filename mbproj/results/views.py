@@ -13,6 +13,7 @@ import numpy.typing as npt
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import choose_from, shortened
+from mbproj.base.text import text_of
 from mbproj.results.layout import ALL_NAMES, Dataset
 from mbproj.results.report_schema.runs import RECORDED
 
@@ -192,7 +193,7 @@ class Table:
         the nearest heading."""
         known = {name.partition(" (")[0]: k for k, name in enumerate(self.headings)}
         known.update({name: k for k, name in enumerate(self.headings)})
-        if heading not in known:
+        if text_of(heading, "a heading") not in known:
             raise KeyError(f"the table has no column '{heading}'; {choose_from(heading, known)}")
         values = [row[known[heading]] for row in self.rows]
         if all(isinstance(value, bool) for value in values):

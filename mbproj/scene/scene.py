@@ -18,6 +18,7 @@ from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.registry import calling, load
 from mbproj.base.settings import Settings
+from mbproj.base.text import text_of
 from mbproj.scene.blocks.coordinates import with_coordinates
 from mbproj.scene.blocks.expectations import expectations_of, unsampled
 from mbproj.scene.changes import changed
@@ -150,7 +151,7 @@ def read_scene_text(
         raise TypeError("the second argument is what messages call the text: give parameters={...} by its name")
     if isinstance(text, Mapping):
         text = document(mapping(text))
-    if len(text) > MAX_BYTES:
+    if len(text_of(text, "a scene that is no mapping")) > MAX_BYTES:
         raise InputError(Problem(f"the text is longer than {MAX_BYTES // 1_000_000} million characters", Place(name)))
     return _taken_apart(text.removeprefix("\ufeff"), name, None).scene(parameters, simulation)
 

@@ -186,6 +186,8 @@ def scene_paths(paths: Iterable[Path]) -> list[Path]:
         listed += inside
     if problems:
         raise InputError(problems)
+    if not listed:
+        raise InputError(Problem("no scene is given", hint="give files, folders or patterns"))
     first = {os.path.realpath(path): path for path in reversed(listed)}
     return [path for path in dict.fromkeys(listed) if first[os.path.realpath(path)] == path]
 

@@ -111,6 +111,22 @@ def test_what_cannot_be_is_refused(asked, message):
         pass
 
 
+@pytest.mark.parametrize(
+    ("sheet", "message"),
+    [
+        ("savefig.dpi: 1e9", "a picture of .* pixels, and 1e[+]08 are the most; set a smaller savefig.dpi"),
+        ("savefig.dpi: 20000", "a picture of .* pixels"),
+        ("path.effects: [1]", "Matplotlib draws nothing with this style sheet: AttributeError: .*; take out lines of"),
+        ("figure.figsize: 1e6, 1e6", "a picture of 2.54e[+]07 mm; sizes are 20 to 1000 mm"),
+        ("figure.figsize: nan, 3", "a picture of nan mm; sizes are 20 to 1000 mm"),
+    ],
+)
+def test_a_sheet_with_which_nothing_can_be_drawn_is_refused(results, tmp_path, sheet, message):
+    (tmp_path / "bad.mplstyle").write_text(sheet, encoding="utf-8")
+    with pytest.raises(mbproj.InputError, match=message), mbproj.figure_style(tmp_path / "bad.mplstyle"):
+        results.plot.energy().save(tmp_path / "energy.png")
+
+
 def test_the_options_hold_for_all_pictures_of_a_command(results, sheet, tmp_path):
     where = ["plot", results.attributes["output"], "--kind", "energy", "--kind", "markers", "-o", str(tmp_path)]
     options = ["--style", str(sheet), "--size", "90 mm, 70 mm", "--font", "DejaVu Sans Mono", "--format", "pdf"]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import subprocess
 import sys
 
@@ -11,6 +13,8 @@ import pytest
 import mbproj
 from mbproj.results.views import AXES, columns
 from tests.support import ROOT
+
+FIVE_BAR = ROOT / "mechanisms" / "five_bar.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -87,3 +91,44 @@ def test_an_open_file_is_open_to_others(results):
     code = f"import h5py; print(h5py.File({str(results.path)!r}, 'r')['time'].shape[0])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert int(done.stdout) == len(results.time)
+
+
+#: Calls with an argument that has to be a text.
+TEXTS = {
+    "marker": lambda results, value: results.marker(value),
+    "joint": lambda results, value: results.joint(value),
+    "a dataset": lambda results, value: results[value],
+    "constant": lambda results, value: results.constant(value),
+    "a column": lambda _, value: mbproj.check(FIVE_BAR).table[value],
+    "schema": lambda _, value: mbproj.schema(value),
+    "new": lambda _, value: mbproj.new(value),
+    "read_scene_text": lambda _, value: mbproj.read_scene_text(value),
+    "export_model": lambda _, value: mbproj.export_model(FIVE_BAR, value),
+}
+
+
+@pytest.mark.parametrize("call", TEXTS)
+@pytest.mark.parametrize("value", [["tip"], b"tip", np.array([1.0, 2.0]), None, 3, (1, 2)], ids=repr)
+def test_what_is_no_text_is_said_in_words(results, call, value):
+    with pytest.raises(TypeError, match=rf"is a text, found {type(value).__name__}|mapping is a text, found"):
+        TEXTS[call](results, value)
+
+
+@pytest.mark.parametrize("value", [["tip"], b"x", np.array([1.0, 2.0]), 3])
+@pytest.mark.parametrize("function", [mbproj.run, mbproj.check, mbproj.compare, mbproj.export_model])
+def test_parameters_are_a_mapping(function, value):
+    with pytest.raises(TypeError, match=f"parameters are a mapping of names and values, found {type(value).__name__}"):
+        function(FIVE_BAR, parameters=value)
+
+
+def test_names_and_paths_are_those_of_something():
+    with pytest.raises(TypeError, match="names are a text or a list of texts, found int"):
+        mbproj.compare(FIVE_BAR, projections=3)
+    with pytest.raises(mbproj.InputError, match="no scene is given; give files, folders or patterns"):
+        mbproj.batch([])
+
+
+@pytest.mark.parametrize("copied", [pickle.dumps, copy.deepcopy])
+def test_results_are_an_open_file_and_not_copied(results, copied):
+    with pytest.raises(TypeError, match=r"results are an open file, .*: pass its path on"):
+        copied(results)

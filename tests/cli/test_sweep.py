@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shutil
 import signal
 import sqlite3
 import subprocess
@@ -229,6 +230,11 @@ def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
         database.execute("DELETE FROM kept WHERE study = 'about'")
     found = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)
     assert (found["sound"], found["unguarded"]) == (True, ["summary.csv"])
+    (tmp_path / "other.yaml").write_text((tmp_path / "spec.yaml").read_text(encoding="utf-8"), encoding="utf-8")
+    succeeds("sweep", "other.yaml", "-q", folder=tmp_path)
+    shutil.copy(tmp_path / "other-sweep" / "summary.h5", folder)
+    (fault,) = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)["faults"]
+    assert fault == "summary.h5: it is not as it was written, or that of another sweep"
     done = mbproj("info", "--check", ".", folder=tmp_path)
     assert (done.returncode, "is not the folder of a sweep" in done.stderr) == (2, True)
 

@@ -146,6 +146,74 @@ def test_what_is_outside_is_said_at_its_line(what, tmp_path):
     assert done.stderr.startswith(said)
 
 
+DOUBLING = {
+    "sdf": '<sdf version="1.9"><model name="m"><link name="l"/>\n{}</model></sdf>',
+    "xml": f"<mujoco>{{}}<worldbody>{BODY}</worldbody></mujoco>",
+    "attached.xml": f"<mujoco><asset>\n{{}}</asset><worldbody>{BODY}</worldbody></mujoco>",
+}
+NAMING_NEXT = {
+    "sdf": "<include><name>{0}</name><uri>{1}</uri></include>",
+    "xml": '<include file="{1}"/>',
+    "attached.xml": '<model name="{0}" file="{1}"/>',
+}
+
+
+@pytest.mark.parametrize("kind", DOUBLING)
+def test_files_that_include_the_next_one_twice_are_bounded(kind, tmp_path):
+    """Twenty of them have a million files to read."""
+    for at in range(20):
+        following = "".join(NAMING_NEXT[kind].format(name, f"{at + 1}.{kind}") for name in "ab") if at < 19 else ""
+        (tmp_path / f"{at}.{kind}").write_text(DOUBLING[kind].format(following), encoding="utf-8")
+    with pytest.raises(InputError, match="the model includes more than 1000 files, 32 MB or 500000 elements") as raised:
+        import_model(tmp_path / f"0.{kind}")
+    assert all(problem.place.file.startswith(str(tmp_path)) for problem in raised.value.problems)
+
+
+@pytest.mark.parametrize(("kind", "levels"), [("sdf", "<model name='{}'>"), ("xml", "<body name='{}'>")])
+def test_levels_of_files_that_include_each_other_are_bounded(kind, levels, tmp_path):
+    tag = levels[1:].partition(" ")[0]
+    for at in range(20):
+        inner = NAMING_NEXT[kind].format("inner", f"{at + 1}.{kind}") if at < 19 else ""
+        text = "".join(levels.format(f"l{at}_{level}") for level in range(150)) + inner + f"</{tag}>" * 150
+        text = text if kind == "sdf" or at else f"<worldbody>{text}</worldbody>"
+        root = '<sdf version="1.9">{}</sdf>' if kind == "sdf" else "<mujoco>{}</mujoco>"
+        (tmp_path / f"{at}.{kind}").write_text(root.format(text), encoding="utf-8")
+    with pytest.raises(InputError, match="the elements are nested too deep"):
+        import_model(tmp_path / f"0.{kind}")
+
+
+AXES = ("0 0 1e-300", "1e308 0 0", "0 0 0", "nan 0 0")
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_an_axis_without_a_direction_is_said_at_its_line(axis, tmp_path):
+    text = (DATA / "closing.urdf").read_text(encoding="utf-8")
+    first = text.index("<axis xyz=")
+    (tmp_path / "m.urdf").write_text(f'{text[:first]}\n<axis xyz="{axis}"/>\n{text[text.index(">", first) + 1 :]}')
+    line = text[:first].count("\n") + 2
+    with pytest.raises(InputError, match=rf"m.urdf:{line}: error: (the axis has no direction|'xyz' of <axis> takes 3)"):
+        import_model(tmp_path / "m.urdf")
+
+
+LONG = {
+    "comments without an end": ("<robot>" + "<!--" * 100_000, "m.urdf:1:8: error: no well-formed XML"),
+    "text between elements": (
+        "<robot>" + ("x" * 70 + "<b/>") * 400_000 + "</robot>",
+        "m.urdf:1: error: the model has no",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", LONG)
+def test_the_time_to_read_grows_no_faster_than_the_file(what, tmp_path):
+    """In the square of its length these files would take minutes."""
+    text, said = LONG[what]
+    (tmp_path / "m.urdf").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as raised:
+        import_model(tmp_path / "m.urdf")
+    assert said in str(raised.value)
+
+
 def test_flexible_bodies_are_left_out_and_their_files_not_read(tmp_path):
     flex = '<flexcomp name="cloth" type="mesh" file="/etc/passwd" dim="2"/>'
     text = f"<mujoco><worldbody>{BODY.replace('</body>', flex + '</body>')}</worldbody></mujoco>"

@@ -145,7 +145,7 @@ WRONG = {
     ),
     '<link name="a">\n<pose>1 2</pose></link>': "model.sdf:3: error: <pose> takes 6 finite numbers, found '1 2'",
     '<link name="a">\n<pose rotation_format="quat_xyzw">0 0 0 0 0 0 0</pose></link>': (
-        "model.sdf:3: error: the quaternion is zero"
+        "model.sdf:3: error: the quaternion has no direction"
     ),
     '<link name="a"><inertial auto="true"/><collision><geometry>\n<mesh/></geometry></collision></link>': (
         "model.sdf:3: error: the inertia of a <mesh> is not computed"
@@ -236,3 +236,15 @@ def read_model_to(path, folder):
     scene = folder / "scene.yaml"
     scene.write_text(scene_text(read_model(path), "1"), encoding="utf-8")
     return scene
+
+
+def test_a_ball_meets_without_an_axis(tmp_path):
+    """Its frame in the child stands 0.3 m from that in the parent, and meets it there."""
+    (tmp_path / "m.sdf").write_text(
+        '<sdf version="1.9"><model name="m"><link name="a"/><frame name="f" attached_to="a"><pose>0.3 0 0 0 0 0</pose>'
+        '</frame><joint name="j" type="ball"><parent>world</parent><child>f</child></joint></model></sdf>',
+        encoding="utf-8",
+    )
+    mechanism = read_model(tmp_path / "m.sdf", ImportOptions(meet=True))
+    assert mechanism.joints["j"].type == "spherical"
+    assert mechanism.parts["a"].position == pytest.approx([-0.3, 0.0, 0.0], abs=1e-15)

@@ -43,6 +43,30 @@ def test_a_loop_of_each_dialect_closes_and_leaves_one_freedom(name):
     assert mobility(system, pose_of(state.q)).degrees_of_freedom == 1
 
 
+def test_a_loop_without_an_axis_is_about_x_which_is_said(tmp_path):
+    text = (DATA / "loop_joint.urdf").read_text(encoding="utf-8")
+    start = text.rindex("<axis")
+    (tmp_path / "m.urdf").write_text(text[:start] + text[text.index(">", start) + 1 :], encoding="utf-8")
+    mechanism = read_model(tmp_path / "m.urdf")
+    (row,) = mechanism.said
+    assert (row.element, row.what) == ("loop 'd'", "its axis is not given: x of its frames, as of joints")
+    assert mechanism.joints["d"].axes == pytest.approx(np.array([[1, 0, 0], [1, 0, 0]]), abs=1e-15)
+    assert not [row for row in read_model(DATA / "loop_joint.urdf").said if row.element == "loop 'd'"]
+
+
+def test_a_frame_may_be_turned_by_a_quaternion(tmp_path):
+    """A quarter turn about z, as `rpy` and as `quat_xyzw` of any length."""
+    text = (DATA / "loop_joint.urdf").read_text(encoding="utf-8")
+    origin = '<origin xyz="0 0 0" rpy="0 0 1.5707963267948966"/>'
+    assert text.count(origin) == 1
+    (tmp_path / "m.urdf").write_text(
+        text.replace(origin, '<origin xyz="0 0 0" quat_xyzw="0 0 2 2"/>'), encoding="utf-8"
+    )
+    parts, expected = (read_model(path).parts for path in (tmp_path / "m.urdf", DATA / "loop_joint.urdf"))
+    for name, part in parts.items():
+        assert part.rotation == pytest.approx(expected[name].rotation, abs=1e-15)
+
+
 def test_the_same_loop_in_another_file_is_read_on_request(tmp_path):
     other = tmp_path / "loops.yaml"
     other.write_text("closed_loop: [[end_a, end_b]]\ntype: [6d]\n", encoding="utf-8")

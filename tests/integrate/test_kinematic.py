@@ -522,3 +522,32 @@ def test_a_linkage_near_a_singular_pose_begins_and_ends_at_rest():
         assert results.attributes["kinematic"]
         np.testing.assert_allclose(results.body("bucket").position[-1, [0, 2]], end, atol=1e-12)
         assert float(results["diagnostics/position_violation"].max()) <= 1e-12
+
+
+FAST = """\
+mbproj: 1
+gravity: [0, 0, -9.81]
+simulation: {{duration: 0.02, step: {step}}}
+bodies: {{arm: {{mass: 1, inertia: [1, 1, 1], position: [1, 0, 0]}}}}
+joints: {{A: {{type: {kind}, bodies: [ground, arm], location: [0, 0, 0], axis: [0, 1, 0]}}}}
+motions: {{m: {{joint: A, {key}: '{text}'}}}}
+"""
+TOO_FAST = {
+    "angle: 1e9*t": "motion 'm' reaches 1e[+]09 rad/s, 1e[+]07 rad in a step",
+    "angle: (1 + t)**1024": "motion 'm' reaches 6.4e[+]11 rad/s, 6.4e[+]09 rad in a step",
+    "displacement: sin(1e12*t)": "motion 'm' reaches 1e[+]12 m/s, 1e[+]10 m in a step",
+}
+
+
+@pytest.mark.parametrize("motion", TOO_FAST)
+def test_a_motion_too_fast_to_follow_is_refused_with_its_speed(motion):
+    key, _, text = motion.partition(": ")
+    kind = "revolute" if key == "angle" else "prismatic"
+    with pytest.raises(InputError, match=TOO_FAST[motion]):
+        mbproj.run(FAST.format(step=0.01, kind=kind, key=key, text=text))
+
+
+def test_a_fast_motion_in_steps_that_follow_it_runs():
+    """10^5 rad/s: 300 turns."""
+    with mbproj.run(FAST.format(step=0.01, kind="revolute", key="angle", text="1e5*t")) as results:
+        assert results.coordinate("A.angle").value[-1] == pytest.approx(2000.0, rel=1e-12)

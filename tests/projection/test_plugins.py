@@ -162,6 +162,8 @@ REAL = {
     "smaller floats": lambda change: change.astype(np.float32).astype(np.longdouble),
 }
 UNREAL = {
+    "finite": lambda change: np.where(np.arange(len(change)) == 2, np.nan, change),
+    "SystemExit: 7": lambda change: sys.exit(7),
     "complex": lambda change: change * (1.0 + 1e-9j),
     "complex without an imaginary part": lambda change: change.astype(complex),
     "object": lambda change: change.astype(object),
@@ -262,6 +264,14 @@ def test_a_plug_in_that_fails_is_a_note_where_it_is_asked_for(tmp_path, environm
     assert "unknown projection method 'lumped'" in asked.stderr
     other = command(tmp_path, environment, "run", FIVE_BAR, "--duration", "0.02", "--formulation", "full")
     assert (other.returncode, other.stderr) == (0, "")
+
+
+def test_a_plug_in_that_ends_the_process_is_a_note_too(tmp_path, environment):
+    (tmp_path / "site" / "lumped.py").write_text("import sys\nsys.exit(7)\n", encoding="utf-8")
+    done = command(tmp_path, environment, "run", FIVE_BAR, "--projection", "lumped")
+    note = "note: the plug-in 'lumped' (lumped:register) does not work: SystemExit: 7"
+    assert (done.returncode, note in done.stderr) == (2, True)
+    assert command(tmp_path, environment, "run", "--help").returncode == 0
 
 
 # Integrators and forces of plug-ins: they equal what mbproj has of the same formula, and what is wrong is refused.

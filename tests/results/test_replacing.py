@@ -19,6 +19,7 @@ from mbproj.results.faults import OutputError
 from mbproj.results.file.opening import lock
 from mbproj.results.reader import open_results
 from mbproj.results.writer import ResultsWriter
+from tests.cli.commands import mbproj as command
 from tests.crossed import some
 from tests.results.pendulum_blocks import NAMES, PATHS, block, part_of, record, scene, times
 from tests.results.processes import WRITE_FOR_EVER, child, killed
@@ -102,9 +103,12 @@ def test_a_second_run_with_the_same_output_is_refused(tmp_path):
         for begin in (check_output, lambda path: ResultsWriter(path, scene(), NAMES).__enter__()):
             with pytest.raises(InputError, match=rf"another run \(process {process.pid} on '.*'\) is writing"):
                 begin(path)
+        shown = command("info", "out.h5", folder=tmp_path)
+        assert (shown.returncode, "running (partial: it is being written)" in shown.stdout) == (0, True)
     finally:
         process.kill()
         process.wait()
+    assert "(partial: the run was killed or still goes on)" in command("info", "out.h5", folder=tmp_path).stdout
 
 
 def test_samples_of_a_killed_run_are_kept(tmp_path):

@@ -59,7 +59,7 @@ def compare(
         return None
     try:
         scene = _Moving.of(_bare(mechanism), _numbers(called), version)
-        with warnings_as_notes():
+        with warnings_as_notes(compiled.source), np.errstate(over="raise", invalid="raise"):
             model = RigidMujoco.of(compiled, options, scene.frames)
             open_by = model.open()
             agreement, unreached = _agreement(scene, model, mechanism, options)
@@ -69,6 +69,9 @@ def compare(
         return None
     except np.linalg.LinAlgError:
         mechanism.say(ACCELERATIONS, None, "not compared: those of the scene are not unique", Same.NO)
+        return None
+    except FloatingPointError:
+        mechanism.say(ACCELERATIONS, None, "not compared: the numbers of the model are too large", Same.NO)
         return None
     _say_start(mechanism, agreement, open_by, unreached)
     alike = agreement.acceleration_relative <= THRESHOLDS.imported_alike

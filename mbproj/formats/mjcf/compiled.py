@@ -14,6 +14,7 @@ import numpy as np
 
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from, warn_once
+from mbproj.formats.geometry import LARGEST
 from mbproj.formats.mechanism import ImportOptions
 from mbproj.formats.mjcf.source import MjcfSource
 from mbproj.formats.xml import XmlElement
@@ -174,8 +175,29 @@ def compile_mjcf(source: MjcfSource, options: ImportOptions) -> CompiledMjcf:
         _refuse_mass_of_missing(source)
     whole = _model(source)
     model = without_disabled(whole)
-    data = _posed(model, source, options)
-    return CompiledMjcf(model, whole, data, source, _places(model, source.root))
+    places = _places(model, source.root)
+    _refuse_unusable(model, places, source.root.place)
+    return CompiledMjcf(model, whole, _posed(model, source, options), source, places)
+
+
+def _refuse_unusable(model: Any, places: Mapping[tuple[str, int], Place], root: Place) -> None:
+    """Raises InputError where MuJoCo has computed a mass that is too large, or directions of no length."""
+    problems: list[Problem] = []
+    for kind, array, what in (
+        ("body", "body_mass", "mass"),
+        ("body", "body_inertia", "inertia"),
+        *((kind, f"{kind}_quat", "orientation") for kind in ("body", "geom", "site")),
+        ("body", "body_iquat", "orientation of the inertia"),
+        ("jnt", "jnt_axis", "axis"),
+    ):
+        is_unit = "quat" in array or array == "jnt_axis"
+        sizes = np.array([np.abs(row).max() for row in getattr(model, array)])
+        for number in np.flatnonzero(~(np.abs(sizes - 1.0) < 1.0) if is_unit else ~(sizes <= LARGEST)):
+            said = "has no direction" if is_unit else f"is not finite, or beyond {LARGEST:g}"
+            place = places.get((kind, int(number)), root)
+            problems.append(Problem(f"the {what} of a {kind} {said}", place, "repair it there"))
+    if problems:
+        raise InputError(problems)
 
 
 def _refuse_without_mujoco(place: Place) -> None:
@@ -195,9 +217,9 @@ def _model(source: MjcfSource) -> Any:
 
     text, places = source.text()
     try:
-        with warnings_as_notes():
+        with warnings_as_notes(source):
             return mujoco.MjModel.from_xml_string(text, assets=dict(source.meshes))
-    except ValueError as error:
+    except (ValueError, RuntimeError) as error:
         words = " ".join(str(error).split())
         line = _LINE.search(words)
         place = _place_of(source, words)
@@ -208,13 +230,17 @@ def _model(source: MjcfSource) -> Any:
 
 
 @contextmanager
-def warnings_as_notes() -> Iterator[None]:
-    """Turn MuJoCo's warnings into notes. By default it writes them to a file MUJOCO_LOG.TXT in the user's folder."""
+def warnings_as_notes(source: MjcfSource) -> Iterator[None]:
+    """Turn MuJoCo's warnings into notes. By default it writes them to a file MUJOCO_LOG.TXT in the user's folder.
+    Raises InputError where it ends with an error of its own."""
     import mujoco
 
     mujoco.set_mju_user_warning(lambda message: warn_once(f"MuJoCo: {message}"))
     try:
         yield
+    except mujoco.FatalError as error:
+        problem = Problem(f"MuJoCo refuses the model: {error}", source.root.place, "repair it there")
+        raise InputError(problem) from None
     finally:
         mujoco.set_mju_user_warning(None)
 
@@ -268,7 +294,7 @@ def _posed(model: Any, source: MjcfSource, options: ImportOptions) -> Any:
             problem = f"the pose names '{name}', which is no hinge and no slide of the model"
             raise InputError(Problem(problem, Place(source.root.place.file), choose_from(name, able)))
         data.qpos[model.jnt_qposadr[joints[name]]] = value
-    with warnings_as_notes():
+    with warnings_as_notes(source):
         mujoco.mj_fwdPosition(model, data)
         mujoco.mj_fwdVelocity(model, data)
     return data

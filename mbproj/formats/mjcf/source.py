@@ -10,7 +10,8 @@ from xml.sax.saxutils import escape, quoteattr
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem
 from mbproj.base.text import plain_number
-from mbproj.formats.xml import XmlElement, include, inside, is_missing
+from mbproj.formats.geometry import LARGEST
+from mbproj.formats.xml import Includes, XmlElement, inside, is_missing
 
 #: The most bytes of a mesh that is read.
 MOST_MESH_BYTES = 64_000_000
@@ -102,6 +103,7 @@ class MjcfSource:
     missing: list[Missing]
     stand_ins: list[XmlElement]
     gone: list[Missing]
+    includes: Includes
 
     def text(self) -> tuple[str, list[Place]]:
         """The XML text with one tag on each line, and the place from which each line comes."""
@@ -114,12 +116,14 @@ class MjcfSource:
 
 
 def source_of(
-    root: XmlElement, path: Path, files: dict[str, bytes] | None = None, above: tuple[Path, ...] = ()
+    root: XmlElement, path: Path, outer: MjcfSource | None = None, above: tuple[Path, ...] = ()
 ) -> MjcfSource:
-    """The source of a model with its includes; `above` are the models that attach it. Raises InputError at a file
+    """The source of a model with its includes. `outer` and `above` are the models that attach it, the next one and the
+    files of all. Raises InputError at a file
     outside of its folder or in a circle, and at numbers that are not finite."""
     folder, above = path.resolve().parent, (*above, path.resolve())
-    source = MjcfSource(root, {} if files is None else files, {}, [], [], [])
+    meshes, includes = (outer.meshes, outer.includes) if outer else ({}, Includes())
+    source = MjcfSource(root, meshes, {}, [], [], [], includes)
     source.root = _included(source, root, folder, above)
     _refuse_infinite(source.root)
     _refuse_negative(source.root)
@@ -155,27 +159,31 @@ def _included(source: MjcfSource, element: XmlElement, folder: Path, above: tupl
             source.gone.append((f"include of '{child.get('file')}'", child.place, "its file is not there"))
             continue
         file = inside(child.get("file"), child.place, folder, folder)
-        inner = include(file, child.place, above, str(Path(child.place.file).parent / child.get("file")))
+        inner = source.includes.read(file, child.place, above, child.get("file"))
         children += _included(source, inner, folder, (*above, file)).children
     return XmlElement(element.tag, dict(element.attributes), element.place, children, element.text)
 
 
 def _refuse_infinite(root: XmlElement) -> None:
-    """Raises InputError at numbers that are not finite, which MuJoCo accepts. A name may look like one."""
+    """Raises InputError at numbers that are not finite, too large, or not there, which MuJoCo accepts. A name may look
+    like one, and a range may have no end."""
     names = {element.get("name") for element in root.walk()}
     problems = []
     for element in root.walk():
         for key, value in element.attributes.items():
-            if key not in NAMING and value not in names and any(_is_infinite(part) for part in value.split()):
-                what = f"'{key}' of <{element.tag}> is not finite"
+            largest = math.inf if key.endswith("range") else LARGEST
+            if key not in NAMING and value not in names and any(_is_beyond(part, largest) for part in value.split()):
+                what = f"'{key}' of <{element.tag}> is not finite, or beyond {LARGEST:g}"
                 problems.append(Problem(what, element.place, "write numbers as in '0 0 1'"))
+            elif key == "anchor" and not value.strip():  # on which MuJoCo keeps its lock: the next import never ends
+                problems.append(Problem(f"'anchor' of <{element.tag}> is empty", element.place, "give a point"))
     if problems:
         raise InputError(problems)
 
 
-def _is_infinite(text: str) -> bool:
+def _is_beyond(text: str, largest: float) -> bool:
     number = _number(text)
-    return number is not None and not math.isfinite(number)
+    return number is not None and not (math.isfinite(number) and abs(number) <= largest)
 
 
 def _number(text: str) -> float | None:
@@ -228,7 +236,7 @@ def _attach(source: MjcfSource, folder: Path, above: tuple[Path, ...]) -> None:
     whose own meshes are missing."""
     for asset in [each for section in source.root.all("asset") for each in section.all("model")]:
         file = inside(asset.get("file"), asset.place, folder, folder)
-        inner = source_of(include(file, asset.place, above, asset.get("file")), file, source.meshes, above)
+        inner = source_of(source.includes.read(file, asset.place, above, asset.get("file")), file, source, above)
         if inner.stand_ins:
             what, place, why = inner.missing[0]
             raise InputError(Problem(f"the {what}: {why}", place, "put it there: another model attaches this one"))

@@ -13,7 +13,7 @@ from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
 from mbproj.formats.chains import Coordinates, Single, add_one, connect, follow, span
-from mbproj.formats.geometry import Frame, turn, unit
+from mbproj.formats.geometry import IDENTITY, Frame, direction, limit, turn
 from mbproj.formats.mechanism import Connection, ImportedMechanism, ImportedNames, Loop, Quantity, Same
 from mbproj.formats.sdf.scopes import Scope, SdfFrames, number, text, vector
 from mbproj.formats.xml import XmlElement
@@ -55,6 +55,8 @@ class SdfJoint:
 
     def pose_at(self, value: float) -> Frame:
         """The pose of its frame in the child, in its frame in the parent, at a value of the coordinate in rad or m."""
+        if not value:  # a ball has no axis
+            return IDENTITY
         if self.type == "prismatic":
             return Frame(value * self.axes[0], np.eye(3))
         along = value / (2 * pi) * pitch_of(self.element) if self.type == "screw" else 0.0
@@ -93,14 +95,12 @@ def _axis(scope: Scope, frames: SdfFrames, element: XmlElement, stands: Frame) -
     """The unit axis in the joint's frame; the file may give it in another frame that it names."""
     xyz = element.first("xyz")
     axis = vector(element, "xyz", "0 0 1")
-    if not axis.any():
-        raise InputError(Problem("the axis has no direction", element.place, "give one of its numbers"))
     within = "" if xyz is None else xyz.get("expressed_in")
     if text(element, "use_parent_model_frame") in ("true", "1"):
         within = "__model__"
     if within:
         axis = stands.rotation.T @ frames.pose(scope, within, element.place).rotation @ axis
-    return unit(axis)
+    return direction(axis, element.place, "the axis")
 
 
 def pitch_of(element: XmlElement) -> float:
@@ -146,18 +146,19 @@ def add_joint(
 
 def acted_on(mechanism: ImportedMechanism, joint: SdfJoint, element: XmlElement, single: Single, at: float) -> Single:
     """The turn or slide with its limits, losses, spring and rotor; `at` is the value of its coordinate at the pose."""
-    limit, dynamics = element.first("limit"), element.first("dynamics")
+    limits, dynamics = element.first("limit"), element.first("dynamics")
     limited = single
-    if limit is not None and joint.type != "continuous":
-        low, high = number(limit, "lower", -np.inf), number(limit, "upper", np.inf)
+    if limits is not None and joint.type != "continuous":
+        low = limit(text(limits, "lower", "-inf"), limits.place, "<lower>")
+        high = limit(text(limits, "upper", "inf"), limits.place, "<upper>")
         if low <= high:
-            limited = replace(limited, range=span(mechanism, single.name, limit.place, low - at, high - at))
-        if limit.first("stiffness") or limit.first("dissipation"):
+            limited = replace(limited, range=span(mechanism, single.name, limits.place, low - at, high - at))
+        if limits.first("stiffness") or limits.first("dissipation"):
             what = "a stiff spring in the model, a rigid stop in the scene"
-            mechanism.say(f"limit of joint '{single.name}'", limit.place, what, Same.UNTIL)
-    if limit is not None and (limit.first("effort") or limit.first("velocity")):
+            mechanism.say(f"limit of joint '{single.name}'", limits.place, what, Same.UNTIL)
+    if limits is not None and (limits.first("effort") or limits.first("velocity")):
         shown = f"effort and velocity of joint '{single.name}'"
-        mechanism.say(shown, limit.place, "left out: they are limits of a motor", Same.YES)
+        mechanism.say(shown, limits.place, "left out: they are limits of a motor", Same.YES)
     if dynamics is not None:
         stiffness = number(dynamics, "spring_stiffness")
         limited = replace(

@@ -62,9 +62,9 @@ def read_sdf(root: XmlElement, path: Path, options: ImportOptions) -> ImportedMe
     title = scope.name or path.stem
     mechanism = ImportedMechanism(title, "SDF", str(path), vector(scope.element, "gravity", GRAVITY))
     bodies, names, coordinates = ImportedNames(frozenset({GROUND})), ImportedNames(), Coordinates()
-    called = dict.fromkeys(still, GROUND)
+    called, short = dict.fromkeys(still, GROUND), _short_names(links)
     for name in _order(links, joints, tree, still):
-        called[name] = bodies.unused(_short(name, links))
+        called[name] = bodies.unused(short[name])
         _add_part(mechanism, frames, links[name], called[name], poses[name])
     apart = []
     for joint in joints.values():
@@ -113,26 +113,25 @@ def _links(scope: Scope, frames: SdfFrames) -> _Links:
     return links
 
 
-def _short(name: str, names: Iterable[str]) -> str:
-    """The last part of a full name where no other name has the same one, else the full name."""
-    last = name.rpartition("::")[2]
-    alone = Counter(each.rpartition("::")[2] for each in names)[last] == 1
-    return last if alone else name.replace("::", "_")
+def _short_names(names: Iterable[str]) -> dict[str, str]:
+    """By full name the last part of it where no other name has the same one, else the full name."""
+    last = {name: name.rpartition("::")[2] for name in names}
+    counted = Counter(last.values())
+    return {name: last[name] if counted[last[name]] == 1 else name.replace("::", "_") for name in last}
 
 
 def _joints(
     scope: Scope, frames: SdfFrames, links: Mapping[str, Frame], options: ImportOptions
 ) -> dict[tuple[int, str], SdfJoint]:
     """Joints by their scope and name. Raises InputError, all problems at once."""
-    every = [full_name(model, name) for model in scope.walk() for name, _ in model.all("joint")]
+    short = _short_names(full_name(model, name) for model in scope.walk() for name, _ in model.all("joint"))
     joints: dict[tuple[int, str], SdfJoint] = {}
     problems: list[Problem] = []
     for model in scope.walk():
         for name, element in model.all("joint"):
-            short = _short(full_name(model, name), every)
             try:
-                joint = read_joint(model, frames, element, short, options.meet, links)
-                joints[id(model), name] = joint
+                called = short[full_name(model, name)]
+                joints[id(model), name] = read_joint(model, frames, element, called, options.meet, links)
             except InputError as error:
                 problems += error.problems
     if problems:
@@ -432,6 +431,18 @@ ONLY_SHOWN = (
 )
 OF_JOINTS = ("screw_thread_pitch", "thread_pitch", "gearbox_ratio", "gearbox_reference_body", "reference_body")
 OF_ROTORS = ("drake:rotor_inertia", "drake:gear_ratio")
+#: Tags in <inertial> and in <axis>.
+OF_PARTS = (
+    "mass",
+    "density",
+    "auto_inertia_params",
+    "inertia",
+    "xyz",
+    "use_parent_model_frame",
+    "mimic",
+    "dynamics",
+    "limit",
+)
 #: Words in the names of plug-ins that only draw, measure, or act on request.
 HARMLESS = (
     *("apply-link-wrench", "joint-state-publisher", "pose-publisher", "scene-broadcaster", "user-commands"),
@@ -460,6 +471,10 @@ def say_rest(
         _say_elements(mechanism, model.rest)
     for _, link in links:
         _say_elements(mechanism, link.children)
+    for part in [each for _, link in links for each in link.all("inertial")] + [
+        each for joint in joints for each in joint.elements
+    ]:
+        _say_elements(mechanism, [each for each in part.children if each.tag not in OF_PARTS])
     for joint in joints:
         _say_elements(mechanism, [each for each in joint.element.children if each.tag not in (*OF_JOINTS, *OF_ROTORS)])
         if not meet:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import field
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,8 @@ import numpy as np
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
 from mbproj.base.errors import InputError, Place, Problem, choose_from
-from mbproj.formats.geometry import IDENTITY, Frame, from_quaternion, from_rpy, numbers
-from mbproj.formats.xml import XmlElement, include, inside
+from mbproj.formats.geometry import IDENTITY, Frame, direction, from_quaternion, from_rpy, numbers
+from mbproj.formats.xml import Includes, XmlElement, inside
 
 #: The elements that define a named frame.
 FRAMES = ("link", "joint", "frame")
@@ -46,7 +47,7 @@ class Scope:
             return ""
         return f"{self.above.path}::{self.name}" if self.above.path else self.name
 
-    @property
+    @cached_property
     def static(self) -> bool:
         """Whether this model, or one around it, is static."""
         is_static = text(self.element, "static") in ("true", "1")
@@ -60,13 +61,9 @@ def text(element: XmlElement, tag: str, default: str = "") -> str:
 
 
 def number(element: XmlElement, tag: str, default: float = 0.0) -> float:
-    """The number in a child element, which may be infinite. Raises InputError where it is none."""
+    """The number in a child element. Raises InputError where it is none."""
     child = element.first(tag)
-    if child is None or not child.text:
-        return default
-    if child.text.lower().lstrip("+-") in ("inf", "infinity"):
-        return float(child.text)
-    return float(numbers(child.text, 1, child.place, f"<{tag}>")[0])
+    return default if child is None or not child.text else float(numbers(child.text, 1, child.place, f"<{tag}>")[0])
 
 
 def vector(element: XmlElement, tag: str, default: str) -> Array:
@@ -83,9 +80,8 @@ def pose_in(element: XmlElement) -> Frame:
     quaternion = pose.get("rotation_format") == "quat_xyzw"
     values = numbers(pose.text, 7 if quaternion else 6, pose.place, "<pose>")
     if quaternion:
-        if not values[3:].any():
-            raise InputError(Problem("the quaternion is zero", pose.place, "none is 0 0 0 1"))
-        return Frame(values[:3], from_quaternion(values[[6, 3, 4, 5]]))
+        turned = direction(values[[6, 3, 4, 5]], pose.place, "the quaternion")
+        return Frame(values[:3], from_quaternion(turned))
     turns = np.radians(values[3:]) if pose.get("degrees") in ("true", "1") else values[3:]
     return Frame(values[:3], from_rpy(*turns))
 
@@ -108,6 +104,7 @@ class _Files:
     """Reads scopes, with those of included files, which must be in the folder."""
 
     folder: Path
+    includes: Includes = field(default_factory=Includes)
     problems: list[Problem] = field(default_factory=list)
 
     def scope(self, element: XmlElement, above: Scope | None, files: tuple[Path, ...], name: str = "") -> Scope:
@@ -143,7 +140,7 @@ class _Files:
         """Add the model of another file, with the name, the pose and other elements that the include gives it."""
         uri = text(element, "uri")
         file = self._file(uri, element.place, files[-1].parent)
-        root = include(file, element.place, files, str(Path(element.place.file).parent / _short_name(uri, file)))
+        root = self.includes.read(file, element.place, files, _short_name(uri, file))
         models = root.all("model")
         if root.tag != "sdf" or not models:
             raise InputError(Problem(f"'{uri}' has no <model>", element.place, "an SDF with one is included"))
@@ -260,6 +257,9 @@ class SdfFrames:
         relative = _relative(named)
         if relative and scope.above is not None:
             pose = self.pose_in_model(scope.above, relative, scope.element.place).then(pose)
+        elif relative and relative not in ROOTS:
+            what = f"unknown frame '{relative}': nothing is around the model"
+            raise InputError(Problem(what, scope.element.place, "leave 'relative_to' out"))
         placement = scope.element.get("placement_frame")
         if placement:
             pose = pose.then(self.pose_in_model(scope, placement, scope.element.place).inverse())

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType, TracebackType
-from typing import Any, TypeAlias, final
+from typing import Any, NoReturn, TypeAlias, final
 
 import h5py
 import numpy as np
@@ -175,6 +175,10 @@ class Contents:
     def is_open(self) -> bool:
         """Whether the file is open, so that it can be read."""
         return bool(self._opened)
+
+    def __reduce__(self) -> NoReturn:
+        what = "results are an open file, which cannot be pickled or copied deeply: pass its path on"
+        raise TypeError(f"{what}, and open it there with open_results")
 
     def close(self) -> None:
         """Close the file."""

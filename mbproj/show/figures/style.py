@@ -24,7 +24,7 @@ from matplotlib.ticker import MultipleLocator
 
 from mbproj.base.arrays import Array
 from mbproj.base.dataclass import dataclass
-from mbproj.base.errors import InputError, Place, Problem, choose_from, did_you_mean
+from mbproj.base.errors import InputError, MbprojError, Place, Problem, choose_from, did_you_mean
 from mbproj.results.analysis.comparison import floors
 from mbproj.results.output_files import MARK, picture, replacing
 from mbproj.results.record import Results
@@ -162,8 +162,8 @@ def figure_style(
     known = look()
     style = replace(known, sheets={**known.sheets, **{key: value for one in sheets for key, value in read_sheet(one)}})
     if "figure.figsize" in style.sheets and size is None and known.width is None:
-        width, height = style.sheets["figure.figsize"]
-        style = replace(style, width=float(width), height=float(height))
+        width, height = (_inches(each / MILLIMETRE) for each in style.sheets["figure.figsize"])
+        style = replace(style, width=width, height=height)
     if size is not None:
         width, *rest = (size,) if isinstance(size, int | float) else tuple(size)
         style = replace(style, width=_inches(width), height=_inches(rest[0]) if rest else None)
@@ -230,13 +230,21 @@ def _points(key: str) -> float:
 
 
 def styled(function: Callable[Parameters, Returned]) -> Callable[Parameters, Returned]:
-    """Run `function` with the look in use, and restore the caller's settings afterwards."""
+    """Run `function` with the look in use, and restore the caller's settings afterwards. Where it fails with a sheet
+    in use, InputError says so: Matplotlib checks few of the values that it reads."""
 
     @wraps(function)
     def inside(*arguments: Parameters.args, **options: Parameters.kwargs) -> Returned:
         settings: Any = look().settings
-        with mpl.rc_context(settings):
-            return function(*arguments, **options)
+        try:
+            with mpl.rc_context(settings):
+                return function(*arguments, **options)
+        except Exception as error:
+            if isinstance(error, (MbprojError, OSError)) or not look().sheets:
+                raise
+            why = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+            message = f"Matplotlib draws nothing with this style sheet: {why}"
+            raise InputError(Problem(message, hint="take out lines of the sheet")) from error
 
     return inside
 
@@ -396,6 +404,19 @@ METADATA = {
 }
 
 
+#: The most pixels of a picture: 0.4 GB while it is drawn.
+MOST_PIXELS = 1e8
+
+
+def _refuse_large(figure: Figure, file_format: str) -> None:
+    """Raises InputError where a picture of pixels would not fit into memory."""
+    dots = mpl.rcParams["savefig.dpi"]
+    pixels = float(np.prod(figure.get_size_inches())) * (figure.dpi if dots == "figure" else float(dots)) ** 2
+    if file_format == "png" and pixels > MOST_PIXELS:
+        hint = "set a smaller savefig.dpi or size, or take --format svg"
+        raise InputError(Problem(f"a picture of {pixels:.2g} pixels, and {MOST_PIXELS:g} are the most", hint=hint))
+
+
 @styled
 def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
     """Writes `figure` in the format that the suffix names.
@@ -409,6 +430,7 @@ def save(figure: Figure, path: Path, *, force: bool = False) -> Path:
         asked = look()
         if asked.height is not None:
             figure.set_size_inches(page_width(), asked.height)
+        _refuse_large(figure, file_format)
         exact: dict[str, Any] = {"bbox_inches": figure.bbox_inches} if asked.width is not None else {}
         figure.savefig(draft, format=file_format, metadata=METADATA[file_format], **exact)
     return path

@@ -92,13 +92,14 @@ def check_summary(folder: Folder, force: bool) -> None:
 
 
 def write_summary(spec: SweepSpec, folder: Folder, force: bool = False) -> list[Path]:
-    """Writes summary.csv, whose checksum the store keeps, and summary.h5. The cases are read once for both. Raises
+    """Writes summary.csv and summary.h5, whose checksums the store keeps. The cases are read once for both. Raises
     InputError as `check_summary`."""
     columns = _Columns(spec)
     rows = cells(spec, columns.taken(entries(spec, folder)))
     table = write_csv(folder.table, headings(spec), rows, kind=KIND, force=force, hint=OTHER)
-    folder.store.describe({TABLE: checksum_of(table)})
-    return [table, _write_arrays(spec, folder, columns, force)]
+    arrays = _write_arrays(spec, folder, columns, force)
+    folder.store.describe({TABLE: checksum_of(table), NAME: checksum_of(arrays)})
+    return [table, arrays]
 
 
 def cells(spec: SweepSpec, cases: Iterable[CaseEntry]) -> Iterator[Sequence[Any]]:
@@ -243,24 +244,26 @@ def check_sweep(folder: Path) -> SweepSoundness:
     if not store.is_file():
         hint = "give a results file, or the folder that 'mbproj sweep SPEC' has written"
         raise InputError(Problem(f"'{folder}' is not the folder of a sweep: it has no '{STORE}'", hint=hint))
-    faults, unguarded, rows, checksum = [], [], 0, None
+    faults, unguarded, rows, checksums = [], [], 0, dict[str, str]()
     try:
         check_no_links(store)
-        wrong, rows, checksum = only_read(store, _looked_at)
+        wrong, rows, checksums = only_read(store, _looked_at)
         faults += [f"{STORE}: {fault}" for fault in wrong]
     except sqlite3.Error as error:
         if not is_damage(store, error):
             raise refused(store, error) from error
         faults.append(f"{STORE}: {error}")
     if table.is_file():
-        unguarded += [TABLE] if checksum is None else []
-        if checksum not in (None, checksum_of(table)):
+        unguarded += [] if TABLE in checksums else [TABLE]
+        if checksums.get(TABLE, known := checksum_of(table)) != known:
             next_step = "" if KIND.is_ours(table) else ", and not to be told from another program's: remove it"
             faults.append(f"{TABLE}: it is not as it was written{next_step}")
     if arrays.is_file():
         try:
             read_table(folder)
             unguarded += [NAME] if version_of_table(folder) == WITHOUT_CHECKSUMS else []
+            if checksums.get(NAME, known := checksum_of(arrays)) != known:
+                faults.append(f"{NAME}: it is not as it was written, or that of another sweep")
         except InputError as error:
             faults += [f"{NAME}: {problem.message}" for problem in error.problems]
     cases = sorted((folder / CASES).glob("[0-9a-f]*.h5"))
@@ -270,10 +273,10 @@ def check_sweep(folder: Path) -> SweepSoundness:
     return SweepSoundness(tuple(faults), rows, len(cases), tuple(unguarded), damaged)
 
 
-def _looked_at(store: sqlite3.Connection) -> tuple[list[str], int, str | None]:
-    """The faults of the store, the number of its cases, and the table's checksum, if any."""
+def _looked_at(store: sqlite3.Connection) -> tuple[list[str], int, dict[str, str]]:
+    """The faults of the store, the number of its cases, and the known checksums of both tables by name."""
     (count,) = store.execute("SELECT count(*) FROM kept WHERE study = ?", [STORED_CASES]).fetchone()
-    return faults_of(store), count, about(store).get(TABLE)
+    return faults_of(store), count, {name: known for name, known in about(store).items() if name in (TABLE, NAME)}
 
 
 def _of_results(case: Path) -> Iterator[str]:
