@@ -20,6 +20,7 @@ KERNEL = ROOT / "mbproj" / "kernel" / "src"
 NO_THRESHOLDS = {"not_a_number": "a name for NaN", "free_branch": "the same, of a switch that is not held"}
 NO_THRESHOLDS |= {"stalls": "what stays so in some rounds cannot settle in the most"}
 NO_THRESHOLDS |= {"ahead": "a part of a step for a difference", "aside": "a direction"}
+NO_THRESHOLDS |= {"nearby": "places in a step", "least_nearby": "the same"}
 NO_THRESHOLDS |= {"largest_reduced": "where a product is exact", "to_whole": "the same", "first": "a part of π/2"}
 NO_THRESHOLDS |= {"huge": "beyond any force", "overflows": "the same", "tiny": "not 0"}
 NO_THRESHOLDS |= {"epsilon": "that of doubles", "golden": "the ratio of the golden section"}

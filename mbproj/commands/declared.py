@@ -140,7 +140,10 @@ def read(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
         raise TypeError(f"{inner.__name__}() has no argument '{name}'; {choose_from(name, [*usual])}")
     asked = {**usual, **asked}
     entries = entries_of(inner)
-    for name, (_, entry) in entries.items():
+    for name, (parameter, entry) in entries.items():
+        if asked[name] is None and parameter.default in (None, ()):
+            asked[name] = parameter.default
+            continue
         asked[name] = entry.read(asked[name], entry.names_of(name)[-1] if isinstance(entry, Option) else name)
     if "scene" in asked and "scene" not in entries:
         asked["scene"] = _scene(inner, asked)

@@ -312,10 +312,9 @@ class Entry(ABC):
         """The decorator that adds it to a command for a parameter, with its default."""
 
     def read(self, value: Any, place: str) -> Any:
-        """Return what a value stands for: numbers in SI units, names as a tuple. None stays None. Raises InputError at
-        `place`."""
-        if value is None or not self.many:
-            return None if value is None else self._one(value, place)
+        """Return what a value stands for: numbers in SI units, names as a tuple. Raises InputError at `place`."""
+        if not self.many:
+            return self._one(value, place)
         several = value if isinstance(value, Iterable) and not isinstance(value, (str, Mapping)) else [value]
         values = tuple(self._one(each, place) for each in several)
         if type(self.kind) is Names:

@@ -11,7 +11,11 @@ from mbproj.joints.table import JOINTS
 #: Types of joints that make the tree and those that close its loops, in space and where all stay in a plane. Those that
 #: need a curve, a plane or a path have tests of their own.
 FRAMES = ("point", "axis", "axes", "normal")
-TREE = tuple(name for name, joint in JOINTS.items() if joint.frame in FRAMES and joint.x_axis != "required")
+TREE = tuple(
+    name
+    for name, joint in JOINTS.items()
+    if joint.frame in FRAMES and joint.x_axis != "required" and "curve" not in joint.parameters
+)
 LOOP = (*(name for name in TREE if name != "fixed"), "gear")
 FLAT_TREE = ("revolute", "prismatic", "planar", "fixed")
 FLAT_LOOP = (

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import mbproj
+from mbproj.base.errors import MbprojWarning
 from mbproj.base.settings import Settings
 from mbproj.results.analysis.contacts import pulls_in_words, pulls_of_stops
 from tests.kernel.scenes import needs_kernel
@@ -126,6 +129,28 @@ def test_a_follower_leaves_where_its_force_would_pull(options):
     assert released[0] == pytest.approx(leaves, abs=2e-7)
     assert results["stops/force"].min() >= -1e-7
     assert results["stops/gap"].min() >= -1e-12
+
+
+@needs_kernel
+@pytest.mark.parametrize("integrator", ["dop853", "dopri5"])
+def test_no_tolerance_and_no_samples_hide_a_release(integrator):
+    """Looks at a cubic inside a long step are off by more than the pull; a step to near there is not."""
+    released = [
+        (part, tolerance, samples)
+        for part in (1.0003, 1.001, 1.005)
+        for tolerance in 10.0 ** np.arange(-9, -3.9, 0.5)
+        for samples in (1e-3, 0.07)
+        for results in [leaving(part, integrator=integrator, tolerance=float(tolerance), output_step=samples)]
+        if len([event for event in results.events if event.kind == "release"]) != 2
+    ]
+    assert released == []
+
+
+def leaving(part, **options):
+    """A run at this part of the speed at which the follower grazes; its warnings of drift are none of ours."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MbprojWarning)
+        return mbproj.run(mbproj.read_scene_text(CAM.replace("SPEED", repr(part * GRAZES))), **options)
 
 
 @needs_kernel

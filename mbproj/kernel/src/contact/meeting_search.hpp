@@ -26,7 +26,8 @@ class MeetingSearch {
 public:
     using Margins = std::vector<ValueAndRate>;
 
-    MeetingSearch(std::vector<double> slack, double zero) : slack_(std::move(slack)), zero_(zero) {}
+    MeetingSearch(std::vector<double> slack, double zero, double near_miss)
+        : slack_(std::move(slack)), zero_(zero), near_miss_(near_miss) {}
 
     // The first meeting in a step of size h, with margins `first` and `last` at its ends. at(h, margins) makes another
     // step; false where it fails. Newton's method from what is `expected` mostly gets there; else `parts` of the step,
@@ -45,10 +46,7 @@ public:
             const double change = -met.value / (gap ? met.rate : expected.slope);
             guess += change + (gap && std::abs(change) > grain ? 0.0 : 0.5 * grain);  // rather below zero
         }
-        for (std::size_t k = 0; k < parts.size() && high < 0.0; ++k) {
-            if (!at(parts[k] * h, below)) return failed();
-            if (is_below(below)) high = parts[k] * h;
-        }
+        if (high < 0.0 && !look(at, last, parts, h, grain, below, high)) return failed();
         if (high < 0.0 && !is_below(last)) return {h, -1};
         if (high < 0.0) high = h, below = last;
         int which = worst(below);
@@ -80,7 +78,33 @@ public:
 
 private:
     static constexpr int most_tries = 80, most_polished = 4;
+    static constexpr double nearby = 0.1, least_nearby = 0.005;  // parts of a step
     static Meeting failed() { return {0.0, -1, false}; }
+
+    // Makes steps to `parts` of the whole one until a margin is below its bound, at the size `high`; else, where the
+    // least of them is small beside that at the end, to places nearby: looks that are off beside a swing have seen a
+    // force pass its bound where it does not. False where a step fails.
+    template <class At> bool look(const At& at, const Margins& last, const std::vector<double>& parts, double h,
+                                  double grain, Margins& below, double& high) {
+        double lowest = std::numeric_limits<double>::infinity(), least_at = h;
+        const auto look_at = [&](double size) {
+            if (high >= 0.0 || !(size > grain && size < h)) return true;
+            if (!at(size, below)) return false;
+            const int which = worst(below);
+            if (const double value = below[which].value / slack_[which]; value < lowest)
+                lowest = value, least_at = size;
+            if (is_below(below)) high = size;
+            return true;
+        };
+        for (const double part : parts)
+            if (!look_at(part * h)) return false;
+        const int end = worst(last);
+        for (double part = nearby; lowest < near_miss_ * last[end].value / slack_[end] && part > least_nearby;
+             part *= 0.5)
+            if (const double middle = least_at; !look_at(middle - part * h) || !look_at(middle + part * h))
+                return false;
+        return true;
+    }
 
     // Whether a margin is zero, or would be within what time resolves: `slope` is its rate where it has none. It is not above
     // zero then, but for a gap, which counts as closed.
@@ -122,7 +146,7 @@ private:
     static double between(double low, double y_low, double high, double y_high, double old, double y_old);
 
     const std::vector<double> slack_;
-    const double zero_;
+    const double zero_, near_miss_;
 };
 
 }  // namespace mbproj

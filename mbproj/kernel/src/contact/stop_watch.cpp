@@ -87,19 +87,6 @@ std::vector<double> StopWatch::forces(const std::vector<double>& lambda) const {
     return found;
 }
 
-void StopWatch::note(const std::vector<double>& margins) {
-    for (std::size_t k = 0; k < margins.size(); ++k)
-        lowest_[k] = std::min(lowest_[k], margins[k]), highest_[k] = std::max(highest_[k], margins[k]);
-}
-
-bool StopWatch::nears_bound() const {
-    constexpr double near = 0.25;
-    for (std::size_t k = 0; k < rows_.size(); ++k)
-        if (const double swing = highest_[k] - lowest_[k]; swing > rows_[k].slack && lowest_[k] < near * swing)
-            return true;
-    return false;
-}
-
 double StopWatch::worst(const std::vector<double>& margins) const {
     double found = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < margins.size(); ++k) found = std::min(found, margins[k] + rows_[k].slack);
@@ -107,7 +94,6 @@ double StopWatch::worst(const std::vector<double>& margins) const {
 }
 
 bool StopWatch::gives_way_at(double x, const std::vector<double>& margins) {
-    note(margins);
     for (std::size_t k = 0; k < margins.size(); ++k)
         if (margins[k] < -rows_[k].slack)
             return parts_.insert(std::upper_bound(parts_.begin(), parts_.end(), x), x), true;

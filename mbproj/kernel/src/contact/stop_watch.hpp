@@ -91,9 +91,7 @@ public:
         const auto look = [&](double x) { return solve(x, lambda) ? forces(lambda) : std::vector<double>{}; };
         const int spans = std::max(1, static_cast<int>(std::min(std::ceil(h / spacing_), 1e6)));
         const std::vector<double> end = forces(last);
-        lowest_ = highest_ = end;
         std::vector<double> from = swings ? look(0.0) : std::vector<double>{}, to;
-        note(from);
         for (int at = 1; at <= spans; ++at, from = to) {
             const double x_to = static_cast<double>(at) / spans;
             to = at < spans ? look(x_to) : end;
@@ -104,12 +102,7 @@ public:
         return false;
     }
 
-    // Whether the last look inside a step has seen a force near its bound beside its swing. The error of a cubic, which
-    // grows with the swing, may then hide that it passes the bound.
-    bool nears_bound() const;
-
 private:
-    void note(const std::vector<double>& margins);
     // The margin of a watched rate is the rate itself, whose derivative is not known.
     void only_rates(std::vector<ValueAndRate>& found) const;
     bool is_below(const std::vector<ValueAndRate>& at) const;
@@ -173,7 +166,7 @@ private:
     std::vector<WatchedRow> rows_;
     double spacing_ = 1.0;
     std::vector<ValueAndRate> before_, now_;
-    std::vector<double> parts_, lowest_, highest_;  // of forces, in the last look inside a step
+    std::vector<double> parts_;
     Eigen::VectorXd inside_;
 };
 

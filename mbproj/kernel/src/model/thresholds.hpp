@@ -38,9 +38,10 @@ struct Thresholds : NumbersByName {
            lowest_bounce = number("lowest_bounce"), no_push = number("no_push"),
            contact_pulls = number("contact_pulls"), slips = number("slips"), just_slips = number("just_slips"),
            pushes_along = number("pushes_along"), damped_to = number("damped_to"),
-           middle_unlike = number("middle_unlike"), turned_speed = number("turned_speed"),
-           straight_speed = number("straight_speed"), creates_energy = number("creates_energy"),
-           on_grid = number("on_grid"), met_soon = number("met_soon"), slides_in = number("slides_in");
+           middle_unlike = number("middle_unlike"), near_miss = number("near_miss"),
+           turned_speed = number("turned_speed"), straight_speed = number("straight_speed"),
+           creates_energy = number("creates_energy"), on_grid = number("on_grid"), met_soon = number("met_soon"),
+           slides_in = number("slides_in");
     int most_halves = whole("most_halves"), most_meetings = whole("most_meetings");
     // mbproj/base/thresholds.py
     double safety = number("safety"), smallest_change = number("smallest_change"),

@@ -82,7 +82,8 @@ bool expect(Run& run, double grain, MeetingSearch::Margins& first, const Meeting
         return run.watch.margins(run.now.counted.turns, inside.lambda, found), true;
     };
     if (forces && !along(0.0, first)) return false;
-    expected = MeetingSearch(run.watch.slacks(), 0.5).first(along, first, last, run.watch.parts(), step.h, grain);
+    expected = MeetingSearch(run.watch.slacks(), 0.5, run.thresholds.near_miss)
+                   .first(along, first, last, run.watch.parts(), step.h, grain);
     if (expected.which < 0 || std::isfinite(last[expected.which].rate)) return true;
     const double beside = run.thresholds.beside * step.h;
     MeetingSearch::Margins before, after;
@@ -122,21 +123,13 @@ bool meets(Run& run) {
     run.equations.variables_at(run.next.t, run.next.y.data());
     const bool at_end = run.watch.met(step, run.next.counted.turns, run.next.lambda);
     run.met.rests = run.watch.rests(step.h);
-    bool extends = run.stepper.carries_slope();
     const auto solve = [&](double x, std::vector<double>& found) {
         State& inside = run.inside;
-        extends ? run.stepper.at(run.now.y, step.h, x, inside.y) : step.at(x, inside.y);
+        run.stepper.carries_slope() ? run.stepper.at(run.now.y, step.h, x, inside.y) : step.at(x, inside.y);
         return solve_inside(run, step.h, x, inside, found);
     };
-    const auto gives_way = [&] {
-        return run.watch.gives_way_inside(step.h, !run.steps.fixed(), run.next.lambda, solve);
-    };
-    bool met = gives_way() || at_end || run.met.rests >= 0;
-    if (!met && !extends && !run.steps.fixed() && run.watch.nears_bound()) {
-        if (!extend(run)) return false;
-        extends = true, met = gives_way();
-    }
-    if (!met) {
+    if (!run.watch.gives_way_inside(step.h, !run.steps.fixed(), run.next.lambda, solve) && !at_end &&
+        run.met.rests < 0) {
         run.watch.pass();
         if (run.contacts.finds_push(run.next.y, run.next.lambda)) run.stop({Status::undecided, run.next.t});
         return false;
@@ -157,8 +150,8 @@ bool locate(Run& run) {
     if (rests) return run.met.stop = run.met.rests, run.met.released = false, meet_contact(run), false;
     double made = -1.0;  // the size of the last step
     const auto at = [&](double h, MeetingSearch::Margins& found) { return reach(run, whole, made = h, found); };
-    const Meeting met =
-        MeetingSearch(run.watch.slacks(), 1e-3).first(at, first, last, run.watch.parts(), whole.h, grain, expected);
+    const Meeting met = MeetingSearch(run.watch.slacks(), 1e-3, run.thresholds.near_miss)
+                            .first(at, first, last, run.watch.parts(), whole.h, grain, expected);
     if (!met.made) return discard_end(run), stop_at(run, run.now.t), false;
     if (met.which >= 0) {  // else nothing is met after all
         set_met(run, met.which);
