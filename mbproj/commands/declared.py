@@ -109,6 +109,8 @@ def _signature(function: Callable[..., Any]) -> inspect.Signature:
     listed = []
     for parameter, where in _parameters(function):
         alias = where.get(str(parameter.annotation))
+        if isinstance(parameter.default, MappingProxyType):
+            parameter = parameter.replace(default=dict(parameter.default))  # as it is read best
         is_option = get_origin(alias) is Annotated
         listed.append(parameter.replace(annotation=_words(get_args(alias)[0])) if is_option else parameter)
     return inspect.signature(function).replace(parameters=listed)
@@ -131,11 +133,11 @@ def read(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
 
     Raises InputError where a value is wrong, TypeError for a setting that the function does not take."""
     inner = inspect.unwrap(function)
-    asked = {name: value for name, value in arguments.items() if name in inspect.signature(inner).parameters}
+    usual = {parameter.name: parameter.default for parameter, _ in _parameters(inner)}
+    asked = {name: value for name, value in arguments.items() if name in usual}
     for parameter in inspect.signature(inner).parameters.values():
         if parameter.kind is inspect.Parameter.VAR_KEYWORD:
-            asked |= asked.pop(parameter.name, {})
-    usual = {parameter.name: parameter.default for parameter, _ in _parameters(inner)}
+            asked |= arguments.get(parameter.name, {})
     for name in asked.keys() - usual.keys():
         raise TypeError(f"{inner.__name__}() has no argument '{name}'; {choose_from(name, [*usual])}")
     asked = {**usual, **asked}

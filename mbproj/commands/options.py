@@ -153,7 +153,8 @@ class Command(click.Command):
         except click.NoSuchOption as error:
             if error.option_name not in EARLIER:
                 raise
-            raise click.NoSuchOption(error.option_name, possibilities=[EARLIER[error.option_name]], ctx=ctx) from error
+            said = f"No such option '{error.option_name}'; give {EARLIER[error.option_name]}"
+            raise click.NoSuchOption(error.option_name, said, ctx=ctx) from error
 
     def options_by_part(self, context: click.Context) -> dict[Part, list[click.Parameter]]:
         """The options by purpose; click's own `--help` comes last."""

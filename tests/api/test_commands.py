@@ -15,6 +15,7 @@ from click.testing import CliRunner
 
 import mbproj
 from mbproj.base.settings import SETTINGS
+from mbproj.commands.declared import Asked
 from mbproj.commands.main import MODULES
 from mbproj.commands.main import mbproj as group
 from tests.studies.sweep.specs import write
@@ -149,7 +150,7 @@ def test_the_earlier_way_to_start_where_it_rests_is_refused_with_the_present_one
     with pytest.raises(TypeError, match=r"^run\(\) has no argument 'from_equilibrium': its name is 'start'"):
         mbproj.run(PENDULUM, from_equilibrium=True)
     done = CliRunner().invoke(group, ["run", "scene.yaml", "--from-equilibrium"])
-    assert (done.exit_code, "Did you mean '--start equilibrium'?" in done.output) == (2, True), done.output
+    assert (done.exit_code, "'--from-equilibrium'; give --start equilibrium" in done.output) == (2, True), done.output
 
 
 def test_threshold_and_stability():
@@ -350,6 +351,15 @@ def test_an_option_and_its_argument_have_the_same_message(words, call):
 
 #: The arguments of options with another name.
 NAMED = {"--max-failures": "most_failures", "--limit": "limits"}
+
+
+@pytest.mark.parametrize("study", [mbproj.sweep, mbproj.batch, mbproj.fit, mbproj.optimise])
+def test_a_command_reads_the_effort_that_it_is_given(study):
+    """Also where it reads the arguments itself, as commands do that an interruption leaves with what is done."""
+    named = {"spec": "s.yaml", "paths": ("s.yaml",)}
+    asked = Asked(study, {**named, "fresh": True, "jobs": 3, "retry_failed": True}).read()
+    assert (asked.fresh, asked.where) == (True, 3)
+    assert Asked(study, {**named, "fresh": False, "jobs": None}).read().fresh is False
 
 
 def test_problems_name_arguments():

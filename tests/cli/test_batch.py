@@ -77,8 +77,8 @@ def test_what_is_complete_is_not_run_again(tmp_path: Path) -> None:
     assert all(again[name][1] > first[name][1] for name in ("b", "c"))
     fresh = batch("--fresh")
     assert all(fresh[name][1] > again[name][1] for name in "abc")
-    alone = mbproj("batch", ".", "--resume", folder=tmp_path)
-    assert (alone.returncode, "--resume: error: there is nothing to resume from" in alone.stderr) == (2, True)
+    earlier = mbproj("batch", ".", "--resume", folder=tmp_path)
+    assert (earlier.returncode, "No such option '--resume'; give --keep" in earlier.stderr) == (2, True)
 
 
 def test_it_draws_how_much_of_the_allowed_errors_is_used(tmp_path: Path) -> None:

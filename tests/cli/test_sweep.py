@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 from matplotlib.pyplot import imread
 
+from mbproj.studies.sweep.store import CASES as STORED_CASES
 from tests.cli.commands import begun, mbproj, succeeds
 from tests.studies.sweep.specs import write
 from tests.support import ROOT
@@ -199,7 +200,7 @@ def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout == "spec-sweep: 2 rows and 2 results files read\n  nothing is wrong with it\n"
     with closing(sqlite3.connect(folder / "store.sqlite")) as database, database:
-        database.execute("UPDATE cases SET seconds = 2 * seconds + 1")
+        database.execute("UPDATE kept SET value = substr(value, 2) WHERE study = ?", [STORED_CASES])
     with h5py.File(folder / "summary.h5", "r+") as file:
         file["seconds"][0] = 7.0
     table = (folder / "summary.csv").read_bytes()
@@ -210,7 +211,7 @@ def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
     before = (folder / "store.sqlite").read_bytes()
     found = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)
     rows, changed, arrays, *case = found["faults"]
-    assert (found["sound"], rows) == (False, "store.sqlite: 2 of 2 rows are damaged")
+    assert (found["sound"], rows) == (False, "store.sqlite: 2 of 3 rows are damaged")
     assert changed == "summary.csv: it is not as it was written"
     assert "summary.h5" in arrays and "'seconds' is not what was written: its checksum differs" in arrays
     assert {fault.partition(":")[0] for fault in case} == {f"cases/{results.name}"}
@@ -230,6 +231,7 @@ def test_a_check_of_its_folder_finds_what_is_damaged(tmp_path):
         database.execute("DELETE FROM kept WHERE study = 'about'")
     found = json.loads(mbproj("info", "--check", "--json", "spec-sweep", folder=tmp_path).stdout)
     assert (found["sound"], found["unguarded"]) == (True, ["summary.csv"])
+    succeeds("sweep", "spec.yaml", "-q", folder=tmp_path)  # which tells the store again
     (tmp_path / "other.yaml").write_text((tmp_path / "spec.yaml").read_text(encoding="utf-8"), encoding="utf-8")
     succeeds("sweep", "other.yaml", "-q", folder=tmp_path)
     shutil.copy(tmp_path / "other-sweep" / "summary.h5", folder)
